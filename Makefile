@@ -1,0 +1,54 @@
+# Two commands do everything on a fresh machine with Python 3.11: `make train` and `make test`.
+
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+BIN := .venv/bin
+RUN ?= runs/first
+MINUTES ?= 10
+TRIALS ?= 256
+
+.PHONY: help setup train test check format proto clean
+.DEFAULT_GOAL := help
+
+help:
+	@echo "make train   set up, train sit for about $(MINUTES) minutes, evaluate, leave a replay in $(RUN)/replay.mp4"
+	@echo "make test    set up and run every test"
+	@echo "make check   set up and check format, lint, types and the direction of imports"
+	@echo "make setup   only the virtual environment, in .venv"
+
+# The stamp makes set-up run once, and again when a requirement changes.
+setup: .venv/.installed
+
+.venv/.installed: pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; ok = (3, 11) <= sys.version_info[:2] < (3, 14); sys.exit(None if ok else "inhabit needs Python 3.11 to 3.13, this is %d.%d: make PYTHON=/path/to/python3.11 ..." % sys.version_info[:2])'
+	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	@echo "installing into .venv (a few minutes the first time)"
+	@# Where no GPU is present the pinned torch goes in first, so that nothing asks for a CUDA build.
+	@command -v nvidia-smi >/dev/null || $(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt "$$(grep '^torch==' constraints.txt)"
+	@$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	@touch $@
+
+train: setup
+	$(BIN)/inhabit train sit --run $(RUN) --restart --minutes $(MINUTES)
+	$(BIN)/inhabit evaluate $(RUN) --trials $(TRIALS)
+	$(BIN)/inhabit video $(RUN) $(RUN)/replay.mp4
+	@echo "look at $(RUN)/replay.mp4"
+
+test: setup
+	$(BIN)/python -m pytest
+
+check: setup
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/lint-imports
+	$(BIN)/basedpyright --level error
+
+format: setup
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+# Regenerates the committed stubs in rpc/v1; a test compares them.
+proto: setup
+	$(BIN)/python -m rpc.generate
+
+clean:
+	rm -rf .venv build *.egg-info .pytest_cache .ruff_cache .import_linter_cache

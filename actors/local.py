@@ -1,0 +1,120 @@
+"""A fleet in one process: a worker a thread, each single-threaded, joined in scene order."""
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from actors.worker import ShardLike, Worker
+from policy.errors import LayoutError
+from policy.rollout import Rollout
+from world.errors import ConfigError
+
+
+def divide(scenes: int, block: int, workers: int) -> list[range]:
+    """Whole blocks of scenes for each worker, the first ones getting what is left over.
+
+    Raises ConfigError where the scenes are not whole blocks, or fewer blocks than workers.
+    """
+    blocks, rest = divmod(scenes, block)
+    if rest or blocks < workers:
+        raise ConfigError(
+            f"{scenes} scenes cannot be shared by {workers} actors in whole blocks of {block}:"
+            f" choose a multiple of {block}, at least {block * workers}"
+        )
+    share, more = divmod(blocks, workers)
+    ranges, first = [], 0
+    for worker in range(workers):
+        last = first + (share + (worker < more)) * block
+        ranges.append(range(first, last))
+        first = last
+    return ranges
+
+
+def merge(parts: Sequence[Mapping[str, Tensor]], ranges: Sequence[range]) -> dict[str, Any]:
+    """One state of all scenes: what each shard holds a row a scene of is concatenated.
+
+    Anything else (the clock) must be the same in all of them, and is held once.
+    """
+    merged: dict[str, Tensor] = {}
+    for key, first in parts[0].items():
+        values = [part[key] for part in parts]
+        if all(_by_scene(v, len(r)) for v, r in zip(values, ranges, strict=True)):
+            merged[key] = torch.cat(values)
+        elif all(torch.equal(first, v) for v in values):
+            merged[key] = first
+        else:
+            raise LayoutError(f"shards disagree on '{key}', which has no row a scene")
+    return {"scenes": ranges[-1].stop, "shard": merged}
+
+
+def split(state: Mapping[str, Any], ranges: Sequence[range]) -> list[dict[str, Tensor]]:
+    """The inverse of `merge`, for any division of the same scenes."""
+    scenes = ranges[-1].stop
+    if int(state["scenes"]) != scenes:
+        raise LayoutError(
+            f"the checkpoint is of {state['scenes']} scenes, this fleet has {scenes}: resume with"
+            f" --scenes {state['scenes']}"
+        )
+    return [
+        {
+            key: v[owned.start : owned.stop].clone() if _by_scene(v, scenes) else v
+            for key, v in state["shard"].items()
+        }
+        for owned in ranges
+    ]
+
+
+def _by_scene(value: Tensor, scenes: int) -> bool:
+    return value.ndim > 0 and value.shape[0] == scenes
+
+
+class LocalFleet:
+    """Workers in threads: torch and the simulator release the interpreter's lock."""
+
+    def __init__(
+        self,
+        make_shard: Callable[[range], ShardLike],
+        scenes: int,
+        block: int = 64,
+        workers: int = 2,
+        seed: int = 0,
+        horizon: int = 8,
+    ) -> None:
+        self.horizon = horizon
+        self._pool = ThreadPoolExecutor(
+            workers, "actor", initializer=torch.set_num_threads, initargs=(1,)
+        )
+        self._ranges = ranges = divide(scenes, block, workers)
+        shards = self._pool.map(make_shard, ranges)
+        self.workers = [
+            Worker(shard, owned, seed, block) for shard, owned in zip(shards, ranges, strict=True)
+        ]
+
+    def collect(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> Rollout:
+        """One rollout of all scenes; a worker's error is raised here."""
+        futures = [
+            self._pool.submit(worker.rollout, weights, version, self.horizon, sigma)
+            for worker in self.workers
+        ]
+        return Rollout.join([future.result() for future in futures])
+
+    def alive(self) -> int:
+        """Number of workers."""
+        return len(self.workers)
+
+    def state_dict(self) -> dict[str, Any]:
+        """All scenes' state, as one shard of them all would hold it."""
+        return merge([worker.state_dict() for worker in self.workers], self._ranges)
+
+    def load_state_dict(self, state: Mapping[str, Any]) -> None:
+        """Restore what `state_dict` gave, by however many workers; LayoutError for other scenes."""
+        parts = split(state, self._ranges)
+        for worker, part in zip(self.workers, parts, strict=True):
+            worker.load_state_dict(part)
+
+    def close(self) -> None:
+        """Let go of the threads."""
+        self._pool.shutdown()

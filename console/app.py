@@ -1,0 +1,169 @@
+"""The `inhabit` command: reads flags, runs one command, and maps errors to exit codes."""
+
+import contextlib
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from world.errors import ChoiceError, ConfigError, InhabitError
+
+if TYPE_CHECKING:
+    from console.experiment import Experiment
+
+DONE, FAILED, BAD_ARGUMENTS, INTERRUPTED = 0, 1, 2, 130
+
+
+def parse(arguments: Sequence[str]) -> Any:
+    """The command that the arguments name, as its dataclass; exits with 2 where they name none."""
+    from typing import Annotated
+
+    import tyro
+
+    from console import commands
+
+    def sub(kind: type, name: str, default: Any = tyro.MISSING_NONPROP) -> Any:
+        if default is tyro.MISSING_NONPROP:
+            return Annotated[kind, tyro.conf.subcommand(name=name)]
+        return Annotated[kind, tyro.conf.subcommand(name=name, default=default)]
+
+    train = commands.Train(task=tyro.MISSING, experiment=starting_point(arguments))
+    motions = sub(commands.MotionsList, "list") | sub(commands.MotionsCheck, "check")
+    kinds = (
+        sub(commands.Train, "train", train)
+        | sub(commands.Evaluate, "evaluate")
+        | sub(commands.Video, "video")
+        | sub(commands.Style, "style")
+        | sub(commands.Bench, "bench")
+        | sub(commands.Doctor, "doctor")
+    )
+    words = list(arguments)
+    # Two words deep: tyro would name these `motions:list`.
+    if words[:1] == ["motions"]:
+        return tyro.cli(motions, prog="inhabit motions", args=words[1:], description=MOTIONS)
+    if words[:1] == ["objects"]:
+        objects = sub(commands.ObjectsList, "list")
+        return tyro.cli(objects | None, prog="inhabit objects", args=words[1:])
+    return tyro.cli(
+        kinds,
+        prog="inhabit",
+        args=words,
+        description=DESCRIPTION,
+        config=(tyro.conf.FlagCreatePairsOff,),
+    )
+
+
+DESCRIPTION = (
+    "Trains physically simulated characters to sit on furniture they have never seen. "
+    "Besides the commands below: motions list|check, objects list."
+)
+MOTIONS = "Motion clips: list them, or check how well they fit the character."
+
+
+def starting_point(arguments: Sequence[str]) -> "Experiment":
+    """What the flags of `train` change: the run's own with --resume, else a preset."""
+    from console.experiment import PRESETS, read_experiment
+    from console.runs import RunDirectory
+
+    if "--resume" in arguments:
+        run = value_of(arguments, "--run")
+        if run and (Path(run) / "config.json").exists():
+            return read_experiment(RunDirectory(Path(run)))
+    return PRESETS.get(value_of(arguments, "--preset") or "fast", PRESETS["fast"])
+
+
+def value_of(arguments: Sequence[str], flag: str) -> str | None:
+    """The value given to a flag, as `--flag value` or `--flag=value`; None if it is not there."""
+    for here, following in zip(arguments, [*arguments[1:], None], strict=True):
+        if here == flag:
+            return following
+        if here.startswith(f"{flag}="):
+            return here.partition("=")[2]
+    return None
+
+
+def run(command: Any) -> int:
+    """Run one parsed command; returns its exit code."""
+    # Imported one by one: `doctor` must work where training would not.
+    from console import commands
+
+    match command:
+        case commands.Train():
+            from console.train import train
+
+            return train(command)
+        case commands.Evaluate():
+            from console.evaluate import evaluate_command
+
+            return evaluate_command(command)
+        case commands.Video():
+            from console.film import video_command
+
+            return video_command(command)
+        case commands.Style():
+            from console.service import style_command
+
+            return style_command(command)
+        case commands.MotionsList() | commands.MotionsCheck():
+            from console.motions import motions_command
+
+            return motions_command(command)
+        case commands.ObjectsList():
+            from console.objects import objects_command
+
+            return objects_command(command)
+        case commands.Bench():
+            from console.bench import bench_command
+
+            return bench_command(command)
+        case commands.Doctor():
+            from console.doctor import doctor_command
+
+            return doctor_command(command)
+    raise AssertionError(f"no command for {type(command).__name__}")
+
+
+def exit_code(error: BaseException) -> int:
+    """2 for what the caller got wrong on the command line, 1 for what failed."""
+    return BAD_ARGUMENTS if isinstance(error, ChoiceError | ConfigError) else FAILED
+
+
+def one_line(error: BaseException) -> str:
+    """The error as one line; its type too where the program did not expect it."""
+    text = " ".join(str(error).split()) or type(error).__name__
+    if isinstance(error, EXPECTED):
+        return text
+    return f"{type(error).__name__}: {text} (--debug shows where)"
+
+
+def _expected() -> tuple[type[BaseException], ...]:
+    from rpc.errors import RpcError
+
+    return InhabitError, RpcError
+
+
+EXPECTED = _expected()
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit code, and never shows a traceback unasked."""
+    # Waiting OpenMP threads would otherwise spin on the cores that step the simulator.
+    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        return run(parse(words))
+    except SystemExit as stop:
+        return stop.code if isinstance(stop.code, int) else DONE if stop.code is None else FAILED
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except BrokenPipeError:
+        with contextlib.suppress(OSError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FAILED
+    except Exception as error:
+        if "--debug" in words:
+            traceback.print_exc()
+        print(f"inhabit: {one_line(error)}", file=sys.stderr)
+        return exit_code(error)

@@ -1,0 +1,188 @@
+"""Puts an experiment together: layout, learner, style, shards and the fleets of both runners."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, cast
+
+import torch
+from torch import Tensor
+
+from actors.worker import ShardLike
+from console.black_box import BlackBox
+from console.experiment import Experiment, from_json, to_json
+from console.runs import RunDirectory, checkpoint_folder
+from discriminator.process import ServiceSpec
+from discriminator.service import ServiceConfig
+from discriminator.trainer import Discriminator
+from learner.ppo import Learner
+from policy.checkpoint import Layout, Manifest, read
+from policy.errors import CheckpointError
+from rpc.server import ServerConfig
+from world import tasks
+from world.bank import Bank, variants
+from world.character import NU
+from world.config import WorldConfig
+from world.features import OBJECT, STATE
+from world.furniture.catalogue import catalogue
+from world.motions import load
+from world.motions.library import MotionLibrary, StyleMixture, StyleSource
+from world.shard import Shard
+
+
+@lru_cache(maxsize=2)
+def library(motions: tuple[str, ...], mirror: bool) -> MotionLibrary:
+    """The clips of a configuration as tensors; read once in a process."""
+    return load.library(motions, mirror)
+
+
+def library_of(world: WorldConfig) -> MotionLibrary:
+    """The clips of a world's configuration."""
+    return library(world.motions, world.mirror)
+
+
+@lru_cache(maxsize=2)
+def training_bank(world: WorldConfig) -> Bank:
+    """The training furniture of a configuration, compiled once in a process."""
+    pieces = catalogue("train", world.pieces, world.seed)
+    return Bank(variants(pieces, world.scales, world.scale))
+
+
+def layout(experiment: Experiment) -> Layout:
+    """What a checkpoint of this experiment holds."""
+    task = tasks.make(experiment.world.task)
+    return Layout(
+        task=task.name,
+        features=tuple((f.name, f.width) for f in STATE),
+        goal=tuple((f.name, f.width) for f in task.goal),
+        actions=NU,
+        hidden=tuple(experiment.ppo.hidden),
+    )
+
+
+def learner(experiment: Experiment) -> Learner:
+    """A fresh learner."""
+    return Learner(layout(experiment).observation, NU, experiment.ppo, experiment.seed)
+
+
+@dataclass(frozen=True)
+class MakeShard:
+    """Shards of one experiment, wherever they are made: it can be sent to another process."""
+
+    world: WorldConfig
+    seed: int
+    recordings: Path
+
+    def __call__(self, scenes: range) -> ShardLike:
+        torch.set_num_threads(1)
+        pieces = training_bank(self.world).pieces
+        box = BlackBox(shard(self.world, scenes, self.seed), scenes, pieces, self.recordings)
+        # What the protocol lets be written is read-only here, and only read there.
+        return cast(ShardLike, box)
+
+
+def shard(world: WorldConfig, scenes: range, seed: int) -> Shard:
+    """A shard on this process's clips and furniture."""
+    return Shard(world, library_of(world), training_bank(world), scenes, seed)
+
+
+def make_shard(experiment: Experiment, run: RunDirectory) -> MakeShard:
+    """The shard factory of a run, where blow-ups are written down."""
+    return MakeShard(experiment.world, experiment.seed, run.recordings.resolve())
+
+
+def mocap(experiment: Experiment) -> StyleSource:
+    """The transitions that the discriminator takes for real."""
+    return StyleSource(library_of(experiment.world), experiment.seed, StyleMixture())
+
+
+def mocap_of(experiment: dict[str, Any]) -> StyleSource:
+    """As `mocap`, of an experiment's JSON: what the style service's process calls."""
+    return mocap(from_json(Experiment, experiment))
+
+
+def style_service(
+    experiment: Experiment, server: ServerConfig | None = None, state: str = ""
+) -> ServiceSpec:
+    """The style service of an experiment; `state`: folder of its journal, if any."""
+    return ServiceSpec(
+        mocap=f"{__name__}:{mocap_of.__name__}",
+        arguments={"experiment": to_json(experiment)},
+        style=experiment.style,
+        seed=experiment.seed,
+        object_mask=object_mask().tolist(),
+        server=server or ServerConfig(),
+        service=ServiceConfig(state=state),
+    )
+
+
+def object_mask() -> Tensor:
+    """[114] bool: which features describe the object."""
+    mask = torch.zeros(STATE.width, dtype=torch.bool)
+    mask[OBJECT] = True
+    return mask
+
+
+def discriminator(experiment: Experiment, replay: Path | None = None) -> Discriminator:
+    """The style reward in this process."""
+    return Discriminator(
+        experiment.style, mocap(experiment), experiment.seed, object_mask(), replay
+    )
+
+
+def notes(experiment: Experiment) -> dict[str, str]:
+    """What a checkpoint says of itself, so that it stands without its run's config.json."""
+    clips = library_of(experiment.world).clips
+    licences = sorted({clip.licence for clip in clips})
+    return {"experiment": json.dumps(to_json(experiment)), "data_licences": "; ".join(licences)}
+
+
+def kept_state(state: Mapping[str, Any]) -> dict[str, Any]:
+    """A style's flat state with keys that a checkpoint can hold: `a/b` becomes `a:b`."""
+    return {key.replace("/", ":"): value for key, value in state.items()}
+
+
+def style_state(kept: Mapping[str, Any]) -> dict[str, Any]:
+    """The inverse of `kept_state`."""
+    return {key.replace(":", "/"): value for key, value in kept.items()}
+
+
+@dataclass(frozen=True)
+class Trained:
+    """A checkpoint, ready to act."""
+
+    path: Path
+    manifest: Manifest
+    experiment: Experiment
+    weights: dict[str, Tensor]
+
+    @property
+    def task(self) -> str:
+        return self.manifest.layout.task
+
+
+def trained(source: Path) -> Trained:
+    """The policy of a run or checkpoint.
+
+    Raises LayoutError where it was made for other features or goals, CheckpointError where it is
+    damaged, RunError where there is none.
+    """
+    path = checkpoint_folder(source)
+    found = read(path, ("policy",))
+    experiment = experiment_of(found.manifest, path)
+    layout(experiment).require(found.manifest.layout, str(path))
+    actor = learner(experiment)
+    actor.load_policy_state(found.state["policy"])
+    weights = actor.weights()
+    actor.close()
+    return Trained(path, found.manifest, experiment, weights)
+
+
+def experiment_of(manifest: Manifest, path: Path) -> Experiment:
+    """The experiment that a checkpoint was made by."""
+    try:
+        return from_json(Experiment, json.loads(manifest.notes["experiment"]), str(path))
+    except (KeyError, ValueError, TypeError) as error:
+        raise CheckpointError(f"{path} does not say which experiment made it ({error})") from error

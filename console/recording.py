@@ -1,0 +1,118 @@
+"""Episodes as `.msgpack`: full simulator states at every control step, enough to see them again."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from rpc import codec
+from world.errors import InhabitError
+from world.furniture.piece import Box, Piece
+from world.scene import compile_scene
+
+FORMAT = "inhabit-recording"
+VERSION = 1
+ARRAYS = ("qpos", "qvel", "ctrl", "mocap_pos", "mocap_quat", "boxes")
+
+
+class RecordingError(InhabitError):
+    """A recording that cannot be read or written."""
+
+
+@dataclass(frozen=True)
+class Take:
+    """One scene over T control steps, in the world frame (metres, quaternions w, x, y, z).
+
+    `mocap_pos` [T, 3] and `mocap_quat` [T, 4] place the piece of furniture; `boxes` [k, 10] is its
+    shape, scale applied: centre (3), half edges (3) and rotation (4) of each box in its own frame,
+    so that a recording can be drawn without the catalogue that it came from.
+    """
+
+    qpos: NDArray[np.float64]
+    qvel: NDArray[np.float64]
+    ctrl: NDArray[np.float64]
+    mocap_pos: NDArray[np.float64]
+    mocap_quat: NDArray[np.float64]
+    boxes: NDArray[np.float64]
+    piece: str
+    scale: float
+    meta: dict[str, Any] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.qpos)
+
+
+def boxes_of(piece: Piece | None) -> NDArray[np.float64]:
+    """The boxes of a piece as rows [k, 10]; none for an empty scene."""
+    if piece is None:
+        return np.zeros((0, 10))
+    return np.array([[*box.centre_m, *box.half_m, *box.quat] for box in piece.boxes])
+
+
+def model_of(take: Take) -> mujoco.MjModel:
+    """The simulator's model of the scene that a take was recorded in."""
+    rows = [[float(x) for x in row] for row in take.boxes]
+    boxes = tuple(
+        Box((r[0], r[1], r[2]), (r[3], r[4], r[5]), (r[6], r[7], r[8], r[9])) for r in rows
+    )
+    piece = Piece(take.piece or "piece", "", boxes, (), 0.0) if boxes else None
+    return compile_scene(piece)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Takes of one task, with what made them (`meta`: task, control_hz, checkpoint, reason)."""
+
+    takes: list[Take]
+    meta: dict[str, Any]
+
+
+def write(path: Path, recording: Recording) -> None:
+    """Write a recording atomically."""
+    takes = [
+        {name: getattr(take, name) for name in (*ARRAYS, "piece", "scale", "meta")}
+        for take in recording.takes
+    ]
+    packed = codec.pack(
+        {"format": FORMAT, "version": VERSION, "meta": recording.meta, "takes": takes}
+    )
+    temporary = path.with_name(f".{path.name}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary.write_bytes(packed)
+        temporary.replace(path)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise RecordingError(f"cannot write {path}: {error.strerror}") from error
+
+
+def read(path: Path) -> Recording:
+    """Read a recording; RecordingError for anything that is not one, whole."""
+    try:
+        packed = path.read_bytes()
+    except OSError as error:
+        raise RecordingError(f"cannot read {path}: {error.strerror}") from error
+    try:
+        value = codec.unpack(packed)
+    except Exception as error:
+        raise RecordingError(f"{path} is damaged or not a recording ({error})") from error
+    if not isinstance(value, dict) or value.get("format") != FORMAT:
+        raise RecordingError(f"{path} is not a recording of this program")
+    if value.get("version") != VERSION:
+        raise RecordingError(f"{path} has version {value.get('version')}; this reads {VERSION}")
+    try:
+        takes = [
+            Take(
+                **{name: np.asarray(take[name], np.float64) for name in ARRAYS},
+                piece=str(take["piece"]),
+                scale=float(take["scale"]),
+                meta=take["meta"],
+            )
+            for take in value["takes"]
+        ]
+    except (KeyError, TypeError, ValueError) as error:
+        raise RecordingError(f"{path} lacks part of a recording ({error})") from error
+    return Recording(takes, value["meta"])

@@ -1,0 +1,141 @@
+"""The two runners: one process with threads, or Ray actors with the style service beside them."""
+
+import shutil
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+
+from torch import Tensor
+
+from actors.local import LocalFleet
+from console import assembly
+from console.commands import Train
+from console.experiment import Experiment
+from console.runs import RunDirectory
+from discriminator.client import StyleClient
+from discriminator.process import start_process
+from learner.protocols import Fleet, State, Style, StyleScores
+from rpc.channel import ChannelConfig
+from world.starts import KINDS
+
+
+@dataclass(frozen=True)
+class Runner:
+    """What a loop drives."""
+
+    fleet: Fleet
+    style: Style
+    starts: tuple[str, ...]
+    """Names of the kinds of start, in the order of their numbers in `episodes`."""
+
+
+class KeptStyle:
+    """A style whose state has keys that a checkpoint can hold."""
+
+    def __init__(self, style: Style) -> None:
+        self._style = style
+
+    def score(
+        self,
+        batch: int,
+        rollout_states: Tensor,
+        end_index: Tensor,
+        end_states: Tensor,
+        valid: Tensor,
+    ) -> StyleScores:
+        """As the style's."""
+        return self._style.score(batch, rollout_states, end_index, end_states, valid)
+
+    def train(self, version: int) -> Mapping[str, float]:
+        """As the style's."""
+        return self._style.train(version)
+
+    def state_dict(self) -> State:
+        """The style's state, its keys without slashes."""
+        return assembly.kept_state(self._style.state_dict())
+
+    def load_state_dict(self, state: State) -> None:
+        """Restore what `state_dict` gave."""
+        self._style.load_state_dict(assembly.style_state(state))
+
+
+@contextmanager
+def open_runner(
+    command: Train,
+    experiment: Experiment,
+    run: RunDirectory,
+    workers: int,
+    say: Callable[[str], None],
+) -> Iterator[Runner]:
+    """The runner that the flags ask for; closed on the way out, whatever happens.
+
+    say: gets a line for what goes wrong and is mended, such as a service that died.
+    """
+    if command.runner == "ray":
+        with ray_runner(experiment, run, workers, command.address, say) as runner:
+            yield runner
+    else:
+        with local_runner(experiment, run, workers) as runner:
+            yield runner
+
+
+@contextmanager
+def local_runner(experiment: Experiment, run: RunDirectory, workers: int) -> Iterator[Runner]:
+    """Everything in this process, a thread a worker."""
+    fleet = LocalFleet(assembly.make_shard(experiment, run), *_shape(experiment, workers))
+    try:
+        yield Runner(fleet, KeptStyle(assembly.discriminator(experiment)), KINDS)
+    finally:
+        fleet.close()
+
+
+@contextmanager
+def ray_runner(
+    experiment: Experiment,
+    run: RunDirectory,
+    workers: int,
+    address: str | None,
+    say: Callable[[str], None],
+) -> Iterator[Runner]:
+    """Ray actors, and the style service in a process of its own."""
+    from actors.cluster import ray_session  # a second that the local runner can do without
+    from actors.fleet import RayFleet
+
+    with ExitStack() as stack:
+        client = stack.enter_context(style_client(experiment, run, say))
+        stack.enter_context(ray_session(workers, address))
+        fleet = RayFleet(assembly.make_shard(experiment, run), *_shape(experiment, workers))
+        stack.callback(fleet.close)
+        yield Runner(fleet, KeptStyle(client), KINDS)
+
+
+@contextmanager
+def style_client(
+    experiment: Experiment, run: RunDirectory, say: Callable[[str], None]
+) -> Iterator[StyleClient]:
+    """A style service of this run's own, on a free port, and its client."""
+    journal = run.path / "style"
+    # A journal of an earlier session would be ahead of, or behind, the checkpoint to go on from.
+    shutil.rmtree(journal, ignore_errors=True)
+    spec = assembly.style_service(experiment, state=str(journal))
+    process = start_process(spec, say)
+    try:
+        client = StyleClient(ChannelConfig(address=process.address), say)
+        try:
+            yield client
+        finally:
+            client.close()
+    finally:
+        process.stop()
+        shutil.rmtree(journal, ignore_errors=True)
+
+
+def _shape(experiment: Experiment, workers: int) -> tuple[int, int, int, int, int]:
+    """Scenes, block, workers, seed, horizon: what both fleets are made from."""
+    return (
+        experiment.scenes,
+        experiment.block,
+        workers,
+        experiment.seed,
+        experiment.horizon,
+    )

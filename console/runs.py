@@ -1,0 +1,150 @@
+"""The run directory: its name, its lock, what lies where in it, and how a checkpoint is found."""
+
+import datetime
+import fcntl
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from world.errors import InhabitError
+
+RUNS = Path("runs")
+
+
+class RunError(InhabitError):
+    """A run directory that exists, is missing, is in use, or does not hold what is asked of it."""
+
+
+@dataclass(frozen=True)
+class RunDirectory:
+    """Paths of one run; console.md fixes the names, because other programs read them."""
+
+    path: Path
+
+    @property
+    def config(self) -> Path:
+        return self.path / "config.json"
+
+    @property
+    def metrics(self) -> Path:
+        return self.path / "metrics.jsonl"
+
+    @property
+    def tensorboard(self) -> Path:
+        return self.path / "tensorboard"
+
+    @property
+    def checkpoints(self) -> Path:
+        return self.path / "checkpoints"
+
+    @property
+    def evaluations(self) -> Path:
+        return self.path / "evaluations"
+
+    @property
+    def recordings(self) -> Path:
+        return self.path / "recordings"
+
+    def create(self) -> None:
+        """Make the directory and its folders; raises RunError where that cannot be done."""
+        try:
+            for folder in (self.path, self.tensorboard, self.checkpoints, self.evaluations):
+                folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise RunError(f"cannot make run directory {self.path}: {error.strerror}") from error
+
+    def erase(self) -> None:
+        """Remove what a run wrote, for --restart; files of other names stay."""
+        for folder in (self.tensorboard, self.checkpoints, self.evaluations, self.recordings):
+            shutil.rmtree(folder, ignore_errors=True)
+        for file in (self.config, self.metrics):
+            file.unlink(missing_ok=True)
+
+    @property
+    def occupied(self) -> bool:
+        """True if a run was begun here."""
+        return self.config.exists() or self.metrics.exists() or any(self.checkpoints.glob("*"))
+
+    def read_config(self) -> dict[str, Any]:
+        """config.json as a dict; RunError if missing or not JSON."""
+        try:
+            return json.loads(self.config.read_text())
+        except FileNotFoundError:
+            raise RunError(f"{self.path} holds no config.json: it is not a run") from None
+        except (json.JSONDecodeError, UnicodeDecodeError) as error:
+            raise RunError(f"{self.config} is not valid JSON ({error}): restore it") from error
+
+    def write_config(self, config: dict[str, Any]) -> None:
+        write_json(self.config, config)
+
+    @contextmanager
+    def lock(self) -> Iterator[None]:
+        """Hold the run for this process: two trainings in one directory would spoil both.
+
+        The lock is the kernel's, so it goes with the process however that ends.
+        """
+        self.path.mkdir(parents=True, exist_ok=True)
+        handle = os.open(self.path / ".lock", os.O_RDWR | os.O_CREAT, 0o644)
+        try:
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                raise RunError(
+                    f"{self.path} is in use by another process: stop it, or name another --run"
+                ) from None
+            yield
+        finally:
+            os.close(handle)
+
+
+def write_json(path: Path, value: Any) -> None:
+    """Write JSON atomically: a reader sees the old file or the new one, never half of it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        temporary.write_text(json.dumps(value, indent=2) + "\n")
+        temporary.replace(path)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise RunError(f"cannot write {path}: {error.strerror}") from error
+
+
+def new_run(task: str, root: Path = RUNS, today: datetime.date | None = None) -> RunDirectory:
+    """The next free runs/TASK-<date>-<n>."""
+    day = (today or datetime.date.today()).isoformat()
+    number = 1
+    while (root / f"{task}-{day}-{number}").exists():
+        number += 1
+    return RunDirectory(root / f"{task}-{day}-{number}")
+
+
+def checkpoint_folder(where: Path) -> Path:
+    """The checkpoint meant by a run directory, a checkpoint folder, or `latest`/`best` in one.
+
+    A run means its latest checkpoint; a folder with a manifest.json is taken as it is, which is
+    also how `pretrained/TASK` is named.
+    """
+    if not where.exists():
+        raise RunError(f"{where} does not exist: give a run directory or a checkpoint folder")
+    if (where / "manifest.json").exists():
+        return where.resolve()
+    checkpoints = where / "checkpoints" if (where / "checkpoints").is_dir() else where
+    for name in ("latest", "best"):
+        if (checkpoints / name / "manifest.json").exists():
+            return (checkpoints / name).resolve()
+    numbered = sorted(p for p in checkpoints.glob("[0-9]*") if (p / "manifest.json").exists())
+    if numbered:
+        return numbered[-1].resolve()
+    raise RunError(f"{where} holds no checkpoint: train longer, or give another run")
+
+
+def run_of(checkpoint: Path) -> RunDirectory | None:
+    """The run directory that a checkpoint folder lies in, or None for one that stands alone."""
+    if checkpoint.parent.name == "checkpoints":
+        return RunDirectory(checkpoint.parent.parent)
+    return None

@@ -1,0 +1,43 @@
+"""`inhabit style`: the discriminator service of a run, standing alone."""
+
+from pathlib import Path
+
+import torch
+
+from console import assembly
+from console.commands import Style
+from console.experiment import read_experiment
+from console.runs import RunDirectory, RunError, checkpoint_folder
+from discriminator.process import build
+from discriminator.service import start
+from policy.checkpoint import read
+from rpc.server import ServerConfig
+
+
+def style_command(command: Style) -> int:
+    """Serve until SIGTERM or Ctrl-C, then drain; returns the exit code."""
+    torch.set_num_threads(1)
+    run = RunDirectory(command.source)
+    server = ServerConfig(
+        listen=command.listen,
+        tls_cert=_text(command.tls_cert),
+        tls_key=_text(command.tls_key),
+        token_file=_text(command.token_file),
+        metrics=command.metrics or "",
+    )
+    style, _ = build(assembly.style_service(read_experiment(run), server))
+    try:
+        checkpoint = checkpoint_folder(run.path)
+    except RunError:
+        checkpoint = None  # a run that has just begun: the service begins with it
+    if checkpoint is not None:
+        state = read(checkpoint, ("style",)).state["style"]
+        style.load_state_dict(assembly.style_state(state))
+    service = start(style, server)
+    print(f"style service of {run.path} at {service.address}, version {style.version}", flush=True)
+    service.run()
+    return 0
+
+
+def _text(path: Path | None) -> str:
+    return "" if path is None else str(path)

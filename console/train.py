@@ -1,0 +1,235 @@
+"""`inhabit train`: opens or goes on with a run, and lets the loop learn until told to stop."""
+
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from types import FrameType
+from typing import Any
+
+import torch
+
+from console import assembly, dry_run, machine
+from console.commands import Train
+from console.display import Display, Goal, open_display
+from console.experiment import Experiment, check, differences, to_json, with_learner_threads
+from console.recorders import Recorder, open_recorders, truncate_metrics
+from console.runners import open_runner
+from console.runs import RunDirectory, RunError, checkpoint_folder, new_run
+from learner.cloning import clone
+from learner.config import LoopConfig
+from learner.loop import Loop
+from learner.ppo import Learner
+from policy.checkpoint import read
+from policy.run_checkpoints import RunCheckpoints
+from world import tasks
+from world.cloning import pairs
+from world.errors import ConfigError
+
+INTERRUPTED = 130
+
+
+def train(command: Train) -> int:
+    """Run `inhabit train`; returns the exit code."""
+    experiment = resolve(command)
+    if command.dry_run:
+        print(dry_run.describe(experiment))
+        return 0
+    run = RunDirectory(command.run) if command.run else new_run(command.task)
+    with run.lock():
+        prepare(run, command, experiment)
+        return learn(run, command, experiment)
+
+
+def resolve(command: Train) -> Experiment:
+    """The experiment that the flags add up to; ConfigError where they contradict one another."""
+    tasks.make(command.task)  # an unknown one is refused first, with the list
+    if command.resume and command.restart:
+        raise ConfigError("--resume and --restart contradict: choose one")
+    if command.resume and command.init:
+        raise ConfigError("--init starts a new run, --resume goes on with one: choose one")
+    if (command.resume or command.restart) and command.run is None:
+        raise ConfigError("--resume and --restart need --run, the run they are about")
+    if command.address and command.runner != "ray":
+        raise ConfigError("--address joins a Ray cluster: add --runner ray")
+    world = replace(command.experiment.world, task=command.task)
+    if command.motions:
+        world = replace(world, motions=tuple(str(path.resolve()) for path in command.motions))
+    experiment = replace(command.experiment, world=world)
+    return check(with_learner_threads(experiment, command.threads or machine.cores()))
+
+
+def workers(command: Train, experiment: Experiment) -> int:
+    """Rollout workers: as asked, else a core each, but no more than there are blocks of scenes."""
+    wanted = command.actors or command.threads or machine.cores()
+    return wanted if command.actors else min(wanted, experiment.scenes // experiment.block)
+
+
+def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
+    """Make the run directory ready, or refuse it without touching what it holds."""
+    if command.resume:
+        if not run.config.exists():
+            raise RunError(f"{run.path} holds no run to resume: leave out --resume to begin one")
+        changed = list(differences(run.read_config()["experiment"], recorded(experiment)))
+        if changed:
+            raise RunError(
+                f"{run.path} was begun with other settings, --resume keeps them: "
+                f"{'; '.join(changed)}"
+                " (begin another run with --init to change them)"
+            )
+        checkpoint_folder(run.path)
+        return
+    if command.restart:
+        run.erase()
+    elif run.occupied:
+        raise RunError(f"{run.path} exists: add --resume or --restart, or name another --run")
+    if command.init:
+        checkpoint_folder(command.init)
+    assembly.library_of(experiment.world)  # clips that cannot be read are found before the run is
+    run.create()
+    run.write_config(
+        {
+            "task": command.task,
+            "seed": experiment.seed,
+            "preset": command.preset,
+            "experiment": recorded(experiment),
+            "machine": machine.describe(),
+            "commit": machine.commit(),
+            "command": sys.argv[1:],
+        }
+    )
+
+
+def recorded(experiment: Experiment) -> dict[str, Any]:
+    """What config.json keeps and --resume compares: all but what the numbers do not depend on."""
+    config = to_json(experiment)
+    config["ppo"].pop("threads")
+    return config
+
+
+def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
+    """Train in a prepared run; a checkpoint is left however it ends, unless it fails."""
+    torch.set_num_threads(1)  # parallelism is by threads and processes, each with one
+    goal = Goal(command.iterations, command.samples, (command.minutes or 0) * 60 or None)
+    with ExitStack() as stack:
+        display = stack.enter_context(open_display(f"{command.task} {run.path}", goal))
+        stopped = stack.enter_context(interrupts(display.note))
+        display.note(f"run {run.path}")
+        runner = stack.enter_context(
+            open_runner(command, experiment, run, workers(command, experiment), display.note)
+        )
+        learner = assembly.learner(experiment)
+        display.note(learner.precision.reason)
+        note = display.note
+        sinks = Sinks(display)
+        checkpoints = RunCheckpoints(
+            run.checkpoints, assembly.layout(experiment), assembly.notes(experiment), command.keep
+        )
+        loop = Loop(
+            learner,
+            runner.fleet,
+            runner.style,
+            sinks,
+            checkpoints,
+            LoopConfig(command.iterations, command.samples, command.checkpoint_every),
+            list(tasks.make(command.task).terms),
+            runner.starts,
+        )
+        stack.callback(loop.close)
+        begin(loop, run, command, experiment, note)
+        sinks.open(open_recorders(run, learner.samples))
+        stack.callback(sinks.close)
+        deadline = time.monotonic() + command.minutes * 60 if command.minutes else None
+        loop.run(lambda: stopped() or (deadline is not None and time.monotonic() >= deadline))
+        display.note(f"checkpoint {learner.version} in {run.checkpoints}")
+        return INTERRUPTED if stopped() else 0
+
+
+def begin(
+    loop: Loop,
+    run: RunDirectory,
+    command: Train,
+    experiment: Experiment,
+    note: Callable[[str], None],
+) -> None:
+    """Put the loop where it starts from: a checkpoint, another run's networks, or the clips."""
+    learner = loop.learner
+    if command.resume:
+        path = checkpoint_folder(run.path)
+        loop.load_state_dict(read(path, layout=assembly.layout(experiment)).state)
+        dropped = truncate_metrics(run.metrics, learner.version)
+        note(f"resumed from {path}" + (f", {dropped} lines of metrics dropped" if dropped else ""))
+    elif command.init:
+        path = checkpoint_folder(command.init)
+        learner.load_policy_state(
+            read(path, ("policy",), assembly.layout(experiment)).state["policy"]
+        )
+        note(f"networks and normalisers from {path}")
+    elif experiment.clone_passes:
+        began = time.perf_counter()
+        errors = clone_clips(learner, experiment)
+        note(
+            f"regressed on the clips: error {errors[0]:.3f} -> {errors[-1]:.3f}"
+            f" in {time.perf_counter() - began:.1f} s"
+        )
+
+
+def clone_clips(learner: Learner, experiment: Experiment) -> list[float]:
+    """Regress the learner's actor on its clips; returns the mean squared error of each pass."""
+    world, seed = experiment.world, experiment.seed
+    inputs, actions = pairs(
+        world,
+        assembly.library_of(world),
+        assembly.training_bank(world),
+        experiment.clone_samples,
+        seed,
+    )
+    return clone(
+        learner.actor, learner.normaliser, inputs, actions, experiment.clone_passes, seed=seed
+    )
+
+
+class Sinks:
+    """Hands every iteration's metrics to the files and the display."""
+
+    def __init__(self, display: Display) -> None:
+        self._display = display
+        self._recorders: list[Recorder] = []
+
+    def open(self, recorders: list[Recorder]) -> None:
+        """Take files to write to."""
+        self._recorders = recorders
+
+    def record(self, iteration: int, metrics: Mapping[str, float]) -> None:
+        """One iteration's flat metrics."""
+        line = {"iteration": iteration, **metrics, "samples": int(metrics["samples"])}
+        for recorder in self._recorders:
+            recorder.write(line)
+        self._display.show(line)
+
+    def close(self) -> None:
+        """Close the files."""
+        for recorder in self._recorders:
+            recorder.close()
+
+
+@contextmanager
+def interrupts(note: Callable[[str], None]) -> Iterator[Callable[[], bool]]:
+    """Within it, Ctrl-C (or SIGTERM) asks to stop after the iteration; a second one at once."""
+    asked = False
+
+    def handle(_number: int, _frame: FrameType | None) -> None:
+        nonlocal asked
+        if asked:
+            raise KeyboardInterrupt
+        asked = True
+        note("stopping after this iteration; once more to stop at once, without a checkpoint")
+
+    before = {s: signal.signal(s, handle) for s in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield lambda: asked
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,221 @@
+"""The discriminator service in a process of its own, restarted if it dies.
+
+`python -m discriminator.process` reads one JSON document, a ServiceSpec, from its first line of
+standard input, prints one line `{"address": ...}` or `{"error": ...}`, and serves until SIGTERM
+or the end of its standard input, so that it never outlives the process that started it.
+"""
+
+import contextlib
+import importlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from discriminator.config import StyleConfig
+from discriminator.errors import StyleError
+from discriminator.journal import Journal
+from discriminator.protocols import MocapSampler
+from discriminator.service import ServiceConfig, start
+from discriminator.trainer import Discriminator
+from rpc.errors import RpcError
+from rpc.server import ServerConfig
+from world.errors import InhabitError
+
+START_S = 120.0  # importing torch and reading the clips, on a slow disk
+LIVES = 3  # deaths within WINDOW_S that are a crash loop
+WINDOW_S = 60.0
+
+
+@dataclass(frozen=True)
+class ServiceSpec:
+    """All that the service's process needs; JSON-able."""
+
+    mocap: str
+    """`module:function` that makes the MocapSampler in that process."""
+    arguments: dict[str, Any] = field(default_factory=dict)
+    """Its keyword arguments, JSON-able."""
+    style: StyleConfig = StyleConfig()
+    seed: int = 0
+    object_mask: list[bool] | None = None
+    """Features that describe the object; needed where `style.object_features` is off."""
+    server: ServerConfig = ServerConfig()
+    service: ServiceConfig = ServiceConfig()
+
+    def to_json(self) -> str:
+        """One line."""
+        return json.dumps(asdict(self))
+
+    @staticmethod
+    def from_json(text: str) -> "ServiceSpec":
+        """What `to_json` gave."""
+        spec = json.loads(text)
+        spec["style"]["hidden"] = tuple(spec["style"]["hidden"])
+        spec["style"] = StyleConfig(**spec["style"])
+        spec["server"] = ServerConfig(**spec["server"])
+        spec["service"] = ServiceConfig(**spec["service"])
+        return ServiceSpec(**spec)
+
+
+def build(spec: ServiceSpec) -> tuple[Discriminator, Journal | None]:
+    """The discriminator of a spec and its journal; InhabitError if something does not fit."""
+    journal = Journal(Path(spec.service.state)) if spec.service.state else None
+    mask = None if spec.object_mask is None else torch.tensor(spec.object_mask)
+    style = Discriminator(
+        spec.style, _mocap(spec), spec.seed, mask, journal.replay if journal else None
+    )
+    return style, journal
+
+
+class StyleProcess:
+    """A running service; `address` is where. A dead one is started again, at the same address."""
+
+    def __init__(self, spec: ServiceSpec, say: Callable[[str], None] | None = None) -> None:
+        """Start and wait until it serves.
+
+        say: gets one line for every restart, and for a crash loop.
+        Raises StyleError with the service's own line if it cannot start.
+        """
+        self._say = say or (lambda line: None)
+        self._stopping = threading.Event()
+        self._process, self.address = _spawn(spec)
+        # Clients know the address: the next life must have the same.
+        self._spec = replace(spec, server=replace(spec.server, listen=self.address))
+        self._watch = threading.Thread(target=self._keep_alive, daemon=True)
+        self._watch.start()
+
+    @property
+    def pid(self) -> int:
+        """Of the current life."""
+        return self._process.pid
+
+    def stop(self) -> None:
+        """Drain and end it."""
+        self._stopping.set()
+        process = self._process
+        if process.poll() is None:
+            process.send_signal(signal.SIGTERM)
+            try:
+                process.wait(self._spec.server.drain_s + 5)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+        self._watch.join(WINDOW_S)
+        _close(process)
+
+    def _keep_alive(self) -> None:
+        deaths: list[float] = []
+        while True:
+            code = self._process.wait()
+            if self._stopping.is_set():
+                return
+            now = time.monotonic()
+            deaths = [t for t in deaths if now - t < WINDOW_S] + [now]
+            if len(deaths) >= LIVES:
+                self._say(f"style service ended {LIVES} times in a minute (status {code}): left so")
+                return
+            self._say(f"style service ended (status {code}): starting it again")
+            _close(self._process)
+            try:
+                self._process, _ = _spawn(self._spec)
+            except StyleError as error:
+                self._say(f"style service does not start again: {error}")
+                return
+            if self._stopping.is_set():  # stop() saw the former life
+                self._process.terminate()
+
+
+def start_process(spec: ServiceSpec, say: Callable[[str], None] | None = None) -> StyleProcess:
+    """See StyleProcess."""
+    return StyleProcess(spec, say)
+
+
+def _spawn(spec: ServiceSpec) -> tuple[subprocess.Popen[str], str]:
+    """A started process and its address; StyleError if it ends, or is silent, instead."""
+    environment = dict(os.environ, OMP_NUM_THREADS="1", CUDA_VISIBLE_DEVICES="")
+    environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "discriminator.process"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env=environment,
+        start_new_session=True,  # Ctrl-C is for the training, which then ends the service
+    )
+    assert process.stdin is not None and process.stdout is not None
+    silent = threading.Timer(START_S, process.kill)
+    silent.start()
+    try:
+        process.stdin.write(spec.to_json() + "\n")
+        process.stdin.flush()
+        line = process.stdout.readline()
+    except BrokenPipeError:
+        line = ""
+    finally:
+        silent.cancel()
+    with contextlib.suppress(ValueError):
+        answer = json.loads(line)
+        if "address" in answer:
+            return process, answer["address"]
+        process.wait()
+        _close(process)
+        raise StyleError(f"style service: {answer.get('error', line)}")
+    process.kill()
+    process.wait()
+    _close(process)
+    raise StyleError(f"style service: ended before it served (status {process.returncode})")
+
+
+def _close(process: subprocess.Popen[str]) -> None:
+    for pipe in (process.stdin, process.stdout):
+        if pipe is not None:
+            with contextlib.suppress(OSError):
+                pipe.close()
+
+
+def _mocap(spec: ServiceSpec) -> MocapSampler:
+    module, colon, name = spec.mocap.partition(":")
+    if not colon:
+        raise StyleError(f"mocap '{spec.mocap}': must be module:function")
+    try:
+        factory = getattr(importlib.import_module(module), name)
+    except (ImportError, AttributeError) as error:
+        raise StyleError(f"mocap '{spec.mocap}': {error}") from error
+    return factory(**spec.arguments)
+
+
+def main() -> int:
+    """The process; 0 after a drain, 1 with one line of JSON if it cannot serve."""
+    torch.set_num_threads(1)
+    spec = ServiceSpec.from_json(sys.stdin.readline())
+    try:
+        style, journal = build(spec)
+        server = start(style, spec.server, spec.service, journal)
+    except (InhabitError, RpcError) as error:
+        print(json.dumps({"error": str(error)}), flush=True)
+        return 1
+    print(json.dumps({"address": server.address}), flush=True)
+
+    def orphaned() -> None:
+        sys.stdin.read()
+        server.stopping.set()
+
+    threading.Thread(target=orphaned, daemon=True).start()
+    server.run()
+    return 0
+
+
+if __name__ == "__main__":
+    # A daemon thread may hold standard input: no interpreter shutdown, which would trip on it.
+    status = main()
+    sys.stdout.flush()
+    os._exit(status)

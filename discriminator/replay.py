@@ -1,0 +1,48 @@
+"""A memory of past policy transitions, filled deterministically by batch id."""
+
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor
+
+INSERTION = 1  # keeps the random stream of insertions apart from that of training
+
+
+class Replay:
+    """Rows of network input, in one preallocated tensor.
+
+    Every row is kept until the memory is full, then each with a small probability, in a random
+    slot. The draws depend on (seed, batch id) alone: inserting a batch twice from the same
+    state writes the same rows to the same slots.
+    """
+
+    def __init__(self, capacity: int, width: int, seed: int, path: Path | None = None) -> None:
+        """`path`: a file that backs the memory, so that it outlives a killed process."""
+        self.capacity = capacity
+        self.seed = seed
+        self.size = 0
+        if path is None:
+            self.rows = torch.empty(capacity, width)
+        else:
+            self.rows = torch.from_file(str(path), shared=True, size=capacity * width)
+            self.rows = self.rows.view(capacity, width)
+
+    def insert(self, rows: Tensor, batch: int, probability: float) -> int:
+        """Insert rows [n, width] of batch `batch`; the number that were kept."""
+        free = min(self.capacity - self.size, len(rows))
+        self.rows[self.size : self.size + free] = rows[:free]
+        self.size += free
+        rest = rows[free:]
+        if len(rest) == 0:
+            return free
+        draw = np.random.default_rng((INSERTION, self.seed, batch))
+        chosen = np.flatnonzero(draw.random(len(rest)) < probability)[: self.capacity]
+        # Distinct slots, or the order of writes would decide what is kept.
+        slots = draw.choice(self.capacity, size=len(chosen), replace=False)
+        self.rows[torch.from_numpy(slots)] = rest[torch.from_numpy(chosen)]
+        return free + len(chosen)
+
+    def sample(self, n: int, draw: np.random.Generator) -> Tensor:
+        """n rows drawn uniformly with replacement; needs size > 0."""
+        return self.rows[torch.from_numpy(draw.integers(self.size, size=n))]

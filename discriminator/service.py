@@ -1,0 +1,190 @@
+"""The discriminator behind gRPC: a thin servicer around `Discriminator`."""
+
+import json
+import secrets
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+
+import grpc
+import torch
+from prometheus_client import Gauge
+
+from discriminator.errors import StyleError, TurnError
+from discriminator.journal import Journal
+from discriminator.messages import rollout_of, state_chunks, state_of
+from discriminator.trainer import Discriminator
+from rpc.errors import CodecError
+from rpc.server import Server, ServerConfig
+from rpc.v1 import style_pb2 as pb
+from rpc.v1 import style_pb2_grpc
+from world.errors import InhabitError, LayoutError
+
+NAME = "rpc.v1.Style"
+ERRORS: dict[type[Exception], grpc.StatusCode] = {
+    TurnError: grpc.StatusCode.FAILED_PRECONDITION,
+    StyleError: grpc.StatusCode.INVALID_ARGUMENT,
+    LayoutError: grpc.StatusCode.INVALID_ARGUMENT,
+    InhabitError: grpc.StatusCode.INVALID_ARGUMENT,
+}
+
+
+@dataclass(frozen=True)
+class ServiceConfig:
+    """When the service trains, and where it keeps what must outlive its process."""
+
+    train_every: int = 0
+    """Train of its own accord after so many rollouts; 0: only when told (lockstep)."""
+    state: str = ""
+    """Directory of the journal from which a killed service goes on; empty: none."""
+
+
+class StyleService(style_pb2_grpc.StyleServicer):
+    """Scores, trains and reports; one call at a time touches the discriminator."""
+
+    def __init__(
+        self, style: Discriminator, config: ServiceConfig, journal: Journal | None = None
+    ) -> None:
+        """`journal`: goes on from what it holds, if it holds something."""
+        self._style, self._config, self._journal = style, config, journal
+        self._lock = threading.Lock()
+        self._instance = secrets.token_hex(8)
+        self._began = time.monotonic()
+        self._due = threading.Semaphore(0)
+        saved = journal.load() if journal else None
+        if saved is not None:
+            style.load_state_dict(saved)
+        if config.train_every > 0:
+            threading.Thread(target=self._train_of_its_own_accord, daemon=True).start()
+
+    def Score(
+        self, request_iterator: Iterator[pb.ScoreChunk], context: grpc.ServicerContext
+    ) -> pb.ScoreReply:
+        """See style.proto."""
+        first = next(request_iterator, None)
+        if first is None or first.WhichOneof("part") != "header":
+            raise CodecError("header: must come first")
+        header = first.header
+        rollout = rollout_of(header, request_iterator, self._style.width)
+        with self._lock:
+            known = self._style.knows(header.batch)
+            if header.HasField("version") and not known and header.version != self._style.version:
+                raise TurnError(
+                    f"header.version: {header.version}, must be {self._style.version} (the "
+                    "service's own): restore the service from the run's checkpoint"
+                )
+            scores = self._style.score(header.batch, **rollout)
+            every = self._config.train_every
+            if every and not known and self._style.batches % every == 0:
+                self._due.release()
+        reward = scores.reward.numpy().astype("<f4", copy=False).tobytes()
+        return pb.ScoreReply(reward=reward, version=scores.version, metrics=scores.metrics)
+
+    def Train(self, request: pb.TrainRequest, context: grpc.ServicerContext) -> pb.TrainReply:
+        """See style.proto."""
+        with self._lock:
+            style = self._style
+            if self._config.train_every:
+                raise TurnError(
+                    f"train: this service trains by itself, every {self._config.train_every} "
+                    "rollouts"
+                )
+            fresh = request.version == style.version
+            if fresh and request.HasField("batch") and request.batch != style.last_batch:
+                raise TurnError(
+                    f"train: batch {request.batch} was to be scored before, but the last was "
+                    f"{style.last_batch}: score it again"
+                )
+            metrics = style.train(request.version)
+            if fresh:
+                self._save(new=False)
+            return pb.TrainReply(version=style.version, metrics=metrics)
+
+    def Status(self, request: pb.StatusRequest, context: grpc.ServicerContext) -> pb.StatusReply:
+        """See style.proto."""
+        style = self._style
+        return pb.StatusReply(
+            version=style.version,
+            batches=style.batches,
+            transitions=style.transitions,
+            last_batch=style.last_batch,
+            replay_size=style.replay.size,
+            replay_capacity=style.replay.capacity,
+            width=style.width,
+            config=json.dumps(asdict(style.config)),
+            instance=self._instance,
+            train_every=self._config.train_every,
+            uptime_s=time.monotonic() - self._began,
+        )
+
+    def Checkpoint(
+        self, request: pb.CheckpointRequest, context: grpc.ServicerContext
+    ) -> Iterator[pb.StateChunk]:
+        """See style.proto."""
+        with self._lock:
+            state = self._style.state_dict()
+        yield from state_chunks(state)
+
+    def Restore(
+        self, request_iterator: Iterator[pb.StateChunk], context: grpc.ServicerContext
+    ) -> pb.RestoreReply:
+        """See style.proto."""
+        state = state_of(request_iterator)
+        with self._lock:
+            self._style.load_state_dict(state)
+            self._save(new=True)
+            return pb.RestoreReply(version=self._style.version)
+
+    def _save(self, new: bool) -> None:
+        """Write the journal; `new`: with the last rollout, for a training still to come."""
+        if self._journal is None:
+            return
+        state = self._style.state_dict(replay=False)
+        if not new:
+            state["new"] = state["new"][:0]
+        self._journal.save(state)
+
+    def _train_of_its_own_accord(self) -> None:
+        while True:
+            self._due.acquire()
+            with self._lock:
+                self._style.train(self._style.version)
+                self._save(new=False)
+
+    def observe(self, server: Server) -> None:
+        """Show version and replay among the server's metrics."""
+        style = self._style
+        figures = {
+            "style_version": ("Trainings so far.", lambda: style.version),
+            "style_batches": ("Rollouts scored.", lambda: style.batches),
+            "style_replay": ("Transitions in the replay.", lambda: style.replay.size),
+        }
+        for name, (what, value) in figures.items():
+            Gauge(name, what, registry=server.registry).set_function(value)
+
+
+def start(
+    style: Discriminator,
+    server_config: ServerConfig,
+    config: ServiceConfig | None = None,
+    journal: Journal | None = None,
+) -> Server:
+    """A started server of `style`; `server.address` says where, `server.drain()` ends it."""
+    server = Server(server_config, ERRORS)
+    service = StyleService(style, config or ServiceConfig(), journal)
+    style_pb2_grpc.add_StyleServicer_to_server(service, server.grpc)
+    service.observe(server)
+    server.start([NAME])
+    return server
+
+
+def serve(
+    style: Discriminator,
+    server_config: ServerConfig,
+    config: ServiceConfig | None = None,
+    journal: Journal | None = None,
+) -> None:
+    """Serve until SIGTERM or SIGINT, then drain; on one thread of torch."""
+    torch.set_num_threads(1)
+    start(style, server_config, config, journal).run()

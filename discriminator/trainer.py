@@ -1,0 +1,318 @@
+"""The discriminator in process: scores rollouts with D_k, remembers them, trains D_k+1."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from discriminator import loss, normaliser
+from discriminator.config import StyleConfig
+from discriminator.errors import StyleError, TurnError
+from discriminator.network import StyleNetwork
+from discriminator.pairing import check_rollout, next_states
+from discriminator.protocols import MocapSampler, StyleScores
+from discriminator.replay import Replay
+from world.errors import LayoutError
+
+BLOCK = 512  # rows per forward pass: activations stay in the cache
+TRAINING = 2  # keeps the random stream of training apart from that of insertions
+REMEMBERED = 8  # batch ids whose scores are kept for a retry
+
+
+class Discriminator:
+    """Style rewards for rollouts; deterministic from (seed, batch ids, versions).
+
+    Version k is the number of trainings so far. `score` uses D_k, `train(k)` makes D_k+1.
+    Not thread-safe: one caller at a time.
+    """
+
+    def __init__(
+        self,
+        config: StyleConfig,
+        mocap: MocapSampler,
+        seed: int,
+        object_mask: Tensor | None = None,
+        replay_path: Path | None = None,
+    ) -> None:
+        """Fix the normaliser from the mocap and draw the network from `seed`.
+
+        object_mask: [F] bool, the features that describe the object; left out of the input
+        where `config.object_features` is off (then it is needed: StyleError without it).
+        replay_path: see Replay.
+        """
+        self.config, self.mocap, self.seed = config, mocap, seed
+        states, _ = mocap.sample(config.normaliser_samples, normaliser.FIRST_COUNTER)
+        self.width = states.shape[-1]
+        self._kept = _kept_features(config, self.width, object_mask)
+        self.mean, self.deviation = normaliser.fit(states)
+        inputs = 2 * (self.width if self._kept is None else len(self._kept))
+        self.network = StyleNetwork(inputs, config.hidden, torch.Generator().manual_seed(seed))
+        self.optimiser = torch.optim.Adam(
+            self.network.parameters(), lr=config.learning_rate, fused=True
+        )
+        self.replay = Replay(config.replay, inputs, seed, replay_path)
+        self.version = 0
+        self.batches = 0
+        self.last_batch = -1
+        self._forgotten = -1
+        self.transitions = 0
+        self._new = torch.empty(0, inputs)
+        self._scores: dict[int, StyleScores] = {}
+        self._trained: dict[str, float] = {}
+
+    def score(
+        self,
+        batch: int,
+        rollout_states: Tensor,
+        end_index: Tensor,
+        end_states: Tensor,
+        valid: Tensor,
+    ) -> StyleScores:
+        """Style rewards of a rollout under D_k, whose transitions enter the replay once.
+
+        batch: id of the rollout; the same id again gives the same scores and inserts nothing.
+        rollout_states: [T+1, N, F] float32; end_index: [K, 2] int64 (t, n); end_states: [K, F];
+        valid: [T, N] bool, False where a transition is to be ignored.
+        Raises StyleError for another layout, or numbers that are not finite in a valid transition.
+        """
+        if batch in self._scores:
+            return self._scores[batch]
+        if batch <= self._forgotten:
+            raise StyleError(
+                f"batch {batch}: its scores are forgotten, ids must be above {self._forgotten}"
+            )
+        states = rollout_states
+        check_rollout(states, end_index, end_states, valid, self.width)
+        if not (states.isfinite().all() and end_states.isfinite().all()):
+            _refuse_non_finite(states, end_index, end_states, valid)
+        rows = self._rows(states, end_index, end_states)
+        logits = self.logits(rows)
+        reward = loss.style_reward(logits, self.config.clamp, self.config.reward_scale)
+        if not valid.all():
+            keep = valid.flatten()
+            reward = torch.where(keep, reward, 0.0)
+            logits, rows = logits[keep], rows[keep]
+        self.replay.insert(rows, batch, self.config.insert_probability)
+        self._new = rows
+        self.batches += 1
+        self.transitions += len(rows)
+        count = max(len(rows), 1)
+        scores = StyleScores(
+            reward.view(valid.shape),
+            self.version,
+            {
+                "style/accuracy_policy": float((logits < 0).sum()) / count,
+                "style/logit_policy": float(logits.sum()) / count,
+                "reward/style": float(reward.sum()) / count,
+            },
+        )
+        self._scores[batch] = scores
+        self.last_batch = batch
+        if len(self._scores) > REMEMBERED:
+            self._forgotten = min(self._scores)
+            del self._scores[self._forgotten]
+        return scores
+
+    def knows(self, batch: int) -> bool:
+        """Whether a batch was scored lately, so that scoring it again changes nothing."""
+        return batch in self._scores
+
+    def train(self, version: int) -> dict[str, float]:
+        """Train D_version+1 from D_version; asked again, give the same metrics and train nothing.
+
+        Raises TurnError for any other version, and when nothing has been scored yet.
+        """
+        if version + 1 == self.version and self._trained:
+            return dict(self._trained)
+        if version != self.version:
+            raise TurnError(
+                f"train: version {version}, must be {self.version} (the discriminator's own)"
+            )
+        if self.replay.size == 0:
+            raise TurnError("train: no policy transitions yet, score a rollout first")
+        held_out = self.logits(
+            self._mocap_rows(self.mocap.held_out(self.config.held_out_batch, version))
+        )
+        steps = torch.stack(
+            [self._step(version, i) for i in range(self.config.steps_per_iteration)]
+        )
+        total, penalty, logit = steps.double().mean(0).tolist()
+        self.version = version + 1
+        self._trained = {
+            "style/loss": total,
+            "style/penalty": penalty,
+            "style/logit_mocap": logit,
+            "style/accuracy_mocap": float((held_out > 0).double().mean()),
+        }
+        return dict(self._trained)
+
+    def _step(self, version: int, step: int) -> Tensor:
+        """One gradient step; classification loss, weighted penalty, mean mocap logit [3]."""
+        config = self.config
+        draw = np.random.default_rng((TRAINING, self.seed, version, step))
+        half = config.batch // 2 if len(self._new) else 0
+        policy = [self.replay.sample(config.batch - half, draw)]
+        if half:
+            policy.append(self._new[torch.from_numpy(draw.integers(len(self._new), size=half))])
+        counter = version * config.steps_per_iteration + step
+        mocap = self._mocap_rows(self.mocap.sample(config.batch, counter))
+        # Mocap first: the penalty takes the leading rows, which are mocap alone.
+        logits, hidden = self.network.with_activations(torch.cat([mocap, *policy]))
+        on_mocap, on_policy = logits[: len(mocap)], logits[len(mocap) :]
+        gradient = self.network.input_gradient([h[: config.penalty_batch] for h in hidden])
+        classified = loss.classification(on_policy, on_mocap)
+        penalty = config.gradient_penalty * loss.gradient_penalty(gradient)
+        regular = loss.regularisation(self.network, config.logit_regulariser, config.weight_decay)
+        self.optimiser.zero_grad(set_to_none=True)
+        (classified + penalty + regular).backward()
+        self.optimiser.step()
+        return torch.stack([classified, penalty, on_mocap.mean()]).detach()
+
+    def logits(self, rows: Tensor) -> Tensor:
+        """Logits [n] of rows of network input [n, inputs], without a gradient."""
+        with torch.no_grad():
+            return torch.cat([self.network(block) for block in rows.split(BLOCK)])
+
+    def _rows(self, states: Tensor, end_index: Tensor, end_states: Tensor) -> Tensor:
+        """Rows of network input [T N, inputs] of a rollout, time-major."""
+        before, ends = self._features(states), self._features(end_states)
+        after = next_states(before, end_index, ends)
+        return torch.cat([before[:-1], after], -1).flatten(0, 1)
+
+    def _features(self, states: Tensor) -> Tensor:
+        """The judged features of states [..., F], normalised."""
+        normalised = normaliser.normalise(states, self.mean, self.deviation)
+        return normalised if self._kept is None else normalised[..., self._kept]
+
+    def _mocap_rows(self, pairs: tuple[Tensor, Tensor]) -> Tensor:
+        return torch.cat([self._features(states) for states in pairs], -1)
+
+    def state_dict(self, replay: bool = True) -> dict[str, Tensor]:
+        """Everything that decides what happens next, as flat tensors; copies.
+
+        replay: False leaves the replay's rows out (for a process whose replay is a file).
+        """
+        state = {f"network/{k}": v.clone() for k, v in self.network.state_dict().items()}
+        moments = self.optimiser.state_dict()["state"]
+        for index, moment in moments.items():
+            state |= {f"adam/{index}/{k}": v.clone() for k, v in moment.items()}
+        state["normaliser/mean"] = self.mean.clone()
+        state["normaliser/deviation"] = self.deviation.clone()
+        state["new"] = self._new.clone()
+        for name, value in self._counters().items():
+            state[f"counters/{name}"] = torch.tensor(value)
+        if replay:
+            state["replay"] = self.replay.rows[: self.replay.size].clone()
+        for name, value in self._trained.items():
+            state[f"trained/{name}"] = torch.tensor(value, dtype=torch.float64)
+        for order, (batch, scores) in enumerate(self._scores.items()):
+            state[f"scores/{order}/id"] = torch.tensor([batch, scores.version])
+            state[f"scores/{order}/reward"] = scores.reward.clone()
+            for name, value in scores.metrics.items():
+                state[f"scores/{order}/{name}"] = torch.tensor(value, dtype=torch.float64)
+        return state
+
+    def load_state_dict(self, state: Mapping[str, Tensor]) -> None:
+        """Become the discriminator whose state_dict this is, bit for bit.
+
+        A state without `replay` keeps the rows that are in memory. Raises LayoutError, and
+        changes nothing, if it is of another network, feature layout or replay capacity.
+        """
+        self._check(state)
+        self.network.load_state_dict(_under(state, "network/"))
+        parameters = len(list(self.network.parameters()))
+        moments = {i: _copied(_under(state, f"adam/{i}/")) for i in range(parameters)}
+        groups = self.optimiser.state_dict()["param_groups"]
+        self.optimiser.load_state_dict(
+            {"state": {i: m for i, m in moments.items() if m}, "param_groups": groups}
+        )
+        self.mean = state["normaliser/mean"].clone()
+        self.deviation = state["normaliser/deviation"].clone()
+        self._new = state["new"].clone()
+        counters = {k: int(v) for k, v in _under(state, "counters/").items()}
+        self.seed = self.replay.seed = counters["seed"]
+        self.version, self.batches = counters["version"], counters["batches"]
+        self.transitions, size = counters["transitions"], counters["replay"]
+        self.last_batch, self._forgotten = counters["last_batch"], counters["forgotten"]
+        if "replay" in state:
+            self.replay.rows[:size] = state["replay"]
+        self.replay.size = size
+        self._trained = {k: float(v) for k, v in _under(state, "trained/").items()}
+        self._scores = {}
+        for order in range(REMEMBERED + 1):
+            entry = _under(state, f"scores/{order}/")
+            if entry:
+                batch, version = entry.pop("id").tolist()
+                reward = entry.pop("reward").clone()
+                metrics = {k: float(v) for k, v in entry.items()}
+                self._scores[batch] = StyleScores(reward, version, metrics)
+
+    def _counters(self) -> dict[str, int]:
+        return {
+            "seed": self.seed,
+            "version": self.version,
+            "batches": self.batches,
+            "transitions": self.transitions,
+            "replay": self.replay.size,
+            "last_batch": self.last_batch,
+            "forgotten": self._forgotten,
+        }
+
+    def close(self) -> None:
+        """Nothing to release in process."""
+
+    def _check(self, state: Mapping[str, Tensor]) -> None:
+        kinds = ("network/", "normaliser/", "counters/")
+        own = self.state_dict(replay=False)
+        wanted = {k: v.shape for k, v in own.items() if k.startswith(kinds)}
+        for name, shape in wanted.items():
+            if name not in state:
+                raise LayoutError(f"discriminator state: {name} is missing")
+            if state[name].shape != shape:
+                raise LayoutError(
+                    f"discriminator state: {name} is {list(state[name].shape)}, "
+                    f"must be {list(shape)}"
+                )
+        size, inputs = int(state["counters/replay"]), self.replay.rows.shape[1]
+        if size > self.replay.capacity:
+            raise LayoutError(
+                f"discriminator state: a replay of {size}, must be at most {self.replay.capacity}"
+            )
+        if "new" not in state or state["new"].ndim != 2 or state["new"].shape[1] != inputs:
+            raise LayoutError(f"discriminator state: new must be [n, {inputs}]")
+        if "replay" in state and tuple(state["replay"].shape) != (size, inputs):
+            raise LayoutError(f"discriminator state: replay must be [{size}, {inputs}]")
+
+
+def _under(state: Mapping[str, Tensor], prefix: str) -> dict[str, Tensor]:
+    return {k.removeprefix(prefix): v for k, v in state.items() if k.startswith(prefix)}
+
+
+def _copied(state: dict[str, Tensor]) -> dict[str, Tensor]:
+    return {k: v.clone() for k, v in state.items()}
+
+
+def _kept_features(config: StyleConfig, width: int, object_mask: Tensor | None) -> Tensor | None:
+    """Indices of the judged features; None for all."""
+    if config.object_features:
+        return None
+    if object_mask is None or tuple(object_mask.shape) != (width,):
+        raise StyleError(f"object_features off: needs object_mask, bool [{width}]")
+    return torch.nonzero(~object_mask).flatten()
+
+
+def _refuse_non_finite(
+    states: Tensor, end_index: Tensor, end_states: Tensor, valid: Tensor
+) -> None:
+    """Raise StyleError unless every valid transition is finite."""
+    before = states[:-1].isfinite().all(-1)
+    after = next_states(states, end_index, end_states).isfinite().all(-1)
+    bad = torch.nonzero(valid & ~(before & after))
+    if len(bad):
+        step, scene = bad[0].tolist()
+        raise StyleError(
+            f"states: {len(bad)} valid transitions are not finite (the first at step {step}, "
+            f"scene {scene}), must be finite or marked invalid"
+        )

@@ -1,0 +1,41 @@
+"""Behaviour cloning: a policy to start from, regressed on known actions."""
+
+import torch
+from torch import Tensor
+
+from learner.optimiser import adam
+from policy.networks import Actor
+from policy.normaliser import Normaliser
+
+
+def clone(
+    actor: Actor,
+    normaliser: Normaliser,
+    inputs: Tensor,
+    targets: Tensor,
+    passes: int = 8,
+    rate: float = 1e-3,
+    *,
+    minibatch: int = 1024,
+    seed: int = 0,
+) -> list[float]:
+    """Fit the normaliser on raw (state, goal) inputs [M, d], then the actor's mean on [M, 28].
+
+    Returns the mean squared error of each pass. Train the critic alone for some iterations
+    afterwards (`LearnerConfig.warmup_iterations`): an untrained one destroys the clone.
+    """
+    normaliser.update(inputs)
+    observations = normaliser(inputs)
+    optimiser = adam(actor.parameters(), rate)
+    generator = torch.Generator().manual_seed(seed)
+    errors = []
+    for _ in range(passes):
+        total = 0.0
+        for rows in torch.randperm(len(inputs), generator=generator).split(minibatch):
+            loss = (actor(observations[rows]) - targets[rows]).square().mean()
+            optimiser.zero_grad(set_to_none=True)
+            loss.backward()
+            optimiser.step()
+            total += float(loss.detach()) * len(rows)
+        errors.append(total / len(inputs))
+    return errors

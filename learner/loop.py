@@ -1,0 +1,176 @@
+"""The training loop: gather, score, returns, update, train the discriminator, publish, record."""
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import torch
+
+from learner.config import LoopConfig
+from learner.episodes import EpisodeWindow
+from learner.errors import TrainingError
+from learner.ppo import Learner
+from learner.protocols import Checkpointer, Fleet, Recorder, State, Style
+from learner.returns import mixed_reward
+
+
+class Loop:
+    """Wires a learner to its fleet and style; the same numbers whatever stands behind them."""
+
+    def __init__(
+        self,
+        learner: Learner,
+        fleet: Fleet,
+        style: Style | None,
+        recorder: Recorder,
+        checkpointer: Checkpointer,
+        config: LoopConfig,
+        terms: Sequence[str] = (),
+        starts: Sequence[str] = (),
+    ) -> None:
+        self.learner = learner
+        self.fleet = fleet
+        self.style = style
+        self.recorder = recorder
+        self.checkpointer = checkpointer
+        self.config = config
+        self.terms = tuple(terms)
+        self.episodes = EpisodeWindow(config.episode_window, starts)
+        self.seconds = 0.0
+        self.best_score = -math.inf
+        # The discriminator trains beside the update; on its own thread its numbers are the same.
+        self._background = ThreadPoolExecutor(
+            1, "style", initializer=torch.set_num_threads, initargs=(1,)
+        )
+
+    def run(self, stop: Callable[[], bool] = lambda: False) -> None:
+        """Iterate until the limits of the config or until `stop()`; a checkpoint at the end."""
+        saved = None
+        while not self._finished() and not stop():
+            metrics = self.iterate()
+            require_finite(self.learner.version, metrics)
+            self.recorder.record(self.learner.version, metrics)
+            if self.learner.version % self.config.checkpoint_iterations == 0:
+                saved = self._checkpoint(metrics)
+        if saved != self.learner.version and self.learner.version > 0:
+            self._checkpoint(self.episodes.metrics())
+
+    def iterate(self) -> dict[str, float]:
+        """One iteration; returns its metrics."""
+        began = time.perf_counter()
+        learner, config = self.learner, self.learner.config
+        version, sigma = learner.version, learner.sigma
+
+        rollout = self.fleet.collect(learner.weights(), version, sigma)
+        gathered = time.perf_counter()
+
+        metrics: dict[str, float] = {}
+        style_reward, training = None, None
+        if self.style is not None:
+            scores = self.style.score(
+                version, rollout.states, rollout.end_index, rollout.end_states, rollout.valid
+            )
+            style_reward = scores.reward
+            metrics |= scores.metrics
+            metrics["lag/style"] = float(version - scores.version)
+            metrics["reward/style"] = float(style_reward[rollout.valid].mean())
+            training = self._background.submit(_timed_train, self.style, scores.version)
+        scored = time.perf_counter()
+
+        rewards = mixed_reward(
+            rollout.rewards, style_reward, config.task_weight, config.style_weight
+        )
+        metrics |= learner.update(rollout, rewards, sigma)
+        updated = time.perf_counter()
+
+        style_s = scored - gathered
+        if training is not None:
+            trained, train_s = training.result()
+            metrics |= trained
+            style_s += train_s
+
+        self.episodes.add(rollout.episodes)
+        ended = time.perf_counter()
+        self.seconds += ended - began
+        means = rollout.term_means(self.terms) if self.terms else {}
+        return (
+            metrics
+            | self.episodes.metrics()
+            | {f"reward/{name}": mean for name, mean in means.items()}
+            | {
+                "samples": float(learner.samples),
+                "seconds": self.seconds,
+                "rate/samples_per_s": rollout.samples / (ended - began),
+                "rate/world_s": rollout.seconds.get("world", 0.0),
+                "rate/policy_s": rollout.seconds.get("policy", 0.0),
+                "rate/gather_s": gathered - began,
+                "rate/style_s": style_s,
+                "rate/update_s": updated - scored,
+                "rate/iteration_s": ended - began,
+                "reward/task": float(rollout.rewards[rollout.valid].mean()),
+                "lag/policy": float(version - rollout.version),
+                "actors/alive": float(self.fleet.alive()),
+                "dropped/samples": float((~rollout.valid).sum()),
+            }
+        )
+
+    def _finished(self) -> bool:
+        iterations, samples = self.config.iterations, self.config.samples
+        return (iterations is not None and self.learner.version >= iterations) or (
+            samples is not None and self.learner.samples >= samples
+        )
+
+    def _checkpoint(self, metrics: Mapping[str, float]) -> int:
+        score = metrics.get("episode/success", 0.0) + 1e-6 * metrics.get("episode/return", 0.0)
+        best = score >= self.best_score
+        self.best_score = max(self.best_score, score)
+        self.checkpointer.save(self.learner.version, self.state_dict(), best)
+        return self.learner.version
+
+    def state_dict(self) -> State:
+        """Everything that an exact restart needs, in the sections of a checkpoint."""
+        return {
+            "policy": self.learner.policy_state(),
+            "training": {
+                "learner": self.learner.state_dict(),
+                "fleet": self.fleet.state_dict(),
+                "episodes": self.episodes.state_dict(),
+                "seconds": self.seconds,
+                "best_score": self.best_score if math.isfinite(self.best_score) else None,
+            },
+            "style": {} if self.style is None else self.style.state_dict(),
+        }
+
+    def load_state_dict(self, state: State) -> None:
+        """Restore what `state_dict` gave: from here on as if never stopped, bit for bit."""
+        training = state["training"]
+        self.learner.load_policy_state(state["policy"])
+        self.learner.load_state_dict(training["learner"])
+        self.fleet.load_state_dict(training["fleet"])
+        self.episodes.load_state_dict(training["episodes"])
+        self.seconds = float(training["seconds"])
+        best = training["best_score"]
+        self.best_score = -math.inf if best is None else float(best)
+        if self.style is not None:
+            self.style.load_state_dict(state["style"])
+
+    def close(self) -> None:
+        """Let go of threads; the fleet and the style are their owner's."""
+        self._background.shutdown()
+        self.learner.close()
+
+
+def require_finite(iteration: int, metrics: Mapping[str, float]) -> None:
+    """Stop with the names of what is no longer a number; the last checkpoint stays as it is."""
+    broken = [name for name, value in metrics.items() if not math.isfinite(value)]
+    if broken:
+        raise TrainingError(
+            f"iteration {iteration}: {', '.join(broken)} not finite; the last checkpoint is kept:"
+            " resume from it with a lower learning rate or action noise"
+        )
+
+
+def _timed_train(style: Style, version: int) -> tuple[dict[str, float], float]:
+    began = time.perf_counter()
+    return dict(style.train(version)), time.perf_counter() - began

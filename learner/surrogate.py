@@ -1,0 +1,30 @@
+"""PPO's objectives as pure functions of what the networks gave."""
+
+import torch
+from torch import Tensor
+
+
+def clipped_surrogate(log_ratio: Tensor, advantages: Tensor, clip: float) -> Tensor:
+    """-mean(min(r A, clip(r, 1 ± clip) A)) (Schulman et al. 2017, Eq. 7); [n], [n] -> []."""
+    ratio = log_ratio.exp()
+    bounded = ratio.clamp(1.0 - clip, 1.0 + clip)
+    return -torch.minimum(ratio * advantages, bounded * advantages).mean()
+
+
+def soft_bound(means: Tensor) -> Tensor:
+    """Squared excess of |mean action| over 1, summed over components: [n, a] -> []."""
+    return (means.abs() - 1.0).clamp(min=0.0).square().sum(-1).mean()
+
+
+def kl_fixed_sigma(means: Tensor, old_means: Tensor, sigma: float) -> Tensor:
+    """Mean KL of two Gaussians with one sigma, ½ |Δmean|² / sigma²: [n, a], [n, a] -> []."""
+    return 0.5 * (means - old_means).square().sum(-1).mean() / sigma**2
+
+
+def next_rate(rate: float, kl: float, target: float, bounds: tuple[float, float]) -> float:
+    """Divide by 1.3 above twice the target, multiply by 1.1 below half of it, within bounds."""
+    if kl > 2.0 * target:
+        rate /= 1.3
+    elif kl < 0.5 * target:
+        rate *= 1.1
+    return min(max(rate, bounds[0]), bounds[1])

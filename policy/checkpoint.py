@@ -1,0 +1,245 @@
+"""Checkpoints: a directory of safetensors files and one manifest, written whole or not at all."""
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import torch
+from safetensors import SafetensorError
+from safetensors.torch import load_file, save_file
+from torch import Tensor
+
+from policy.errors import CheckpointError, LayoutError
+
+FORMAT = 1
+MANIFEST = "manifest.json"
+SECTIONS = ("policy", "training", "style")
+State = dict[str, Any]
+Table = tuple[tuple[str, int], ...]
+"""Names and widths, in order."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What a checkpoint's numbers mean; two that differ here cannot stand in for one another."""
+
+    task: str
+    features: Table
+    goal: Table
+    actions: int
+    hidden: tuple[int, ...]
+
+    @property
+    def observation(self) -> int:
+        """Width of (state, goal)."""
+        return sum(width for _, width in (*self.features, *self.goal))
+
+    def require(self, other: "Layout", where: str) -> None:
+        """Raise LayoutError, naming the first difference, unless `other` can be loaded as this."""
+        for name in ("features", "goal", "actions", "hidden"):
+            mine, theirs = getattr(self, name), getattr(other, name)
+            if mine != theirs:
+                raise LayoutError(
+                    f"{where}: its {name} are {_show(theirs)}, this task's are {_show(mine)}"
+                )
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """The readable part of a checkpoint."""
+
+    layout: Layout
+    iteration: int
+    samples: int
+    notes: dict[str, str] = field(default_factory=dict)
+    """Licence and data that the weights come from."""
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A loaded checkpoint: its manifest, and the sections that were asked for."""
+
+    path: Path
+    manifest: Manifest
+    state: State
+
+
+def flatten(state: Mapping[str, Any], prefix: str = "") -> tuple[dict[str, Tensor], State]:
+    """Nested dict -> tensors and JSON values by path "a/b/c"; empty dicts count as values.
+
+    A slash within a key is written ~1 and a tilde ~0 (RFC 6901).
+    """
+    tensors: dict[str, Tensor] = {}
+    values: State = {}
+    for key, leaf in state.items():
+        if not isinstance(key, str):
+            raise CheckpointError(f"key {prefix}{key!r}: a checkpoint's keys are strings")
+        path = prefix + key.replace("~", "~0").replace("/", "~1")
+        if isinstance(leaf, Tensor):
+            tensors[path] = leaf.detach().cpu()
+        elif isinstance(leaf, Mapping) and leaf:
+            inner_tensors, inner_values = flatten(leaf, f"{path}/")
+            tensors |= inner_tensors
+            values |= inner_values
+        elif leaf is None or isinstance(leaf, bool | int | float | str | list | tuple | Mapping):
+            values[path] = dict(leaf) if isinstance(leaf, Mapping) else leaf
+        else:
+            raise CheckpointError(f"{path}: a {type(leaf).__name__} cannot be kept in a checkpoint")
+    return tensors, values
+
+
+def unflatten(tensors: Mapping[str, Tensor], values: Mapping[str, Any]) -> State:
+    """The nested dict that `flatten` took apart."""
+    state: State = {}
+    for path, leaf in (*tensors.items(), *values.items()):
+        *parents, key = (k.replace("~1", "/").replace("~0", "~") for k in path.split("/"))
+        at = state
+        for parent in parents:
+            at = at.setdefault(parent, {})
+        at[key] = leaf
+    return state
+
+
+def write(path: Path, state: Mapping[str, State], manifest: Manifest) -> Path:
+    """Write sections of state as a checkpoint directory; it appears complete or not at all.
+
+    Raises CheckpointError where the disk is full or not writable; nothing half-written is left.
+    """
+    partial = path.with_name(f".{path.name}.partial")
+    try:
+        shutil.rmtree(partial, ignore_errors=True)
+        partial.mkdir(parents=True)
+        files, values = {}, {}
+        for section, content in state.items():
+            tensors, values[section] = flatten(content)
+            file = partial / f"{section}.safetensors"
+            save_file(_unshared(tensors), file)
+            files[file.name] = {"sha256": _digest(file), "bytes": file.stat().st_size}
+            _sync(file)
+        text = json.dumps(
+            {"format": FORMAT, **asdict(manifest), "files": files, "values": values}, indent=1
+        )
+        (partial / MANIFEST).write_text(text)
+        _sync(partial / MANIFEST)
+        _sync(partial)
+        replaced = path.with_name(f".{path.name}.replaced")
+        if path.exists():
+            path.rename(replaced)
+        partial.rename(path)
+        _sync(path.parent)
+        shutil.rmtree(replaced, ignore_errors=True)
+    except (OSError, SafetensorError) as error:
+        shutil.rmtree(partial, ignore_errors=True)
+        raise CheckpointError(
+            f"cannot write checkpoint {path}: {error}; free some space or choose another --run"
+        ) from error
+    except BaseException:
+        shutil.rmtree(partial, ignore_errors=True)
+        raise
+    return path
+
+
+def read(
+    path: Path, sections: Sequence[str] = SECTIONS, layout: Layout | None = None
+) -> Checkpoint:
+    """Load and verify sections of a checkpoint.
+
+    Raises CheckpointError, naming the file, where one is missing, truncated or changed; LayoutError
+    where it was made for other features, goals, actions or hidden widths than `layout`.
+    """
+    raw = _read_manifest(path)
+    manifest = _manifest(raw, path)
+    if layout is not None:
+        layout.require(manifest.layout, str(path))
+    state: State = {}
+    for section in sections:
+        file = path / f"{section}.safetensors"
+        if file.name not in raw["files"]:
+            held = ", ".join(sorted(raw["files"]))
+            raise CheckpointError(f"{path} has no {file.name}; it holds {held}")
+        try:
+            if _digest(file) != raw["files"][file.name]["sha256"]:
+                raise CheckpointError(
+                    f"{file} is damaged: not the bytes that were written; use an older checkpoint"
+                )
+            tensors = load_file(file)
+        except (OSError, SafetensorError) as error:
+            raise CheckpointError(f"cannot read {file}: {error}") from error
+        state[section] = unflatten(tensors, raw["values"].get(section, {}))
+    return Checkpoint(path, manifest, state)
+
+
+def read_manifest(path: Path) -> Manifest:
+    """The manifest alone; nothing else is opened."""
+    return _manifest(_read_manifest(path), path)
+
+
+def _read_manifest(path: Path) -> dict[str, Any]:
+    file = path / MANIFEST
+    try:
+        raw = json.loads(file.read_text())
+    except FileNotFoundError as error:
+        raise CheckpointError(f"{path} is no checkpoint: it has no {MANIFEST}") from error
+    except (OSError, ValueError) as error:
+        raise CheckpointError(f"{file} is damaged: {error}; use an older checkpoint") from error
+    if not isinstance(raw, dict) or raw.get("format") != FORMAT:
+        found = raw.get("format") if isinstance(raw, dict) else None
+        raise LayoutError(f"{file}: format {found}, this version reads format {FORMAT}")
+    return raw
+
+
+def _manifest(raw: Mapping[str, Any], path: Path) -> Manifest:
+    try:
+        table = raw["layout"]
+        layout = Layout(
+            task=table["task"],
+            features=tuple((str(name), int(width)) for name, width in table["features"]),
+            goal=tuple((str(name), int(width)) for name, width in table["goal"]),
+            actions=int(table["actions"]),
+            hidden=tuple(int(width) for width in table["hidden"]),
+        )
+        raw["files"], raw["values"]
+        return Manifest(layout, int(raw["iteration"]), int(raw["samples"]), dict(raw["notes"]))
+    except (KeyError, TypeError, ValueError) as error:
+        raise CheckpointError(
+            f"{path / MANIFEST} is damaged: {error!r} missing or wrong"
+        ) from error
+
+
+def _unshared(tensors: Mapping[str, Tensor]) -> dict[str, Tensor]:
+    """Contiguous tensors, each with its own storage: the format holds no views."""
+    seen: set[int] = set()
+    own = {}
+    for key, tensor in tensors.items():
+        storage = tensor.untyped_storage()
+        whole = (
+            tensor.is_contiguous() and storage.nbytes() == tensor.numel() * tensor.element_size()
+        )
+        fresh = whole and storage.data_ptr() not in seen
+        own[key] = tensor if fresh else tensor.clone(memory_format=torch.contiguous_format)
+        seen.add(own[key].untyped_storage().data_ptr())
+    return own
+
+
+def _digest(file: Path) -> str:
+    with file.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def _sync(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _show(value: object) -> str:
+    if isinstance(value, tuple) and value and isinstance(value[0], tuple):
+        return ", ".join(f"{name} {width}" for name, width in value)
+    return str(value)

@@ -1,0 +1,72 @@
+"""The actor and critic networks: separate ReLU perceptrons on the normalised state and goal."""
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+from torch import Tensor, nn
+
+# The first mean action is then about zero: the mean mocap pose.
+ACTOR_OUTPUT_GAIN = 0.01
+
+
+def perceptron(
+    inputs: int, hidden: Sequence[int], outputs: int, output_gain: float
+) -> nn.Sequential:
+    """Linear layers with ReLU between them; orthogonal weights, zero biases."""
+    widths = [inputs, *hidden, outputs]
+    layers: list[nn.Module] = []
+    for k, (fan_in, fan_out) in enumerate(pairwise(widths)):
+        last = k == len(hidden)
+        linear = nn.Linear(fan_in, fan_out)
+        nn.init.orthogonal_(linear.weight, gain=output_gain if last else 2.0**0.5)
+        nn.init.zeros_(linear.bias)
+        layers += [linear] if last else [linear, nn.ReLU()]
+    return nn.Sequential(*layers)
+
+
+class Actor(nn.Module):
+    """Mean of the Gaussian policy, in units of the normalised action."""
+
+    def __init__(self, inputs: int, actions: int, hidden: Sequence[int] = (512, 256)) -> None:
+        super().__init__()
+        self.layers = perceptron(inputs, hidden, actions, ACTOR_OUTPUT_GAIN)
+
+    def forward(self, observation: Tensor) -> Tensor:
+        """Normalised (state, goal) [n, inputs] -> mean action [n, actions]."""
+        return self.layers(observation)
+
+
+class Critic(nn.Module):
+    """Expected discounted return, in units of the value normaliser."""
+
+    def __init__(self, inputs: int, hidden: Sequence[int] = (512, 256)) -> None:
+        super().__init__()
+        self.layers = perceptron(inputs, hidden, 1, 1.0)
+
+    @property
+    def head(self) -> nn.Linear:
+        """The last layer, rescaled when the value normaliser moves."""
+        last = self.layers[-1]
+        assert isinstance(last, nn.Linear)
+        return last
+
+    def forward(self, observation: Tensor) -> Tensor:
+        """Normalised (state, goal) [n, inputs] -> normalised value [n]."""
+        return self.layers(observation).squeeze(-1)
+
+
+def hidden_widths(weights: dict[str, Tensor], prefix: str = "") -> tuple[int, int, tuple[int, ...]]:
+    """(inputs, outputs, hidden widths) of a perceptron, read from its weights' shapes."""
+    keys = [k for k in weights if k.startswith(f"{prefix}layers.") and k.endswith(".weight")]
+    keys.sort(key=lambda k: int(k.removeprefix(f"{prefix}layers.").split(".")[0]))
+    shapes = [weights[k].shape for k in keys]
+    return shapes[0][1], shapes[-1][0], tuple(int(s[0]) for s in shapes[:-1])
+
+
+def log_density(actions: Tensor, means: Tensor, sigma: float) -> Tensor:
+    """Log-density of a Gaussian with one fixed sigma: [.., a], [.., a] -> [..], float32."""
+    width = actions.shape[-1]
+    scaled = (actions - means.float()) / sigma
+    constant = width * (math.log(sigma) + 0.5 * math.log(2.0 * math.pi))
+    return -0.5 * scaled.square().sum(-1) - constant

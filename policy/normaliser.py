@@ -1,0 +1,125 @@
+"""Running mean and variance of a vector, merged a batch at a time, and the clip with it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+
+@dataclass(frozen=True)
+class NormaliserConfig:
+    """How inputs are scaled before the networks see them."""
+
+    clip: float = 5.0
+    """Normalised inputs are clipped at plus and minus this."""
+    std_floor: float = 1e-2
+    """Smallest standard deviation divided by, in the input's own units."""
+
+
+def normalise(x: Tensor, mean: Tensor, std: Tensor, clip: float) -> Tensor:
+    """(x - mean) / std, clipped at ±clip; [.., d] with mean and std [d]."""
+    return ((x - mean) / std).clamp_(-clip, clip)
+
+
+class Normaliser:
+    """Mean and variance of all rows seen so far [d], float64 (Chan et al. 1979, pairwise merge)."""
+
+    def __init__(self, width: int, config: NormaliserConfig | None = None) -> None:
+        self.config = config or NormaliserConfig()
+        self.mean = torch.zeros(width, dtype=torch.float64)
+        self.variance = torch.ones(width, dtype=torch.float64)
+        self.count = torch.zeros(width, dtype=torch.float64)
+
+    @property
+    def std(self) -> Tensor:
+        """Standard deviation [d], float32, not below the floor."""
+        return self.variance.sqrt().clamp(min=self.config.std_floor).float()
+
+    def update(self, rows: Tensor) -> None:
+        """Merge a batch of rows [n, d]; an empty batch changes nothing."""
+        n = rows.shape[0]
+        if n == 0:
+            return
+        rows = rows.double()
+        variance, mean = torch.var_mean(rows, dim=0, correction=0)
+        total = self.count + n
+        delta = mean - self.mean
+        # Columns never seen start from nothing: their placeholder variance of 1 has count 0.
+        squares = self.variance * self.count + variance * n
+        squares += delta.square() * self.count * n / total
+        self.mean = self.mean + delta * n / total
+        self.variance = squares / total
+        self.count = total
+
+    def forget(self, columns: Sequence[int]) -> None:
+        """Start the given columns anew: what was constant in the last task explodes in the next."""
+        index = torch.as_tensor(columns, dtype=torch.int64)
+        self.mean[index], self.variance[index], self.count[index] = 0.0, 1.0, 0.0
+
+    def __call__(self, rows: Tensor) -> Tensor:
+        """Normalised and clipped rows [.., d], float32."""
+        return normalise(rows, self.mean.float(), self.std, self.config.clip)
+
+    def published(self) -> dict[str, Tensor]:
+        """What acting needs: mean [d], std [d] and clip [], float32."""
+        clip = torch.tensor(self.config.clip, dtype=torch.float32)
+        return {"mean": self.mean.float(), "std": self.std, "clip": clip}
+
+    def state_dict(self) -> dict[str, Tensor]:
+        """Everything that an exact restart needs, float64 [d] each."""
+        return {
+            "mean": self.mean.clone(),
+            "variance": self.variance.clone(),
+            "count": self.count.clone(),
+        }
+
+    def load_state_dict(self, state: dict[str, Tensor]) -> None:
+        """Restore what `state_dict` gave."""
+        self.mean = state["mean"].double().clone()
+        self.variance = state["variance"].double().clone()
+        self.count = state["count"].double().clone()
+
+
+class ValueNormaliser:
+    """Mean and standard deviation of the returns, so that the critic learns numbers near one."""
+
+    def __init__(self, memory: float = 2e6, std_floor: float = 1e-2) -> None:
+        self._moments = Normaliser(1, NormaliserConfig(std_floor=std_floor))
+        self._memory = memory
+
+    @property
+    def mean(self) -> float:
+        """Mean return."""
+        return float(self._moments.mean[0])
+
+    @property
+    def std(self) -> float:
+        """Standard deviation of the returns, not below the floor."""
+        return float(self._moments.std[0])
+
+    @property
+    def fresh(self) -> bool:
+        """True until the first batch has been merged."""
+        return float(self._moments.count[0]) == 0.0
+
+    def update(self, returns: Tensor) -> None:
+        """Merge returns [n]; samples older than `memory` fade, because returns grow in training."""
+        self._moments.update(returns.reshape(-1, 1))
+        self._moments.count = self._moments.count.clamp(max=self._memory)
+
+    def normalise(self, values: Tensor) -> Tensor:
+        """Returns -> units of the critic, any shape."""
+        return (values - self.mean) / self.std
+
+    def denormalise(self, values: Tensor) -> Tensor:
+        """Units of the critic -> returns, any shape."""
+        return values * self.std + self.mean
+
+    def state_dict(self) -> dict[str, Tensor]:
+        """Everything that an exact restart needs."""
+        return self._moments.state_dict()
+
+    def load_state_dict(self, state: dict[str, Tensor]) -> None:
+        """Restore what `state_dict` gave."""
+        self._moments.load_state_dict(state)

@@ -1,0 +1,119 @@
+"""What one iteration's acting yields: T steps of N scenes, time-major, each state held once."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import torch
+from torch import Tensor
+
+
+@dataclass(frozen=True)
+class Rollout:
+    """states[t] --actions[t]--> rewards[t].
+
+    Where an episode ended at t, states[t + 1] is already the next episode's first state and the
+    true successor is in `end_states`, at the row of `end_index` that holds (t, n).
+    """
+
+    states: Tensor
+    """[T+1, N, 114] float32"""
+    goals: Tensor
+    """[T+1, N, G] float32"""
+    actions: Tensor
+    """[T, N, 28] float32, unclipped, in units of the normalised action"""
+    means: Tensor
+    """[T, N, 28] float32, the mean that each action was drawn around (for the exact KL)"""
+    log_probs: Tensor
+    """[T, N] float32"""
+    rewards: Tensor
+    """[T, N] float32, task reward"""
+    term_sums: Tensor
+    """[N, terms] float64, unweighted reward terms summed over each scene's valid samples"""
+    fell: Tensor
+    """[T, N] bool: the episode ended and nothing is worth anything after it"""
+    timed_out: Tensor
+    """[T, N] bool: the episode ended by the clock or by success; its last state keeps its value"""
+    valid: Tensor
+    """[T, N] bool; False where the scene turned non-finite: dropped and counted"""
+    end_index: Tensor
+    """[K, 2] int64 (t, n) of every episode that ended, sorted"""
+    end_states: Tensor
+    """[K, 114] float32"""
+    end_goals: Tensor
+    """[K, G] float32"""
+    episodes: dict[str, Tensor]
+    """return, length, success, fall, start: [K] each, in the order of `end_index`"""
+    version: int
+    """of the policy that acted"""
+    first_scene: int
+    """global id of scene n = 0"""
+    seconds: dict[str, float]
+    """wall time by part: world, policy"""
+
+    @property
+    def horizon(self) -> int:
+        """T."""
+        return self.rewards.shape[0]
+
+    @property
+    def scenes(self) -> int:
+        """N."""
+        return self.rewards.shape[1]
+
+    @property
+    def samples(self) -> int:
+        """Control steps over all scenes, dropped ones included."""
+        return self.rewards.numel()
+
+    def term_means(self, names: Sequence[str]) -> dict[str, float]:
+        """Mean of each unweighted reward term over the valid samples, by name."""
+        means = self.term_sums.sum(0) / max(1, int(self.valid.sum()))
+        return dict(zip(names, means.tolist(), strict=True))
+
+    @staticmethod
+    def join(parts: Sequence["Rollout"]) -> "Rollout":
+        """One rollout of all scenes, in scene order, whatever the order of the parts.
+
+        The result does not depend on how the scenes were divided. Time is the slowest part's.
+        """
+        parts = sorted(parts, key=lambda part: part.first_scene)
+        wide = ("states", "goals", "actions", "means", "log_probs", "rewards")
+        wide += ("fell", "timed_out", "valid")
+        joined = {name: torch.cat([getattr(p, name) for p in parts], dim=1) for name in wide}
+        shifts, shift = [], 0
+        for part in parts:
+            shifts.append(torch.tensor([0, shift]))
+            shift += part.scenes
+        end_index = torch.cat([p.end_index + s for p, s in zip(parts, shifts, strict=True)])
+        order = torch.argsort(end_index[:, 0] * shift + end_index[:, 1], stable=True)
+        return Rollout(
+            **joined,
+            term_sums=torch.cat([p.term_sums for p in parts]),
+            end_index=end_index[order],
+            end_states=torch.cat([p.end_states for p in parts])[order],
+            end_goals=torch.cat([p.end_goals for p in parts])[order],
+            episodes={
+                key: torch.cat([p.episodes[key] for p in parts])[order] for key in parts[0].episodes
+            },
+            version=min(p.version for p in parts),
+            first_scene=parts[0].first_scene,
+            seconds={k: max(p.seconds[k] for p in parts) for k in parts[0].seconds},
+        )
+
+    def tensors(self) -> dict[str, Tensor]:
+        """All tensors by field name, episodes as `episodes.<key>`: for the wire."""
+        found = {f.name: getattr(self, f.name) for f in fields(self)}
+        flat = {k: v for k, v in found.items() if isinstance(v, Tensor)}
+        return flat | {f"episodes.{k}": v for k, v in self.episodes.items()}
+
+
+def next_states(rollout: Rollout) -> Tensor:
+    """True successor of every state [T, N, 114]: across a reset, the last state before it."""
+    return successors(rollout.states, rollout.end_index, rollout.end_states)
+
+
+def successors(along: Tensor, end_index: Tensor, at_end: Tensor) -> Tensor:
+    """along[1:] with at_end [K, ..] put at end_index [K, 2]; [T+1, N, ..] -> [T, N, ..]."""
+    following = along[1:].clone()
+    following[end_index[:, 0], end_index[:, 1]] = at_end
+    return following

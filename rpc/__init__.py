@@ -1,0 +1,1 @@
+"""What crosses process boundaries: generated messages, codecs, the client channel, the server."""

@@ -1,0 +1,57 @@
+"""Arrays as streams of small messages: splitting them, and putting them together again."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from rpc.codec import number_format, parse_format
+from rpc.errors import CodecError
+
+CHUNK = 512 << 10  # bytes a message: gRPC's own limit is 4 MB, and small ones interleave
+
+
+def split(array: np.ndarray, limit: int = CHUNK) -> Iterator[bytes]:
+    """The raw little-endian bytes of an array in C order, at most `limit` at a time."""
+    spelled = number_format(array)
+    flat = np.ascontiguousarray(array, spelled).reshape(-1).view(np.uint8).data
+    for start in range(0, len(flat), limit):
+        yield bytes(flat[start : start + limit])
+
+
+class Field:
+    """An array that arrives in pieces; its size is known, and bounded, beforehand."""
+
+    def __init__(self, name: str, spelled: str, shape: tuple[int, ...], max_bytes: int) -> None:
+        """`spelled`: see `codec.FORMATS`. Raises CodecError if format or size is out of bounds."""
+        dtype = parse_format(spelled, shape)
+        size = dtype.itemsize
+        for n in shape:
+            size *= n
+        if size > max_bytes:
+            raise CodecError(f"{name}: {size} bytes, must be at most {max_bytes}")
+        self.name = name
+        self._array = np.empty(shape, dtype)
+        self._bytes = self._array.reshape(-1).view(np.uint8)
+        self._filled = 0
+
+    def add(self, data: bytes) -> None:
+        """Append a piece; CodecError if it is too much."""
+        end = self._filled + len(data)
+        if end > len(self._bytes):
+            raise CodecError(
+                f"{self.name}: more than {len(self._bytes)} bytes, must be exactly that "
+                f"({self._form()})"
+            )
+        self._bytes[self._filled : end] = np.frombuffer(data, np.uint8)
+        self._filled = end
+
+    def array(self) -> np.ndarray:
+        """The whole array; CodecError if some of it has not arrived."""
+        if self._filled != len(self._bytes):
+            raise CodecError(
+                f"{self.name}: {self._filled} bytes, must be {len(self._bytes)} ({self._form()})"
+            )
+        return self._array
+
+    def _form(self) -> str:
+        return f"{self._array.dtype.str} {list(self._array.shape)}"

@@ -1,0 +1,49 @@
+"""Point shards that die, hang or raise at a chosen step, once or always, in whatever process."""
+
+import os
+import signal
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.point_shard import PointShard, PointStep
+from world.errors import ConfigError
+
+
+class FaultyShard(PointShard):
+    """Fails when its clock reaches `at`; `once` is a file that keeps it from failing again."""
+
+    def __init__(self, scenes: range, seed: int, fault: str, at: int, once: Path | None) -> None:
+        super().__init__(scenes, seed)
+        self.fault, self.at, self.once = fault, at, once
+
+    def step(self, action) -> PointStep:
+        if self.clock + 1 == self.at and not (self.once and self.once.exists()):
+            if self.once:
+                self.once.touch()
+            match self.fault:
+                case "kill":
+                    os.kill(os.getpid(), signal.SIGKILL)
+                case "hang":
+                    time.sleep(600)
+                case "raise":
+                    raise ArithmeticError("the seat fell through the floor")
+        return super().step(action)
+
+
+@dataclass(frozen=True)
+class MakePoints:
+    """Sound shards, but for the one that owns `victim`."""
+
+    seed: int = 5
+    fault: str = ""
+    at: int = 13
+    victim: int = 5
+    once: Path | None = None
+
+    def __call__(self, scenes: range) -> PointShard:
+        if self.fault == "misconfigured":
+            raise ConfigError("no such chair: choose one of chair, stool")
+        if self.fault and self.victim in scenes:
+            return FaultyShard(scenes, self.seed, self.fault, self.at, self.once)
+        return PointShard(scenes, self.seed)

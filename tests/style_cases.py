@@ -1,0 +1,52 @@
+"""A small mocap and rollouts for the discriminator's tests, in this process or another."""
+
+import torch
+from torch import Tensor
+
+from discriminator.config import StyleConfig
+
+WIDTH = 7
+SMALL = StyleConfig(hidden=(32, 16), batch=64, replay=300, normaliser_samples=500, penalty_batch=32)
+
+
+class Mocap:
+    """Gaussian states around 1 that move by 0.1 a step."""
+
+    def sample(self, n: int, counter: int) -> tuple[Tensor, Tensor]:
+        draw = torch.Generator().manual_seed(counter)
+        states = 1 + 0.5 * torch.randn(n, WIDTH, generator=draw)
+        return states, states + 0.1
+
+    def held_out(self, n: int, counter: int) -> tuple[Tensor, Tensor]:
+        return self.sample(n, 10_000_000 + counter)
+
+
+def rollout(seed: int, steps: int = 4, scenes: int = 16) -> dict[str, Tensor]:
+    """A rollout around 0 with two ended episodes and one invalid transition."""
+    draw = torch.Generator().manual_seed(seed)
+    valid = torch.ones(steps, scenes, dtype=torch.bool)
+    valid[0, 1] = False
+    return {
+        "rollout_states": torch.randn(steps + 1, scenes, WIDTH, generator=draw),
+        "end_index": torch.tensor([[1, 2], [steps - 1, 0]]),
+        "end_states": torch.randn(2, WIDTH, generator=draw),
+        "valid": valid,
+    }
+
+
+def assert_equal_states(a: dict[str, Tensor], b: dict[str, Tensor]) -> None:
+    assert a.keys() == b.keys()
+    for name in a:
+        assert torch.equal(a[name], b[name]), name
+
+
+def make_mocap() -> Mocap:
+    """For a service in a process of its own."""
+    return Mocap()
+
+
+def make_nothing() -> Mocap:
+    """A factory that fails as one without clips does."""
+    from world.errors import ClipError
+
+    raise ClipError("no clips in nowhere: give --motions")

@@ -1,0 +1,92 @@
+"""Run directories, the metrics file and the display's figures."""
+
+import datetime
+import json
+import math
+
+import pytest
+from rich.console import Console
+
+from console.display import Goal, open_display, remaining
+from console.recorders import JsonLines, read_metrics, truncate_metrics
+from console.runs import RunDirectory, RunError, checkpoint_folder, new_run
+
+
+def test_new_runs_count_up(tmp_path):
+    day = datetime.date(2026, 11, 23)
+    first = new_run("sit", tmp_path, day)
+    assert first.path.name == "sit-2026-11-23-1"
+    first.create()
+    assert new_run("sit", tmp_path, day).path.name == "sit-2026-11-23-2"
+
+
+def test_a_run_is_locked_once(tmp_path):
+    run = RunDirectory(tmp_path / "r")
+    with run.lock(), pytest.raises(RunError, match="in use"), run.lock():
+        pass
+    with run.lock():
+        pass
+
+
+def test_unwritable_run_says_so(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RunError, match="cannot make run directory"):
+        RunDirectory(tmp_path / "file" / "run").create()
+
+
+def test_checkpoint_is_found_from_a_run_and_from_itself(tmp_path):
+    folder = tmp_path / "run" / "checkpoints" / "000010"
+    folder.mkdir(parents=True)
+    (folder / "manifest.json").write_text("{}")
+    (folder.parent / "latest").symlink_to("000010")
+    for where in (tmp_path / "run", folder, folder.parent / "latest"):
+        assert checkpoint_folder(where) == folder
+    with pytest.raises(RunError, match="does not exist"):
+        checkpoint_folder(tmp_path / "none")
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(RunError, match="no checkpoint"):
+        checkpoint_folder(tmp_path / "empty")
+
+
+def test_metrics_are_cut_where_a_resumed_run_goes_on(tmp_path):
+    path = tmp_path / "metrics.jsonl"
+    lines = JsonLines(path)
+    for iteration in range(1, 6):
+        lines.write({"iteration": iteration, "ppo/kl": math.nan})
+    lines.close()
+    with path.open("a") as file:
+        file.write('{"iteration": 6, "ppo')  # killed in the middle of a line
+    assert [line["iteration"] for line in read_metrics(path)] == [1, 2, 3, 4, 5]
+    assert truncate_metrics(path, 3) == 2
+    text = path.read_text().splitlines()
+    assert [json.loads(line)["iteration"] for line in text] == [1, 2, 3]
+    assert json.loads(text[0])["ppo/kl"] is None
+
+
+def test_time_to_go_follows_the_nearest_limit():
+    goal = Goal(iterations=100, samples=1000)
+    metrics = {"iteration": 10.0, "samples": 500.0, "seconds": 30.0}
+    # Half of the samples in 30 s: half a minute to go, though 90 iterations are left.
+    assert remaining(goal, metrics, (0.0, 0.0)) == "0:30"
+    assert remaining(Goal(), metrics, (0.0, 0.0)) == "-"
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_display_names_every_figure(terminal, tmp_path):
+    with (tmp_path / "screen").open("w+") as file:
+        console = Console(file=file, force_terminal=terminal, width=200)
+        metrics = {
+            "iteration": 3.0,
+            "samples": 3e6,
+            "seconds": 5.0,
+            "reward/task": 0.5,
+            "reward/style": 0.25,
+            "ppo/kl": 0.0123,
+            "style/accuracy_mocap": 0.875,
+        }
+        with open_display("sit", Goal(iterations=9), console) as display:
+            display.show(metrics)
+        file.seek(0)
+        shown = file.read()
+    for figure in ("3.0", "0.500", "0.250", "0.0123", "87.5%"):
+        assert figure in shown

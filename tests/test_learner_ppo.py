@@ -1,0 +1,213 @@
+"""The PPO update: what it must and must not change, and that it is the same every time."""
+
+from dataclasses import replace
+
+import pytest
+import torch
+
+from actors.local import LocalFleet
+from learner.cloning import clone
+from learner.config import LearnerConfig
+from learner.ppo import Learner
+from learner.returns import advantages
+from policy.networks import Actor
+from policy.normaliser import Normaliser
+from policy.precision import Precision
+from policy.rollout import Rollout, next_states
+from tests.point_shard import ACTION, GOAL, STATE, PointShard
+from tests.test_worker import next_goals
+
+FLOAT32 = Precision("cpu", None, "float32")
+CONFIG = LearnerConfig(
+    hidden=(16, 16), warmup_iterations=0, minibatch=64, sigma=((0.0, 0.3),), gamma=0.9, lam=0.8
+)
+
+
+def bold(held: Learner) -> Learner:
+    """With actions large enough that some points fall."""
+    with torch.no_grad():
+        held.actor.layers[-1].weight.mul_(200)
+    return held
+
+
+def learner(**changes) -> Learner:
+    return Learner(STATE + GOAL, ACTION, replace(CONFIG, **changes), seed=3, precision=FLOAT32)
+
+
+def collect(held: Learner, horizon: int = 16, **shard) -> Rollout:
+    fleet = LocalFleet(
+        lambda owned: PointShard(owned, 5, **shard), 16, 8, 2, seed=5, horizon=horizon
+    )
+    try:
+        return fleet.collect(held.weights(), held.version, held.sigma)
+    finally:
+        fleet.close()
+
+
+def same(one: dict, other: dict) -> bool:
+    if one.keys() != other.keys():
+        return False
+    return all(
+        same(v, other[k])
+        if isinstance(v, dict)
+        else torch.equal(v, other[k])
+        if isinstance(v, torch.Tensor)
+        else v == other[k]
+        for k, v in one.items()
+    )
+
+
+def numbers(metrics: dict[str, float]) -> dict[str, float]:
+    return {k: v for k, v in metrics.items() if not k.startswith("rate/")}
+
+
+def test_same_input_same_bits_on_one_thread_or_two():
+    one, two, again = learner(threads=1), learner(threads=2), learner(threads=2)
+    got = collect(one)
+    metrics = [numbers(x.update(got, got.rewards, 0.3)) for x in (one, two, again)]
+    metrics += [numbers(x.update(got, got.rewards, 0.3)) for x in (one, two, again)]
+    assert metrics[0] == metrics[1] == metrics[2] and metrics[3] == metrics[4] == metrics[5]
+    assert same(one.policy_state(), two.policy_state())
+    assert same(one.policy_state(), again.policy_state())
+
+
+def test_first_step_has_ratio_one_and_the_gradient_of_the_plain_objective():
+    """One epoch of one minibatch: ratio 1, so the surrogate is -mean(A) = 0 and the KL 0."""
+    held = learner(epochs=1, minibatch=10_000)
+    got = collect(held)
+    metrics = held.update(got, got.rewards, 0.3)
+    assert metrics["ppo/kl"] < 1e-8
+    assert metrics["ppo/clip_fraction"] == 0.0
+    assert abs(metrics["ppo/surrogate"]) < 1e-4
+
+
+def test_prepared_targets_are_the_textbook_ones():
+    held = bold(learner())
+    held.normaliser.update(torch.randn(500, STATE + GOAL) * 2)
+    held.values.update(torch.randn(50) * 3 + 5)
+    got = collect(held, horizon=40)
+    assert got.fell.any() and got.timed_out.any()
+
+    def value(states, goals):
+        x = held.normaliser(torch.cat((states, goals), -1))
+        return held.values.denormalise(held.critic(x).detach())
+
+    values = value(got.states[:-1], got.goals[:-1])
+    following = value(next_states(got), next_goals(got))
+    gains = advantages(
+        got.rewards, values, following, got.fell, got.timed_out, got.valid, 0.9, 0.8
+    ).reshape(-1)
+    raw = held.normaliser(torch.cat((got.states, got.goals), -1))
+    batch, _ = held._prepare(got, got.rewards, raw)
+    expected = (gains - gains.mean()) / gains.std()
+    torch.testing.assert_close(batch.advantages, expected, rtol=1e-3, atol=1e-4)
+    returns = gains + values.reshape(-1)
+    torch.testing.assert_close(
+        held.values.denormalise(batch.targets), returns, rtol=1e-4, atol=1e-4
+    )
+
+
+def test_moving_the_value_normaliser_keeps_the_critics_predictions():
+    held = learner()
+    held.values.update(torch.randn(100) * 2 + 3)
+    x = torch.randn(30, STATE + GOAL)
+    before = held.values.denormalise(held.critic(x).detach())
+    held._move_values(torch.randn(100) * 50 + 20)
+    torch.testing.assert_close(
+        held.values.denormalise(held.critic(x).detach()), before, rtol=1e-4, atol=1e-3
+    )
+
+
+def test_warm_up_trains_the_critic_only_and_then_ends():
+    held = learner(warmup_iterations=2)
+    got = collect(held)
+    states = [held.policy_state()]
+    for _ in range(3):
+        held.update(got, got.rewards, 0.3)
+        states.append(held.policy_state())
+    assert same(states[0]["actor"], states[2]["actor"])
+    assert not same(states[0]["critic"], states[1]["critic"])
+    assert not same(states[2]["actor"], states[3]["actor"])
+
+
+def test_actor_does_not_step_beyond_its_kl_limit():
+    held = learner(epochs=1)
+    got = collect(held)
+    # as if the rollout's policy had been one whole unit away: KL = ½ · 2 · 1 / 0.3² = 11
+    before = held.policy_state()
+    metrics = held.update(replace(got, means=got.means + 1.0), got.rewards, 0.3)
+    assert metrics["ppo/skipped"] == 4.0 and metrics["ppo/kl"] > 10
+    assert same(before["actor"], held.policy_state()["actor"])
+    assert metrics["ppo/learning_rate"] == pytest.approx(1e-4 / 1.3)
+
+
+def test_first_steps_are_small_whatever_the_gradient():
+    """Adam's first step is the rate itself: the ramp makes it a fortieth of that."""
+    held = learner(epochs=1, minibatch=10_000, actor_rate=1e-3)
+    got = collect(held)
+    before = held.actor.layers[0].weight.detach().clone()
+    metrics = held.update(got, got.rewards, 0.3)
+    step = (held.actor.layers[0].weight.detach() - before).abs().max()
+    assert float(step) == pytest.approx(1e-3 / 40, rel=1e-2)
+    # no reason to raise the rate yet
+    assert metrics["ppo/learning_rate"] == 1e-3
+
+
+def test_a_broken_scene_changes_nothing_else():
+    """A sample that is not valid is as good as absent: its numbers reach neither network."""
+    one, other = learner(), learner()
+    got = collect(one, broken=(4, 11))
+    assert int((~got.valid).sum()) == 1
+    twisted = replace(
+        got,
+        rewards=torch.where(got.valid, got.rewards, float("inf")),
+        actions=torch.where(got.valid[..., None], got.actions, float("nan")),
+    )
+    first = numbers(one.update(got, got.rewards, 0.3))
+    second = numbers(other.update(twisted, twisted.rewards, 0.3))
+    assert first == second
+    assert same(one.policy_state(), other.policy_state())
+
+
+def test_observation_normaliser_moves_after_the_update_only():
+    held = learner()
+    got = collect(held)
+    published = held.weights()
+    held.update(got, got.rewards, 0.3)
+    assert torch.equal(published["normaliser.mean"], torch.zeros(STATE + GOAL))
+    rows = torch.cat((got.states, got.goals), -1)[:-1].reshape(-1, STATE + GOAL)
+    torch.testing.assert_close(held.weights()["normaliser.mean"], rows.mean(0))
+
+
+def test_minibatches_are_a_fresh_equal_division_each_epoch():
+    held = learner(minibatch=64)
+    epochs = held._minibatches(200, 0)
+    assert [[len(rows) for rows in epoch] for epoch in epochs] == [[67, 67, 66]] * 3
+    for epoch in epochs:
+        assert torch.cat(epoch).sort().values.tolist() == list(range(200))
+    assert not torch.equal(epochs[0][0], epochs[1][0])
+    assert not torch.equal(epochs[0][0], held._minibatches(200, 1)[0][0])
+
+
+def test_learns_to_reach_the_target():
+    """A point moves to its target: from about 0.4 a step at random to 0.8 and more, of 1."""
+    held = learner(hidden=(32, 32), gamma=0.95, lam=0.95, actor_rate=3e-4, minibatch=128)
+    fleet = LocalFleet(lambda owned: PointShard(owned, 5), 128, 16, 2, seed=5, horizon=8)
+    returns = []
+    for _ in range(45):
+        got = fleet.collect(held.weights(), held.version, held.sigma)
+        held.update(got, got.rewards, held.sigma)
+        returns += got.episodes["return"].tolist()
+    fleet.close()
+    assert sum(returns[:64]) / 64 < 13
+    assert sum(returns[-64:]) / 64 > 18
+
+
+def test_a_clone_acts_as_its_teacher():
+    torch.manual_seed(0)
+    inputs = torch.randn(4096, 6) * 3 + 1
+    targets = torch.stack((inputs[:, 0] - inputs[:, 1], inputs[:, 2]), 1) * 0.2
+    actor, normaliser = Actor(6, 2, (32, 32)), Normaliser(6)
+    errors = clone(actor, normaliser, inputs, targets, passes=8, rate=3e-3, minibatch=256)
+    assert errors[-1] < 0.02 * float(targets.var()) and errors[-1] < errors[0]
+    torch.testing.assert_close(normaliser.mean.float(), inputs.mean(0))

@@ -1,0 +1,54 @@
+"""PPO's objectives and schedules against numbers worked by hand."""
+
+import math
+
+import pytest
+import torch
+
+from learner.config import piecewise
+from learner.surrogate import clipped_surrogate, kl_fixed_sigma, next_rate, soft_bound
+
+
+def test_surrogate_by_hand():
+    ratio = torch.tensor([1.0, 2.0, 0.5, 2.0, 0.5])
+    gain = torch.tensor([3.0, 1.0, 1.0, -1.0, -1.0])
+    # min(r A, clip(r) A): 3, 1.2, 0.5, -2, -0.8
+    found = clipped_surrogate(ratio.log(), gain, 0.2)
+    assert float(found) == pytest.approx(-(3 + 1.2 + 0.5 - 2 - 0.8) / 5)
+
+
+def test_surrogate_has_no_gradient_where_it_is_clipped():
+    log_ratio = torch.tensor([2.0, 0.5, 2.0, 0.5]).log().requires_grad_()
+    clipped_surrogate(log_ratio, torch.tensor([1.0, 1.0, -1.0, -1.0]), 0.2).backward()
+    # d(-r A / 4)/d log r = -r A / 4 where it counts
+    torch.testing.assert_close(log_ratio.grad, torch.tensor([0.0, -0.125, 0.5, 0.0]))
+
+
+def test_soft_bound_by_hand():
+    means = torch.tensor([[0.5, -1.0], [1.5, -3.0]])
+    assert float(soft_bound(means)) == pytest.approx((0 + 0.25 + 4) / 2)
+
+
+def test_kl_agrees_with_torch_distributions():
+    torch.manual_seed(0)
+    new, old = torch.randn(6, 28), torch.randn(6, 28)
+    normal = torch.distributions.Normal
+    expected = torch.distributions.kl_divergence(normal(old, 0.1), normal(new, 0.1)).sum(-1).mean()
+    torch.testing.assert_close(kl_fixed_sigma(new, old, 0.1), expected)
+
+
+def test_rate_follows_the_kl_within_bounds():
+    bounds = (1e-5, 1e-3)
+    assert next_rate(1e-4, 0.13, 0.06, bounds) == pytest.approx(1e-4 / 1.3)
+    assert next_rate(1e-4, 0.029, 0.06, bounds) == pytest.approx(1.1e-4)
+    assert next_rate(1e-4, 0.06, 0.06, bounds) == 1e-4
+    assert next_rate(1.1e-5, 9.0, 0.06, bounds) == 1e-5
+    assert next_rate(9.9e-4, 0.0, 0.06, bounds) == 1e-3
+
+
+def test_schedule_by_hand():
+    schedule = ((10.0, 0.1), (20.0, 0.05), (20.0, 0.03), (40.0, 0.01))
+    found = [piecewise(schedule, x) for x in (0, 10, 15, 19.999999, 20, 30, 40, 1e9)]
+    for value, expected in zip(found, (0.1, 0.1, 0.075, 0.05, 0.03, 0.02, 0.01, 0.01), strict=True):
+        assert math.isclose(value, expected, abs_tol=1e-6)
+    assert piecewise(((0.0, 0.1),), 5e7) == 0.1

@@ -1,0 +1,195 @@
+"""The synthetic clips: joint ranges, planted feet, smoothness, seats and balance, clip by clip."""
+
+import functools
+
+import numpy as np
+import pytest
+
+from world.motions.clip import Clip
+from world.motions.synthetic import library, rotations, skeleton
+from world.motions.synthetic.sitting import ROOT_ABOVE_SEAT_M
+
+RANGES_DEG = {
+    "torso": ((-60, 60), (-60, 90), (-50, 50)),
+    "head": ((-50, 50), (-40, 60), (-45, 45)),
+    "right_upper_arm": ((-180, 45), (-180, 60), (-90, 90)),
+    "left_upper_arm": ((-45, 180), (-180, 60), (-90, 90)),
+    "right_lower_arm": ((0, 0), (-160, 0), (0, 0)),
+    "left_lower_arm": ((0, 0), (-160, 0), (0, 0)),
+    "right_hand": ((0, 0), (0, 0), (0, 0)),
+    "left_hand": ((0, 0), (0, 0), (0, 0)),
+    "right_thigh": ((-60, 15), (-140, 60), (-60, 35)),
+    "left_thigh": ((-15, 60), (-140, 60), (-35, 60)),
+    "right_shin": ((0, 0), (0, 160), (0, 0)),
+    "left_shin": ((0, 0), (0, 160), (0, 0)),
+    "right_foot": ((-30, 30), (-55, 55), (-40, 40)),
+    "left_foot": ((-30, 30), (-55, 55), (-40, 40)),
+}
+"""The character's joint ranges about x, y and z; hinges turn about y alone."""
+
+CLIPS = library.generate(seed=0)
+EACH = pytest.mark.parametrize("clip", CLIPS, ids=[f"{i}_{c.name}" for i, c in enumerate(CLIPS)])
+
+
+@functools.cache
+def pose_of(index: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    clip = CLIPS[index]
+    local = rotations.matrix(clip.local_rotation.astype(np.float64))
+    return (*skeleton.place(clip.root_position_m.astype(np.float64), local), local)
+
+
+def pose(clip: Clip) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    return pose_of(next(i for i, c in enumerate(CLIPS) if c is clip))
+
+
+@EACH
+def test_joints_stay_in_their_ranges_and_hinges_on_their_axis(clip: Clip) -> None:
+    angles = np.degrees(rotations.rotation_vector(clip.local_rotation.astype(np.float64)))
+    for name, ranges in RANGES_DEG.items():
+        joint = angles[:, skeleton.BODIES.index(name)]
+        for axis, (low, high) in enumerate(ranges):
+            assert joint[:, axis].min() >= low - 0.1, (name, "xyz"[axis])
+            assert joint[:, axis].max() <= high + 0.1, (name, "xyz"[axis])
+
+
+@EACH
+def test_lowest_point_of_the_feet_is_on_the_floor(clip: Clip) -> None:
+    positions, world, _ = pose(clip)
+    soles = np.stack([skeleton.sole_corners(positions, world, side) for side in (0, 1)])
+    lowest = soles[..., 2].min((0, 2))
+    assert np.abs(lowest).max() < 0.002
+
+
+@EACH
+def test_what_touches_the_floor_does_not_slide(clip: Clip) -> None:
+    positions, world, _ = pose(clip)
+    speeds = []
+    for side in (0, 1):
+        corners = skeleton.sole_corners(positions, world, side)
+        touching = (corners[:-1, :, 2] < 0.006) & (corners[1:, :, 2] < 0.006)
+        moved = np.linalg.norm(np.diff(corners[..., :2], axis=0), axis=-1) * clip.fps
+        speeds.append(moved[touching])
+    assert np.concatenate(speeds).mean() < 0.02
+
+
+@EACH
+def test_feet_do_not_pass_through_each_other(clip: Clip) -> None:
+    positions, world, _ = pose(clip)
+    right, left = (skeleton.sole_corners(positions, world, side)[..., :2] for side in (0, 1))
+    apart = np.full(clip.frames, -np.inf)
+    for foot in (11, 14):  # separating axes of two rectangles
+        for axis in (0, 1):
+            line = world[:, foot, :2, axis]
+            line = line / np.linalg.norm(line, axis=-1, keepdims=True)
+            a, b = (np.einsum("tcj,tj->tc", corners, line) for corners in (right, left))
+            apart = np.maximum(apart, np.maximum(a.min(1) - b.max(1), b.min(1) - a.max(1)))
+    assert apart.min() > 0.0
+
+
+@EACH
+def test_no_joint_is_faster_than_15_rad_s_and_nothing_jumps(clip: Clip) -> None:
+    _, _, local = pose(clip)
+    step = rotations.transpose(local[:-1]) @ local[1:]
+    speed = rotations.rotation_vector(rotations.quaternion(step)) * clip.fps
+    assert np.linalg.norm(speed, axis=-1).max() < 15.0
+    assert np.abs(np.diff(speed, axis=0)).max() < 13.0  # a swing leg's change in one frame
+    root = np.diff(clip.root_position_m.astype(np.float64), axis=0) * clip.fps
+    assert np.linalg.norm(root, axis=-1).max() < 2.0
+    assert np.linalg.norm(np.diff(root, axis=0), axis=-1).max() < 0.6
+    quaternions = clip.local_rotation
+    assert (np.sum(quaternions[1:] * quaternions[:-1], -1) > 0).all()
+
+
+SITS = [clip for clip in CLIPS if clip.seat]
+
+
+@pytest.mark.parametrize("clip", SITS, ids=[f"{i}_{c.name}" for i, c in enumerate(SITS)])
+class TestSitting:
+    def test_pelvis_rests_on_the_seat_facing_its_way(self, clip: Clip) -> None:
+        seat = clip.seat
+        assert seat is not None
+        positions, world, _ = pose(clip)
+        seated = slice(seat.from_frame, seat.to_frame)
+        assert 3.0 <= (seat.to_frame - seat.from_frame) / clip.fps <= 6.1
+        height = positions[seated, 0, 2] - seat.point_m[2] - ROOT_ABOVE_SEAT_M
+        assert np.abs(height).max() < 0.01
+        assert np.abs(positions[seated, 0, :2] - seat.point_m[:2]).max() < 0.01
+        yaw = np.arctan2(world[seated, 0, 1, 0], world[seated, 0, 0, 0])
+        assert np.abs(np.angle(np.exp(1j * (yaw - seat.facing_rad)))).max() < 0.1
+
+    def test_feet_stand_flat_from_sitting_down_to_standing_up(self, clip: Clip) -> None:
+        seat = clip.seat
+        assert seat is not None
+        positions, world, _ = pose(clip)
+        span = slice(seat.from_frame - 40, seat.to_frame + 35)
+        for side in (0, 1):
+            corners = skeleton.sole_corners(positions, world, side)[span]
+            assert np.abs(corners[..., 2]).max() < 0.001
+            assert np.ptp(corners[..., :2], axis=0).max() < 0.001
+
+    def test_weight_is_over_the_feet_until_shortly_before_the_seat(self, clip: Clip) -> None:
+        seat = clip.seat
+        assert seat is not None
+        positions, world, _ = pose(clip)
+        ahead = np.array([np.cos(seat.facing_rad), np.sin(seat.facing_rad)])
+        mass = skeleton.centre_of_mass(positions, world)[:, :2] @ ahead
+        ankle = positions[:, [11, 14], :2].mean(1) @ ahead
+        down = slice(seat.from_frame - 45, seat.from_frame - 12)
+        up = slice(seat.to_frame + 12, seat.to_frame + 40)
+        for stretch in (down, up):
+            over = (mass - ankle)[stretch]
+            assert over.min() > skeleton.HEEL_M - 0.015 and over.max() < skeleton.TOE_M
+
+    def test_trunk_flexes_as_people_do_and_hands_rest_on_the_thighs(self, clip: Clip) -> None:
+        seat = clip.seat
+        assert seat is not None
+        positions, world, _ = pose(clip)
+        flexion = np.degrees(
+            np.arcsin(
+                np.clip(
+                    world[:, 1, 0, 2] * np.cos(seat.facing_rad)
+                    + world[:, 1, 1, 2] * np.sin(seat.facing_rad),
+                    -1,
+                    1,
+                )
+            )
+        )
+        rising = flexion[seat.to_frame - 20 : seat.to_frame + 20].max()
+        assert 35.0 < rising < 46.0
+        middle = (seat.from_frame + seat.to_frame) // 2
+        assert -10.5 < flexion[middle] < 6.0
+        for hand, thigh in ((5, 9), (8, 12)):
+            axis = -world[middle, thigh, :, 2]
+            offset = positions[middle, hand] - positions[middle, thigh]
+            along = offset @ axis
+            assert 0.2 < along < 0.4
+            assert np.linalg.norm(offset - along * axis) == pytest.approx(0.105, abs=0.015)
+
+
+def test_the_set_covers_what_it_says() -> None:
+    seconds = sum(clip.seconds for clip in CLIPS)
+    assert 8 * 60 < seconds < 12 * 60
+    heights = {clip.seat.point_m[2] for clip in SITS if clip.seat}
+    assert min(heights) == pytest.approx(0.36) and max(heights) == pytest.approx(0.52)
+    assert len(heights) >= 6
+
+
+@pytest.mark.parametrize("speed_m_s", [0.6, 0.8, 1.0, 1.2, 1.4, 1.6])
+def test_walks_move_at_their_speed(speed_m_s: float) -> None:
+    clip = next(c for c in CLIPS if c.name == f"walk_{speed_m_s:.1f}")
+    x = clip.root_position_m[4 * clip.fps : 7 * clip.fps, :2]
+    assert np.linalg.norm(x[-1] - x[0]) / (len(x) - 1) * clip.fps == pytest.approx(
+        speed_m_s, rel=0.08
+    )
+
+
+def test_the_same_seed_makes_the_same_clip() -> None:
+    first, second = (
+        library.sitting(np.random.default_rng(5), 0.42, 1.5, -0.4, 1, back=True) for _ in range(2)
+    )
+    assert np.array_equal(first.root_position_m, second.root_position_m)
+    assert np.array_equal(first.local_rotation, second.local_rotation)
+    other = library.sitting(np.random.default_rng(6), 0.42, 1.5, -0.4, 1, back=True)
+    assert other.frames != first.frames or not np.array_equal(
+        other.root_position_m, first.root_position_m
+    )

@@ -1,0 +1,118 @@
+"""The sit task: goal, approach, reward and success by hand."""
+
+import math
+
+import pytest
+import torch
+
+from world import character, features
+from world.tasks import Place, make
+from world.tasks.sit import HIP_ABOVE_SEAT_M, Sit, approach, compressed, fallen
+
+
+def standing(
+    x: float, y: float, z: float = 0.88, velocity: tuple[float, ...] = (0, 0, 0)
+) -> features.Body:
+    qpos = torch.from_numpy(character.standing_qpos()).float()[None].clone()
+    qpos[0, :3] = torch.tensor([x, y, z])
+    qvel = torch.zeros(1, character.NV)
+    qvel[0, :3] = torch.tensor(velocity)
+    return features.body(qpos, qvel)
+
+
+def place(yaw: float = 0.0, height: float = 0.43) -> Place:
+    corners = torch.tensor(
+        [[x, y, z] for x in (-0.25, 0.25) for y in (-0.2, 0.2) for z in (0.0, 0.9)]
+    )[None]
+    facing = torch.tensor([[math.cos(yaw), math.sin(yaw)]])
+    return Place(torch.tensor([[0.0, 0.0, height]]), facing, corners)
+
+
+def terms(body: features.Body, where: Place) -> dict[str, float]:
+    task = Sit()
+    return dict(zip(task.terms, task.reward_terms(body, where)[0].tolist(), strict=True))
+
+
+def test_registry_knows_sit_and_says_so() -> None:
+    assert make("sit").goal.width == 29
+    with pytest.raises(Exception, match="unknown task 'fly': choose one of sit"):
+        make("fly")
+
+
+def test_goal() -> None:
+    body = standing(-1.0, 0.0)
+    goal = Sit().goal_features(body, place(yaw=math.pi / 2))[0]
+    # the target is 1 m ahead, 0.43 + 0.075 − 0.88 m up
+    torch.testing.assert_close(goal[:3], torch.tensor([1.0, 0.0, 0.43 + HIP_ABOVE_SEAT_M - 0.88]))
+    torch.testing.assert_close(goal[3:5], torch.tensor([0.0, 1.0]), atol=1e-6, rtol=0)
+    torch.testing.assert_close(goal[5:8], torch.tensor([-0.25, -0.2, -0.43 - HIP_ABOVE_SEAT_M]))
+
+
+def test_far_targets_are_compressed_near_ones_are_not() -> None:
+    near = compressed(torch.tensor([[1.2, -0.5, 0.3]]))
+    torch.testing.assert_close(near, torch.tensor([[1.2, -0.5, 0.3]]))
+    far = compressed(torch.tensor([[0.0, 10.0, -0.4]]))
+    assert far[0, 1].item() == pytest.approx(1.5 * (1 + math.log(10 / 1.5)), rel=1e-5)
+    assert far[0, 2].item() == pytest.approx(-0.4)
+
+
+def test_seated_reward_is_full() -> None:
+    found = terms(standing(0.0, 0.0, 0.43 + HIP_ABOVE_SEAT_M), place())
+    assert found["sit"] == pytest.approx(1.0, abs=1e-5)
+    assert found["approach"] == 1.0
+    assert found["facing"] == pytest.approx(1.0)
+    assert found["overspeed"] == 0.0
+
+
+def test_sit_term_by_hand() -> None:
+    found = terms(standing(0.3, 0.0, 0.43 + HIP_ABOVE_SEAT_M + 0.1), place())
+    assert found["sit"] == pytest.approx(math.exp(-10 * (0.3**2 + 0.1**2)), rel=1e-4)
+
+
+def test_approach_speed() -> None:
+    # 3 m in front of the place, which faces it: straight towards it is −x
+    for speed, expected in ((1.1, 1.0), (0.6, math.exp(-2 * 0.5**2)), (0.0, 0.0), (-0.5, 0.0)):
+        body = standing(3.0, 0.0, velocity=(-speed, 0, 0))
+        assert terms(body, place())["approach"] == pytest.approx(expected, rel=1e-4)
+
+
+def test_overspeed_counts_near_only() -> None:
+    fast = (-2.0, 0.0, 0.0)
+    assert terms(standing(1.0, 0.0, velocity=fast), place())["overspeed"] == pytest.approx(-0.7)
+    assert terms(standing(3.0, 0.0, velocity=fast), place())["overspeed"] == 0.0
+
+
+def test_approach_leads_round_the_back() -> None:
+    """From behind, walking along the field reaches the front without crossing the furniture."""
+    where = place()
+    for start in ((-3.0, 0.3), (-3.0, -0.3), (-1.0, 0.01), (0.2, 1.5), (-0.4, -0.7)):
+        xy = torch.tensor([start])
+        closest = math.inf
+        for _ in range(400):
+            direction, arrived = approach(xy, where)
+            if bool(arrived):
+                break
+            assert direction.norm().item() == pytest.approx(1.0, abs=1e-5)
+            xy = xy + 0.02 * direction
+            closest = min(closest, xy.norm().item())
+        assert bool(arrived), start
+        assert closest > 0.45, (start, closest)
+        assert xy[0, 0] > 0.0
+
+
+def test_approach_turns_with_the_place() -> None:
+    yaw = 1.3
+    turn = torch.tensor([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
+    xy = torch.tensor([[-2.0, 0.5]])
+    straight, _ = approach(xy, place())
+    turned, _ = approach(xy @ turn.T, place(yaw))
+    torch.testing.assert_close(turned, straight @ turn.T, atol=1e-5, rtol=0)
+
+
+def test_error_and_fall() -> None:
+    task = Sit()
+    body = standing(0.15, 0.0, 0.43 + HIP_ABOVE_SEAT_M)
+    assert task.error_m(body, place()).item() == pytest.approx(0.15, rel=1e-5)
+    assert not fallen(standing(2, 2)).item()
+    assert fallen(standing(2, 2, 0.19)).item()  # the pelvis itself
+    assert fallen(standing(2, 2, 0.55)).item()  # the knees, 0.42 below

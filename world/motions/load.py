@@ -1,0 +1,58 @@
+"""Clips from files and folders, or the package's own where none are named."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from world.errors import ClipError
+from world.motions import samp
+from world.motions.clip import Clip, validate
+from world.motions.library import MotionLibrary, prepare
+
+#: Readers by file suffix. A new format is a file and a line here.
+READERS: dict[str, Callable[[Path], Clip]] = {samp.SUFFIX: samp.read}
+
+
+def find(paths: Sequence[str]) -> list[Path]:
+    """The clip files among files and folders, sorted; ClipError names a path without any."""
+    found: list[Path] = []
+    for text in paths:
+        path = Path(text).expanduser()
+        if path.is_dir():
+            here = sorted(p for p in path.rglob("*") if p.suffix.lower() in READERS)
+        elif path.is_file():
+            here = [path]
+        else:
+            raise ClipError(f"{path}: no such file or folder of clips")
+        if not here:
+            raise ClipError(f"{path}: no clips found; formats: {', '.join(sorted(READERS))}")
+        found += here
+    return found
+
+
+def read(path: Path) -> Clip:
+    """One raw clip, checked; ClipError if no reader knows it or it does not fit the character."""
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise ClipError(
+            f"{path}: unknown clip format '{path.suffix}'; formats: {', '.join(sorted(READERS))}"
+        )
+    return validate(reader(path))
+
+
+def own_clips() -> list[Clip]:
+    """The package's own motions, made by code, licence-free."""
+    from world.motions.synthetic.library import generate
+
+    return generate()
+
+
+def clips(paths: Sequence[str] = ()) -> list[Clip]:
+    """Clips ready for training: those of `paths`, or the package's own."""
+    if not paths:
+        return own_clips()
+    return [part for path in find(paths) for part in prepare(read(path))]
+
+
+def library(paths: Sequence[str] = (), mirror: bool = True) -> MotionLibrary:
+    """The motion library of `paths`, or of the package's own clips."""
+    return MotionLibrary(clips(paths), mirror)

@@ -1,0 +1,116 @@
+"""Batched rotations in torch: quaternions as MuJoCo has them (w, x, y, z), and headings.
+
+Own code because the batched libraries at hand are scalar-last, and these run every control step.
+"""
+
+import torch
+from torch import Tensor
+
+
+def multiply(a: Tensor, b: Tensor) -> Tensor:
+    """Hamilton product a·b of quaternions [..., 4]: first b, then a."""
+    aw, ax, ay, az = a.unbind(-1)
+    bw, bx, by, bz = b.unbind(-1)
+    return torch.stack(
+        (
+            aw * bw - ax * bx - ay * by - az * bz,
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+        ),
+        dim=-1,
+    )
+
+
+def conjugate(q: Tensor) -> Tensor:
+    """The inverse rotation of unit quaternions [..., 4]."""
+    return q * q.new_tensor((1.0, -1.0, -1.0, -1.0))
+
+
+def rotate(q: Tensor, v: Tensor) -> Tensor:
+    """Vectors v [..., 3] rotated by unit quaternions q [..., 4]."""
+    w, x, y, z = q.unbind(-1)
+    vx, vy, vz = v.unbind(-1)
+    # t = 2 q_v × v;  v' = v + w t + q_v × t
+    tx, ty, tz = 2 * (y * vz - z * vy), 2 * (z * vx - x * vz), 2 * (x * vy - y * vx)
+    return torch.stack(
+        (
+            vx + w * tx + y * tz - z * ty,
+            vy + w * ty + z * tx - x * tz,
+            vz + w * tz + x * ty - y * tx,
+        ),
+        dim=-1,
+    )
+
+
+def tangent_normal(q: Tensor) -> Tensor:
+    """The 6-D encoding of rotations [..., 4]: the rotated x axis, then the rotated z axis, [...,
+    6]."""
+    w, x, y, z = q.unbind(-1)
+    return torch.stack(
+        (
+            1 - 2 * (y * y + z * z),
+            2 * (x * y + w * z),
+            2 * (x * z - w * y),
+            2 * (x * z + w * y),
+            2 * (y * z - w * x),
+            1 - 2 * (x * x + y * y),
+        ),
+        dim=-1,
+    )
+
+
+def normalise(q: Tensor) -> Tensor:
+    """Quaternions [..., 4] at unit length."""
+    return q / q.norm(dim=-1, keepdim=True)
+
+
+def heading(q: Tensor) -> Tensor:
+    """Cosine and sine of the heading of rotations [..., 4]: their twist about z, [..., 2].
+
+    The twist is continuous through sitting and lying on the back, where the projection of the
+    forward axis, as published code has it, turns round; it is undefined only upside down, where it
+    falls back to 0.
+    """
+    w, z = q[..., 0], q[..., 3]
+    square = w * w + z * z
+    safe = square > 1e-8
+    square = torch.where(safe, square, torch.ones_like(square))
+    cos = torch.where(safe, (w * w - z * z) / square, torch.ones_like(w))
+    sin = torch.where(safe, 2 * w * z / square, torch.zeros_like(w))
+    return torch.stack((cos, sin), dim=-1)
+
+
+def turn(cos_sin: Tensor, v: Tensor) -> Tensor:
+    """Vectors v [..., 2 or 3] turned about z by the angle whose cosine and sine [..., 2] are
+    given."""
+    c, s = cos_sin.unbind(-1)
+    x, y = v[..., 0], v[..., 1]
+    out = [c * x - s * y, s * x + c * y]
+    if v.shape[-1] == 3:
+        out.append(v[..., 2].expand_as(out[0]))
+    return torch.stack(out, dim=-1)
+
+
+def turn_back(cos_sin: Tensor, v: Tensor) -> Tensor:
+    """`turn` by the opposite angle: world vectors seen from a heading."""
+    return turn(cos_sin * cos_sin.new_tensor((1.0, -1.0)), v)
+
+
+def to_rotation_vector(q: Tensor) -> Tensor:
+    """Rotation vectors (axis times angle in [0, π], rad) of unit quaternions [..., 4]: [..., 3]."""
+    q = torch.where(q[..., :1] < 0, -q, q)
+    v = q[..., 1:]
+    sine = v.norm(dim=-1, keepdim=True)
+    angle = 2 * torch.atan2(sine, q[..., :1])
+    # angle / sine tends to 2 / w, near which the division loses its digits
+    scale = torch.where(sine > 1e-6, angle / sine.clamp_min(1e-12), 2.0 / q[..., :1])
+    return v * scale
+
+
+def from_rotation_vector(r: Tensor) -> Tensor:
+    """Unit quaternions [..., 4] of rotation vectors [..., 3], rad."""
+    angle = r.norm(dim=-1, keepdim=True)
+    half = 0.5 * angle
+    scale = torch.where(angle > 1e-6, torch.sin(half) / angle.clamp_min(1e-12), 0.5 - angle**2 / 48)
+    return torch.cat((torch.cos(half), r * scale), dim=-1)

@@ -1,0 +1,208 @@
+"""The shard: a range of scenes that step together, their episodes, rewards and resets.
+
+Everything is torch over index sets; the only loops run over the few scenes whose furniture changes.
+"""
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from world import character, features, rotations, streams, tasks
+from world.bank import Bank
+from world.config import WorldConfig
+from world.features import Body
+from world.motions.library import MotionLibrary
+from world.scenes import Scenes
+from world.starts import KINDS, Starter, furniture_pose
+from world.tasks import Place
+
+#: Index sets are padded to whole multiples of this: vectorised and scalar tails of torch's
+#: functions may round differently, and a scene's numbers must not depend on how many others reset
+#: with it.
+_LANES = 32
+
+
+@dataclass(frozen=True)
+class Step:
+    """What one control step gave; see Rollout for how it is used."""
+
+    reward: Tensor
+    """[n]: weighted sum of the task's terms."""
+    terms: Tensor
+    """[n, n_terms]: the unweighted terms."""
+    fell: Tensor
+    """[n] bool."""
+    timed_out: Tensor
+    """[n] bool: the clock ran out, or success was held long enough."""
+    finite: Tensor
+    """[n] bool: False where the simulation blew up; the sample is void."""
+    end_ids: Tensor
+    """[K] int64: scenes whose episode ended in this step, ascending."""
+    end_states: Tensor
+    """[K, 114]: their last states."""
+    end_goals: Tensor
+    """[K, G]."""
+    episodes: dict[str, Tensor]
+    """Of the K: return, length (steps), success, fall, start (index into KINDS); float32."""
+    broken: Tensor
+    """[B, 43 + 34] float64: qpos and qvel of scenes that blew up, as they were before the step."""
+
+
+class Shard:
+    """The scenes `scenes` (a range of global ids) of one task."""
+
+    def __init__(
+        self, config: WorldConfig, library: MotionLibrary, bank: Bank, scenes: range, seed: int
+    ) -> None:
+        self.config = config
+        self.task = tasks.make(config.task)
+        self.n = len(scenes)
+        self.clock = 0
+        self._ids = torch.arange(scenes.start, scenes.stop, dtype=torch.int64)
+        self._bank = bank
+        self._starter = Starter(config, library, bank, seed)
+        self._scenes = Scenes([bank.models[0]] * self.n, config.action_scale, config.action_clip)
+        self._weights = torch.tensor(list(self.task.terms.values()), dtype=torch.float32)
+        self._length = round(config.episode_s * character.CONTROL_HZ)
+        self._hold = round(config.hold_s * character.CONTROL_HZ)
+        self._episode = torch.zeros(self.n, dtype=torch.int64)
+        self._steps = torch.zeros(self.n, dtype=torch.int64)
+        self._held = torch.zeros(self.n, dtype=torch.int64)
+        self._return = torch.zeros(self.n)
+        self._kind = torch.zeros(self.n, dtype=torch.int64)
+        self._variant = torch.zeros(self.n, dtype=torch.int64)
+        self._point = torch.zeros(self.n, 3)
+        self._facing = torch.zeros(self.n, 2)
+        self._corners = torch.zeros(self.n, 8, 3)
+        self._state = torch.zeros(self.n, features.STATE.width)
+        self._goal = torch.zeros(self.n, self.task.goal.width)
+        self._reset(torch.arange(self.n))
+        # clocks start apart, so that not all scenes time out in the same step
+        apart = streams.uniform(seed, streams.EPISODE, self._ids, 0, 16)[:, 15]
+        self._steps[:] = (apart * self._length).long()
+
+    @property
+    def term_names(self) -> tuple[str, ...]:
+        """Names of the reward terms, in the order of Step.terms."""
+        return tuple(self.task.terms)
+
+    @property
+    def start_names(self) -> tuple[str, ...]:
+        """Names of the kinds of start, by the number in episodes' `start`."""
+        return KINDS
+
+    def observe(self) -> tuple[Tensor, Tensor]:
+        """The current states [n, 114] and goals [n, G]; overwritten by the next step."""
+        return self._state, self._goal
+
+    def step(self, action: Tensor) -> Step:
+        """One control step with actions [n, 28]; episodes that end start anew at once."""
+        before = torch.cat((self._scenes.qpos, self._scenes.qvel), dim=1)
+        self._scenes.act(action)
+        self.clock += 1
+        finite = self._scenes.finite()
+        body = self._scenes.body()
+        place = self._place()
+        terms = self.task.reward_terms(body, place)
+        # a fixed order of additions: one matrix product would round by its number of rows
+        reward = (terms * self._weights).sum(dim=1)
+        error = self.task.error_m(body, place)
+        fell = self.task.fell(body, place) | self._collapsed(body, place)
+        self._steps += 1
+        self._held = torch.where(error <= self.task.success_m, self._held + 1, 0)
+        held = self._held >= self._hold
+        timed_out = ((self._steps >= self._length) | held) & ~fell & finite
+        fell = fell & finite
+        reward = torch.where(finite, reward, 0.0)
+        terms = torch.where(finite[:, None], terms, 0.0)
+        self._return += reward
+        self._look(body, place, None)
+
+        ends = torch.nonzero(fell | timed_out).flatten()
+        broken = torch.nonzero(~finite).flatten()
+        step = Step(
+            reward=reward,
+            terms=terms,
+            fell=fell,
+            timed_out=timed_out,
+            finite=finite,
+            end_ids=ends,
+            end_states=self._state[ends],
+            end_goals=self._goal[ends],
+            episodes={
+                "return": self._return[ends],
+                "length": self._steps[ends].float(),
+                "success": ((error <= self.task.success_m) & ~fell)[ends].float(),
+                "fall": fell[ends].float(),
+                "start": self._kind[ends].float(),
+            },
+            broken=before[broken],
+        )
+        again = torch.cat((ends, broken))
+        if len(again):
+            self._reset(again)
+        return step
+
+    def _collapsed(self, body: Body, place: Place) -> Tensor:
+        """[n] bool: down where there is nothing to sit on; saves a third of early samples."""
+        away = (place.point[:, :2] - body.root[:, :2]).norm(dim=1) > 0.9
+        return away & (body.root[:, 2] < self.config.early_pelvis_m)
+
+    def _place(self) -> Place:
+        return Place(self._point, self._facing, self._corners)
+
+    def _look(self, body: Body, place: Place, ids: Tensor | None) -> None:
+        """Write states and goals of all scenes, or of `ids`."""
+        state = features.state(body, place.floor_point(), place.facing)
+        goal = self.task.goal_features(body, place)
+        if ids is None:
+            self._state, self._goal = state, goal
+        else:
+            self._state[ids], self._goal[ids] = state, goal
+
+    def _reset(self, ids: Tensor) -> None:
+        """Start the next episode in the scenes `ids` [K] (local)."""
+        self._episode[ids] += 1
+        padding = -len(ids) % _LANES
+        rows = torch.cat((ids, ids[:1].expand(padding)))
+        starts = self._starter.draw(self._ids[rows], self._episode[rows])
+        origin, yaw = furniture_pose(self._bank, starts)
+        models = [self._bank.models[v] for v in starts.variant[: len(ids)].tolist()]
+        self._scenes.set_models(ids.tolist(), models)
+        self._scenes.set_down(rows, starts.qpos, starts.qvel, origin, yaw)
+        height = self._bank.point[starts.variant, 2:]
+        corners = rotations.turn(yaw[:, None], self._bank.corners[starts.variant])
+        self._variant[rows] = starts.variant
+        self._point[rows] = torch.cat((starts.point, height), dim=1)
+        self._facing[rows] = starts.facing
+        self._corners[rows] = corners + origin[:, None]
+        self._kind[rows] = starts.kind
+        self._steps[ids] = 0
+        self._held[ids] = 0
+        self._return[ids] = 0.0
+        self._look(self._scenes.body(rows), self._place().rows(rows), rows)
+
+    def state_dict(self) -> dict[str, Tensor]:
+        """Everything that an exact continuation needs."""
+        own = {
+            name: getattr(self, f"_{name}").clone()
+            for name in (*_EPISODES, "point", "facing", "corners", "state", "goal")
+        }
+        physics = {f"physics_{k}": v for k, v in self._scenes.physics().items()}
+        return own | physics | {"clock": torch.tensor(self.clock)}
+
+    def load_state_dict(self, state: dict[str, Tensor]) -> None:
+        """Restore what `state_dict` gave; from here on the same numbers follow."""
+        for name in (*_EPISODES, "point", "facing", "corners", "state", "goal"):
+            setattr(self, f"_{name}", state[name].clone())
+        self.clock = int(state["clock"])
+        models = [self._bank.models[v] for v in self._variant.tolist()]
+        self._scenes.set_models(range(self.n), models)
+        prefix = "physics_"
+        self._scenes.load_physics(
+            {k.removeprefix(prefix): v for k, v in state.items() if k.startswith(prefix)}
+        )
+
+
+_EPISODES = ("episode", "steps", "held", "return", "kind", "variant")

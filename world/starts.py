@@ -1,0 +1,121 @@
+"""How episodes start: from a clip's own state with its furniture, or upright with furniture
+anywhere near.
+
+A start is a pure function of (seed, scene, episode).
+"""
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from world import character, rotations, streams
+from world.bank import Bank
+from world.config import WorldConfig
+from world.errors import ClipError, ConfigError
+from world.motions.library import MotionLibrary
+
+#: Names of the kinds of start, by number.
+KINDS = ("clip", "near", "far")
+#: How far above the clip's own height a character is set down, m: contacts start unloaded.
+_LIFT_M = 0.002
+
+
+@dataclass(frozen=True)
+class Starts:
+    """First states of m episodes, world frame, the character above the origin."""
+
+    qpos: Tensor
+    """[m, 43]."""
+    qvel: Tensor
+    """[m, 34]."""
+    variant: Tensor
+    """[m] int64: the furniture, by number in the bank."""
+    point: Tensor
+    """[m, 2]: the floor point below the place of use, m."""
+    facing: Tensor
+    """[m, 2]: cosine and sine of the place's facing."""
+    kind: Tensor
+    """[m] int64: index into KINDS."""
+    frame: Tensor
+    """[m] int64: the state's frame in the motion library; −1 for the rest pose."""
+
+
+class Starter:
+    """Draws the starts of a shard's episodes."""
+
+    def __init__(self, config: WorldConfig, library: MotionLibrary, bank: Bank, seed: int) -> None:
+        shares = [config.starts.clip, config.starts.near, config.starts.far]
+        if min(shares) < 0 or sum(shares) <= 0:
+            raise ConfigError(f"starts {shares}: shares must be 0 or more, and not all 0")
+        if config.starts.clip > 0 and not any(len(stage) for stage in library.stages):
+            raise ClipError("no clip uses a seat: set starts.clip to 0 or add clips that sit down")
+        self._config, self._library, self._bank, self._seed = config, library, bank, seed
+        edges = torch.tensor(shares, dtype=torch.float64).cumsum(0) / sum(shares)
+        self._edges = edges[:-1].to(torch.float32)
+        stages = [
+            share if len(pool) else 0.0
+            for share, pool in zip(config.clip_stages, library.stages, strict=True)
+        ]
+        self._stage_edges = (
+            torch.tensor(stages, dtype=torch.float64).cumsum(0) / max(sum(stages), 1e-9)
+        )[:-1].to(torch.float32)
+        self._standing = torch.from_numpy(character.standing_qpos()).to(torch.float32)
+
+    def draw(self, scenes: Tensor, episodes: Tensor) -> Starts:
+        """The starts of the given scene ids [m] and episode numbers [m] (int64 both)."""
+        config, library, bank = self._config, self._library, self._bank
+        u = streams.uniform(self._seed, streams.EPISODE, scenes, episodes, 9)
+        kind = torch.bucketize(u[:, 0].contiguous(), self._edges, right=True)
+        from_clip = kind == 0
+
+        stage = torch.bucketize(u[:, 1].contiguous(), self._stage_edges, right=True)
+        frame = _pick(library.upright, u[:, 2])
+        for s, pool in enumerate(library.stages):
+            if len(pool):
+                frame = torch.where(from_clip & (stage == s), _pick(pool, u[:, 2]), frame)
+        frames = library.at(frame)
+        rest = ~from_clip & (u[:, 3] < config.standing)
+        qpos = torch.where(rest[:, None], self._standing, frames.qpos)
+        qvel = torch.where(rest[:, None], torch.zeros_like(frames.qvel), frames.qvel)
+
+        anywhere = (u[:, 4] * len(bank)).long().clamp_max(len(bank) - 1)
+        variant = torch.where(from_clip, bank.of_height(frames.seat[:, 2], u[:, 4]), anywhere)
+
+        low = torch.where(kind == 1, config.near_m[0], config.far_m[0])
+        high = torch.where(kind == 1, config.near_m[1], config.far_m[1])
+        distance = (low + (high - low) * u[:, 5])[:, None]
+        offset = distance * _unit(u[:, 6])
+        point = torch.where(from_clip[:, None], frames.seat[:, :2] - frames.qpos[:, :2], offset)
+        facing = torch.where(from_clip[:, None], frames.facing, _unit(u[:, 7]))
+
+        above = torch.cat((torch.zeros_like(qpos[:, :2]), qpos[:, 2:3] + _LIFT_M), dim=1)
+        return Starts(
+            torch.cat((above, qpos[:, 3:]), dim=1),
+            qvel,
+            variant,
+            point,
+            facing,
+            kind,
+            torch.where(rest, -1, frame),
+        )
+
+
+def furniture_pose(bank: Bank, starts: Starts) -> tuple[Tensor, Tensor]:
+    """Origin [m, 3] (m) and yaw as cosine and sine [m, 2] of pieces whose place is where `starts`
+    has it."""
+    own = bank.facing[starts.variant] * bank.facing.new_tensor((1.0, -1.0))
+    yaw = rotations.turn(own, starts.facing)
+    offset = rotations.turn(yaw, bank.point[starts.variant, :2])
+    origin = starts.point - offset
+    return torch.cat((origin, torch.zeros_like(origin[:, :1])), dim=1), yaw
+
+
+def _pick(pool: Tensor, u: Tensor) -> Tensor:
+    return pool[(u.double() * len(pool)).long().clamp_max(len(pool) - 1)]
+
+
+def _unit(u: Tensor) -> Tensor:
+    """Unit vectors [m, 2] at the angles 2π u."""
+    angle = (2 * torch.pi) * u
+    return torch.stack((torch.cos(angle), torch.sin(angle)), dim=1)

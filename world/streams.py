@@ -1,0 +1,53 @@
+"""Counter-based random streams: the n-th draw of (seed, scene, counter) is a pure function of the
+three.
+
+No generator has a state, so nothing of it is saved, sharded or replayed: a scene draws the same
+numbers whichever process owns it. The mixer is SplitMix64 (Steele, Lea, Flood 2014), in wrapping
+int64 arithmetic.
+"""
+
+import math
+
+import torch
+from torch import Tensor
+
+_GAMMA = -7046029254386353131  # 0x9E3779B97F4A7C15 as int64
+_MIX_1 = -4658895280553007687  # 0xBF58476D1CE4E5B9
+_MIX_2 = -7723592293110705685  # 0x94D049BB133111EB
+
+#: Keys of what is drawn, so that two purposes never share numbers.
+ACTION_NOISE, EPISODE, MOCAP = 1, 2, 3
+
+
+def _shift(x: Tensor, bits: int) -> Tensor:
+    """Logical right shift of int64."""
+    return (x >> bits) & ((1 << (64 - bits)) - 1)
+
+
+def _mix(x: Tensor) -> Tensor:
+    x = x + _GAMMA
+    x = (x ^ _shift(x, 30)) * _MIX_1
+    x = (x ^ _shift(x, 27)) * _MIX_2
+    return x ^ _shift(x, 31)
+
+
+def bits(seed: int, purpose: int, scenes: Tensor, counter: Tensor | int, width: int) -> Tensor:
+    """Random int64 [n, width] for scene ids [n] int64 and counters ([n] int64 or one int)."""
+    root = _mix(torch.tensor(seed, dtype=torch.int64) * 31 + purpose)
+    key = _mix(_mix(scenes.to(torch.int64) + root) + counter)
+    return _mix(key[:, None] + torch.arange(width, dtype=torch.int64)[None, :] * _GAMMA)
+
+
+def uniform(seed: int, purpose: int, scenes: Tensor, counter: Tensor | int, width: int) -> Tensor:
+    """Uniform draws in [0, 1), float32 [n, width], for scene ids [n] and counters."""
+    return _shift(bits(seed, purpose, scenes, counter, width), 40).to(torch.float32) * 2.0**-24
+
+
+def normal(seed: int, scenes: Tensor, counter: Tensor | int, width: int) -> Tensor:
+    """Standard normal draws, float32 [n, width] (Box-Muller), for action noise."""
+    half = (width + 1) // 2
+    u = uniform(seed, ACTION_NOISE, scenes, counter, 2 * half)
+    # 1 − u is in (0, 1]: the logarithm is finite
+    radius = torch.sqrt(-2.0 * torch.log(1.0 - u[:, :half]))
+    angle = (2.0 * math.pi) * u[:, half:]
+    return torch.cat((radius * torch.cos(angle), radius * torch.sin(angle)), dim=1)[:, :width]

@@ -1,0 +1,135 @@
+"""Sit: bring the hip to a place on a seat, facing as it faces, without falling.
+
+Reward: the form of InterScene, which follows the paper's supplement, with an approach that leads
+round the furniture to its front instead of straight through its back.
+"""
+
+from typing import ClassVar
+
+import torch
+from torch import Tensor
+
+from world import rotations
+from world.features import Body, Feature, Table
+from world.tasks.task import Place
+
+#: Height of the root above the seat's surface when seated, m: the median over the seated mocap
+#: (0.06-0.14).
+HIP_ABOVE_SEAT_M = 0.075
+#: Speed of approach that earns the full reward, m/s (mocap walks at 0.7-1.1).
+_SPEED_M_S = 1.1
+#: Radius round the place of use that the approach goes round, and how far in front it leads, m.
+_DETOUR_M, _FRONT_M = 0.55, 0.60
+#: Within this of the front point (or of the place, in front of it) the approach is done, m.
+_ARRIVED_M = 0.40
+#: Where facing starts to count, m.
+_NEAR_M = 1.2
+_HEADING_FRAME = "root heading"
+
+
+class Sit:
+    """The sit task."""
+
+    name = "sit"
+    goal = Table(
+        "goal",
+        Feature("target", 3, _HEADING_FRAME, "m, beyond 1.5 m logarithmic"),
+        Feature("facing", 2, _HEADING_FRAME, "cosine, sine"),
+        Feature("corners", 24, "root heading's axes, from the target", "m"),
+    )
+    terms: ClassVar[dict[str, float]] = {
+        "sit": 0.7,
+        "approach": 0.2,
+        "facing": 0.1,
+        "overspeed": 0.2,
+    }
+    success_m = 0.2
+
+    def target(self, place: Place) -> Tensor:
+        """[n, 3]: where the root should be, world, m."""
+        return place.point + place.point.new_tensor((0.0, 0.0, HIP_ABOVE_SEAT_M))
+
+    def goal_features(self, body: Body, place: Place) -> Tensor:
+        target = self.target(place)
+        offset = rotations.turn_back(body.heading, target - body.root)
+        facing = rotations.turn_back(body.heading, place.facing)
+        corners = rotations.turn_back(body.heading[:, None], place.corners - target[:, None])
+        return torch.cat((compressed(offset), facing, corners.flatten(1)), dim=1)
+
+    def reward_terms(self, body: Body, place: Place) -> Tensor:
+        error = (self.target(place) - body.root).square().sum(dim=1)
+        sit = torch.exp(-10.0 * error)
+        direction, arrived = approach(body.root[:, :2], place)
+        speed = (direction * body.root_velocity[:, :2]).sum(dim=1)
+        shortfall = (_SPEED_M_S - speed).clamp_min(0.0)
+        towards = torch.where(speed > 0, torch.exp(-2.0 * shortfall.square()), 0.0)
+        towards = torch.where(arrived, torch.ones_like(towards), towards)
+        distance = (place.point[:, :2] - body.root[:, :2]).norm(dim=1)
+        wanted = torch.where((distance < _NEAR_M)[:, None], place.facing, direction)
+        facing = (wanted * body.heading).sum(dim=1).clamp_min(0.0)
+        near = distance < _NEAR_M
+        fast = (body.root_velocity[:, :2].norm(dim=1) - 1.3).clamp(0.0, 1.0)
+        spin = ((body.angular_velocity[:, 2].abs() - 3.0) / 3.0).clamp(0.0, 1.0)
+        overspeed = torch.where(near, -torch.maximum(fast, spin), 0.0)
+        return torch.stack((sit, towards, facing, overspeed), dim=1)
+
+    def error_m(self, body: Body, place: Place) -> Tensor:
+        return (self.target(place) - body.root).norm(dim=1)
+
+    def fell(self, body: Body, place: Place) -> Tensor:
+        return fallen(body)
+
+
+def compressed(offset: Tensor, linear_m: float = 1.5) -> Tensor:
+    """Offsets [n, 3] whose horizontal length grows logarithmically beyond linear_m.
+
+    Where to sit matters to the centimetre, how far off the chair is only roughly: one normaliser
+    cannot serve both 10 m and 1 cm.
+    """
+    r = offset[:, :2].norm(dim=1, keepdim=True)
+    factor = torch.where(
+        r > linear_m,
+        linear_m * (1 + torch.log(r.clamp_min(linear_m) / linear_m)) / r.clamp_min(linear_m),
+        1.0,
+    )
+    return torch.cat((offset[:, :2] * factor, offset[:, 2:]), dim=1)
+
+
+def approach(root_xy: Tensor, place: Place) -> tuple[Tensor, Tensor]:
+    """The way to the front of a place: unit directions [n, 2], world, and whether it is reached [n]
+    bool.
+
+    In the place's frame (+x where its user faces) the way leads straight to a point _FRONT_M in
+    front, but round a disc of _DETOUR_M about the place where that lies between: along the tangent
+    on the nearer side.
+    """
+    offset = rotations.turn_back(place.facing, root_xy - place.point[:, :2])
+    x, y = offset[:, 0], offset[:, 1]
+    front = torch.stack((_FRONT_M - x, -y), dim=1)
+    to_front = front.norm(dim=1)
+    straight = front / to_front.clamp_min(1e-6)[:, None]
+    distance = offset.norm(dim=1).clamp_min(1e-6)
+    # closest point of the segment towards the front to the place
+    along = (-(offset * straight).sum(dim=1)).clamp_min(0.0).minimum(to_front)
+    closest = (offset + along[:, None] * straight).norm(dim=1)
+    blocked = closest < _DETOUR_M - 1e-3
+    sine = (_DETOUR_M / distance).clamp_max(1.0)
+    cosine = torch.sqrt((1.0 - sine.square()).clamp_min(0.0))
+    side = torch.where(y >= 0, 1.0, -1.0)
+    inward = -offset / distance[:, None]
+    tangent = rotations.turn(torch.stack((cosine, side * sine), dim=1), inward)
+    direction = torch.where(blocked[:, None], tangent, straight)
+    in_front = (x > 0.0) & (x < _FRONT_M + _ARRIVED_M) & (y.abs() < 0.35)
+    seated = distance < 0.3
+    arrived = (to_front < _ARRIVED_M) | in_front | seated
+    return rotations.turn(place.facing, direction), arrived
+
+
+#: Joints that must stay off the floor, by body; feet and hands may touch it (paper, section 6).
+_KEEP_UP = (0, 1, 2, 3, 4, 6, 7, 9, 10, 12, 13)
+_GROUND_M = 0.20
+
+
+def fallen(body: Body) -> Tensor:
+    """[n] bool: a joint other than those of feet and hands is within 20 cm of the floor."""
+    return (body.position[:, _KEEP_UP, 2] < _GROUND_M).any(dim=1)
