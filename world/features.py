@@ -76,7 +76,11 @@ BODY_WIDTH = STATE.slice("object_position").start
 #: Features of the object, which an ablation hides from the discriminator.
 OBJECT = slice(BODY_WIDTH, STATE.width)
 
-_BALL_Q = torch.tensor([[q + i for i in range(4)] for q in character.BALL_QPOS]).flatten()
+_BALL_BODIES = [
+    body
+    for body, joint in zip(character.JOINT_BODIES, character.JOINTS, strict=True)
+    if joint.is_ball
+]
 _HINGE_Q = torch.tensor(character.HINGE_QPOS)
 
 
@@ -109,21 +113,22 @@ def body(qpos: Tensor, qvel: Tensor) -> Body:
     root's own, ball joints' in the child's own axes. Float32 in, float32 out.
     """
     n = qpos.shape[0]
-    root_rotation = qpos[:, 3:7]
-    heading = rotations.heading(root_rotation)
-    local = kinematics.local_rotations(qpos)
+    heading = rotations.heading(qpos[:, 3:7])
+    local = rotations.matrix(kinematics.local_rotations(qpos))
     position, _ = kinematics.forward(qpos[:, :3], local)
-    angular = rotations.rotate(root_rotation, qvel[:, 3:6])
-    root_axes = rotations.tangent_normal(root_rotation).view(n, 2, 3)
+    root = local[:, 0]
+    angular = (root @ qvel[:, 3:6, None])[..., 0]
     key = position[:, _KEY_IDS] - position[:, :1]
-    world = torch.cat((root_axes, qvel[:, None, 0:3], angular[:, None], key), dim=1)
+    # the root's x and z axes, both velocities and the key bodies, turned in one go
+    world = torch.cat((root[:, None, :, 0], root[:, None, :, 2], qvel[:, None, 0:3]), dim=1)
+    world = torch.cat((world, angular[:, None], key), dim=1)
     local_frame = rotations.turn_back(heading[:, None], world)
-    balls = qpos[:, _BALL_Q].view(n, -1, 4)
+    balls = local[:, _BALL_BODIES][..., [0, 2]].transpose(2, 3)
     features = torch.cat(
         (
             qpos[:, 2:3],
             local_frame[:, :4].reshape(n, 12),
-            rotations.tangent_normal(balls).view(n, -1),
+            balls.reshape(n, -1),
             qpos[:, _HINGE_Q],
             qvel[:, 6:],
             local_frame[:, 4:].reshape(n, 12),

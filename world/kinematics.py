@@ -9,7 +9,7 @@ from functools import cache
 import torch
 from torch import Tensor
 
-from world import character, rotations
+from world import character
 
 #: Bodies of each level of the tree below the pelvis.
 _LEVELS = ((1, 9, 12), (2, 3, 6, 10, 13), (4, 7, 11, 14), (5, 8))
@@ -30,51 +30,69 @@ def offsets(device: torch.device | str = "cpu") -> Tensor:
     return _offsets(str(device))
 
 
-def local_rotations(qpos: Tensor) -> Tensor:
-    """Each body's rotation in its parent's frame (the root's in the world): qpos [n, 43] -> [n, 15,
-    4]."""
-    n = qpos.shape[0]
-    local = qpos.new_zeros(n, 15, 4)
-    local[..., 0] = 1.0
-    local[:, 0] = qpos[:, 3:7]
+def _gather_index() -> Tensor:
+    """Where each body's local quaternion stands in (qpos, cosines, signed sines, 0, 1): [15, 4]."""
+    zero, one = character.NQ + 8, character.NQ + 9
+    index = torch.tensor([[one, zero, zero, zero]] * 15)
+    index[0] = torch.arange(3, 7)
+    hinges = 0
+    address = 7
     for body, joint in zip(character.JOINT_BODIES, character.JOINTS, strict=True):
-        address = _address(body)
         if joint.is_ball:
-            local[:, body] = qpos[:, address : address + 4]
+            index[body] = torch.arange(address, address + 4)
+            address += 4
         else:
-            half = 0.5 * qpos[:, address]
-            sign = -1.0 if "elbow" in joint.name else 1.0
-            local[:, body, 0] = torch.cos(half)
-            local[:, body, 2] = sign * torch.sin(half)
-    return local
+            index[body, 0] = character.NQ + hinges
+            index[body, 2] = character.NQ + 4 + hinges
+            hinges, address = hinges + 1, address + 1
+    return index
 
 
-@cache
-def _address(body: int) -> int:
-    q = 7
-    for b, joint in zip(character.JOINT_BODIES, character.JOINTS, strict=True):
-        if b == body:
-            return q
-        q += 4 if joint.is_ball else 1
-    raise KeyError(body)
+_GATHER = _gather_index().flatten()
+_HALF_SIGN = 0.5 * torch.tensor(character.HINGE_SIGN)
+_HINGES = torch.tensor(character.HINGE_QPOS)
+
+
+def local_rotations(qpos: Tensor) -> Tensor:
+    """Each body's rotation in its parent's frame (the root's in the world): qpos [n, 43] ->
+    [n, 15, 4].
+    """
+    half = qpos[:, _HINGES] * _HALF_SIGN.to(qpos)
+    constants = qpos.new_tensor((0.0, 1.0)).expand(len(qpos), 2)
+    pool = torch.cat((qpos, torch.cos(half), torch.sin(half), constants), dim=1)
+    return pool.index_select(1, _GATHER).view(-1, 15, 4)
+
+
+def _level_parents() -> tuple[Tensor, ...]:
+    """For each level, the places of its bodies' parents in the level above."""
+    above: tuple[int, ...] = (0,)
+    places = []
+    for level in _LEVELS:
+        places.append(torch.tensor([above.index(character.PARENTS[body]) for body in level]))
+        above = level
+    return tuple(places)
+
+
+_PARENT_PLACES = _level_parents()
+_LEVEL_IDS = tuple(torch.tensor(level) for level in _LEVELS)
+#: Bodies in order of their levels, and where each body stands in that order.
+_BY_LEVEL = [0, *(body for level in _LEVELS for body in level)]
+_BACK = torch.tensor([_BY_LEVEL.index(body) for body in range(15)])
 
 
 def forward(root_position: Tensor, local: Tensor) -> tuple[Tensor, Tensor]:
-    """World positions [n, 15, 3] (m) and rotations [n, 15, 4] of the bodies.
+    """World positions [n, 15, 3] (m) and rotation matrices [n, 15, 3, 3] of the bodies.
 
-    Args: root_position [n, 3] m, world; local [n, 15, 4], each rotation in its parent's frame.
+    Args: root_position [n, 3] m, world; local [n, 15, 3, 3], each rotation in its parent's frame.
     """
-    n = local.shape[0]
-    position = local.new_empty(n, 15, 3)
-    rotation = local.new_empty(n, 15, 4)
-    position[:, 0], rotation[:, 0] = root_position, local[:, 0]
-    offset = offsets(local.device).to(local.dtype)
-    for level in _LEVELS:
-        children = list(level)
-        parents = [character.PARENTS[b] for b in children]
-        parent_rotation = rotation[:, parents]
-        rotation[:, children] = rotations.multiply(parent_rotation, local[:, children])
-        position[:, children] = position[:, parents] + rotations.rotate(
-            parent_rotation, offset[children].expand(n, -1, -1)
-        )
-    return position, rotation
+    offset = offsets(local.device).to(local.dtype)[..., None]
+    position, rotation = root_position[:, None, :, None], local[:, :1]
+    positions, matrices = [position], [rotation]
+    for level, places in zip(_LEVEL_IDS, _PARENT_PLACES, strict=True):
+        parent = rotation.index_select(1, places)
+        position = position.index_select(1, places) + parent @ offset[level]
+        rotation = parent @ local.index_select(1, level)
+        positions.append(position)
+        matrices.append(rotation)
+    position = torch.cat(positions, dim=1).index_select(1, _BACK)[..., 0]
+    return position, torch.cat(matrices, dim=1).index_select(1, _BACK)

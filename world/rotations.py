@@ -60,6 +60,21 @@ def tangent_normal(q: Tensor) -> Tensor:
     )
 
 
+def matrix(q: Tensor) -> Tensor:
+    """Rotation matrices [..., 3, 3] of unit quaternions [..., 4]."""
+    w, x, y, z = q.unbind(-1)
+    x2, y2, z2 = 2 * x, 2 * y, 2 * z
+    xx, yy, zz = x * x2, y * y2, z * z2
+    xy, xz, yz = x * y2, x * z2, y * z2
+    wx, wy, wz = w * x2, w * y2, w * z2
+    entries = (
+        *(1 - (yy + zz), xy - wz, xz + wy),
+        *(xy + wz, 1 - (xx + zz), yz - wx),
+        *(xz - wy, yz + wx, 1 - (xx + yy)),
+    )
+    return torch.stack(entries, dim=-1).unflatten(-1, (3, 3))
+
+
 def normalise(q: Tensor) -> Tensor:
     """Quaternions [..., 4] at unit length."""
     return q / q.norm(dim=-1, keepdim=True)

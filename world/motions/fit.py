@@ -57,10 +57,9 @@ def resampled(clip: Clip, fps: int = character.CONTROL_HZ) -> Clip:
 
 
 def body_poses(clip: Clip) -> tuple[Tensor, Tensor]:
-    """World positions [T, 15, 3] m and rotations [T, 15, 4] of the clip's bodies."""
-    return kinematics.forward(
-        torch.from_numpy(clip.root_position_m), torch.from_numpy(clip.local_rotation)
-    )
+    """World positions [T, 15, 3] m and rotation matrices [T, 15, 3, 3] of the clip's bodies."""
+    local = rotations.matrix(torch.from_numpy(clip.local_rotation))
+    return kinematics.forward(torch.from_numpy(clip.root_position_m), local)
 
 
 def sole_heights(position: Tensor, rotation: Tensor) -> np.ndarray:
@@ -69,8 +68,8 @@ def sole_heights(position: Tensor, rotation: Tensor) -> np.ndarray:
     for foot in ("right_foot", "left_foot"):
         body = character.BODIES.index(foot)
         corners = torch.tensor(_SOLE, dtype=position.dtype)
-        offsets = rotations.rotate(rotation[:, body, None].expand(-1, 4, -1), corners[None])
-        heights.append((position[:, body, None, 2] + offsets[..., 2]).min(dim=1).values)
+        offsets = corners @ rotation[:, body, 2, :, None]
+        heights.append((position[:, body, 2, None] + offsets[..., 0]).min(dim=1).values)
     return torch.stack(heights, dim=1).numpy()
 
 
@@ -80,11 +79,8 @@ def seat_clearance(position: Tensor, rotation: Tensor) -> np.ndarray:
     for name, spheres in _SITTING_SPHERES.items():
         body = character.BODIES.index(name)
         for centre, radius in spheres:
-            offset = rotations.rotate(
-                rotation[:, body],
-                torch.tensor(centre, dtype=position.dtype).expand(len(position), 3),
-            )
-            lowest.append(position[:, body, 2] + offset[:, 2] - radius)
+            offset = rotation[:, body, 2] @ torch.tensor(centre, dtype=position.dtype)
+            lowest.append(position[:, body, 2] + offset - radius)
     return torch.stack(lowest, dim=1).min(dim=1).values.numpy()
 
 
@@ -130,11 +126,11 @@ def find_seats(clip: Clip) -> tuple[list[Seat], bool]:
     """The seats that a floor-mended clip sits on, in order, and whether it lies down anywhere."""
     position, rotation = body_poses(clip)
     pelvis = position[:, 0].numpy().astype(np.float64)
-    trunk_up = rotations.tangent_normal(rotation[:, 1])[:, 5].numpy()
+    trunk_up = rotation[:, 1, 2, 2].numpy()
     bottom = seat_clearance(position, rotation)
     velocity = np.gradient(_smooth2(pelvis[:, :2], 0.1 * clip.fps), axis=0) * clip.fps
     speed = np.linalg.norm(velocity, axis=1)
-    heading = rotations.heading(rotation[:, 0]).numpy()
+    heading = rotations.heading(torch.from_numpy(clip.local_rotation[:, 0])).numpy()
     lies = bool(((trunk_up < _LYING_TILT) & (pelvis[:, 2] < _LYING_PELVIS_M)).sum() > clip.fps)
     seats = []
     for start, stop in _stretches(pelvis[:, 2] < _DOWN_M):
