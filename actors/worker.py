@@ -14,23 +14,61 @@ from world.streams import normal
 
 
 class StepLike(Protocol):
-    """What a shard tells of one step."""
+    """What a shard tells of one step; read only."""
 
-    reward: Tensor
-    fell: Tensor
-    timed_out: Tensor
-    finite: Tensor
-    end_ids: Tensor
-    end_states: Tensor
-    end_goals: Tensor
-    terms: Tensor
-    episodes: dict[str, Tensor]
+    @property
+    def reward(self) -> Tensor:
+        """[n]: the task reward."""
+        ...
+
+    @property
+    def fell(self) -> Tensor:
+        """[n] bool."""
+        ...
+
+    @property
+    def timed_out(self) -> Tensor:
+        """[n] bool."""
+        ...
+
+    @property
+    def finite(self) -> Tensor:
+        """[n] bool: False voids the sample."""
+        ...
+
+    @property
+    def end_ids(self) -> Tensor:
+        """[K] int64: scenes of the shard whose episode ended."""
+        ...
+
+    @property
+    def end_states(self) -> Tensor:
+        """[K, S]: their last states."""
+        ...
+
+    @property
+    def end_goals(self) -> Tensor:
+        """[K, G]: their last goals."""
+        ...
+
+    @property
+    def terms(self) -> Tensor:
+        """[n, terms]: unweighted reward terms."""
+        ...
+
+    @property
+    def episodes(self) -> Mapping[str, Tensor]:
+        """[K] each: figures of the ended episodes."""
+        ...
 
 
 class ShardLike(Protocol):
     """Scenes stepped together; `world.shard.Shard` is one."""
 
-    clock: int
+    @property
+    def clock(self) -> int:
+        """Steps since it was made."""
+        ...
 
     def observe(self) -> tuple[Tensor, Tensor]: ...
     def step(self, action: Tensor) -> StepLike: ...

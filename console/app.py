@@ -17,12 +17,13 @@ DONE, FAILED, BAD_ARGUMENTS, INTERRUPTED = 0, 1, 2, 130
 
 
 def parse(arguments: Sequence[str]) -> Any:
-    """The command that the arguments name, as its dataclass; exits with 2 where they name none."""
+    """The command that the arguments name, as its dataclass; ArgumentError if they name none."""
     from typing import Annotated
 
     import tyro
 
     from console import commands
+    from console.arguments import ArgumentError, parse_words
 
     def sub(kind: type, name: str, default: Any = tyro.MISSING_NONPROP) -> Any:
         if default is tyro.MISSING_NONPROP:
@@ -34,6 +35,7 @@ def parse(arguments: Sequence[str]) -> Any:
     kinds = (
         sub(commands.Train, "train", train)
         | sub(commands.Evaluate, "evaluate")
+        | sub(commands.Publish, "publish")
         | sub(commands.Video, "video")
         | sub(commands.Style, "style")
         | sub(commands.Bench, "bench")
@@ -42,17 +44,14 @@ def parse(arguments: Sequence[str]) -> Any:
     words = list(arguments)
     # Two words deep: tyro would name these `motions:list`.
     if words[:1] == ["motions"]:
-        return tyro.cli(motions, prog="inhabit motions", args=words[1:], description=MOTIONS)
+        return parse_words(motions, words[1:], "inhabit motions", description=MOTIONS)
     if words[:1] == ["objects"]:
-        objects = sub(commands.ObjectsList, "list")
-        return tyro.cli(objects | None, prog="inhabit objects", args=words[1:])
-    return tyro.cli(
-        kinds,
-        prog="inhabit",
-        args=words,
-        description=DESCRIPTION,
-        config=(tyro.conf.FlagCreatePairsOff,),
-    )
+        if words[1:2] not in (["list"], ["--help"], ["-h"]):
+            raise ArgumentError("objects: expected one of list; see inhabit objects list --help")
+        rest = [word for word in words[1:] if word != "list"]
+        return parse_words(commands.ObjectsList, rest, "inhabit objects list")
+    settings = (tyro.conf.FlagCreatePairsOff,)
+    return parse_words(kinds, words, "inhabit", description=DESCRIPTION, config=settings)
 
 
 DESCRIPTION = (
@@ -76,7 +75,7 @@ def starting_point(arguments: Sequence[str]) -> "Experiment":
 
 def value_of(arguments: Sequence[str], flag: str) -> str | None:
     """The value given to a flag, as `--flag value` or `--flag=value`; None if it is not there."""
-    for here, following in zip(arguments, [*arguments[1:], None], strict=True):
+    for here, following in zip(arguments, [*arguments, None][1:], strict=True):
         if here == flag:
             return following
         if here.startswith(f"{flag}="):
@@ -98,6 +97,10 @@ def run(command: Any) -> int:
             from console.evaluate import evaluate_command
 
             return evaluate_command(command)
+        case commands.Publish():
+            from console.publish import publish_command
+
+            return publish_command(command)
         case commands.Video():
             from console.film import video_command
 

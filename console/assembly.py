@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -78,9 +78,7 @@ class MakeShard:
     def __call__(self, scenes: range) -> ShardLike:
         torch.set_num_threads(1)
         pieces = training_bank(self.world).pieces
-        box = BlackBox(shard(self.world, scenes, self.seed), scenes, pieces, self.recordings)
-        # What the protocol lets be written is read-only here, and only read there.
-        return cast(ShardLike, box)
+        return BlackBox(shard(self.world, scenes, self.seed), scenes, pieces, self.recordings)
 
 
 def shard(world: WorldConfig, scenes: range, seed: int) -> Shard:

@@ -15,7 +15,7 @@ Preset = Literal["fast", "paper"]
 class Train:
     """Train a task; Ctrl-C writes a checkpoint, --resume goes on from it."""
 
-    task: tyro.conf.Positional[str]
+    task: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="TASK")]
     """What to learn: sit."""
     experiment: Annotated[Experiment, tyro.conf.arg(name="")]
     run: Path | None = None
@@ -80,6 +80,26 @@ class Evaluate:
     """Write the first trials as a .msgpack recording."""
     record_trials: int = 8
     """How many trials --record keeps."""
+    debug: bool = False
+    """Show the traceback of an error."""
+
+
+@dataclass(frozen=True)
+class Publish:
+    """A run's policy as a small folder, with its data, licence and evaluation."""
+
+    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT")]
+    """Run directory (its latest checkpoint) or checkpoint folder."""
+    out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="DIR")]
+    """The folder to write."""
+    data: str
+    """What the weights were trained on."""
+    licence: str
+    """Under which terms the weights may be used."""
+    evaluation: Path | None = None
+    """The JSON of an evaluation of these weights."""
+    replace: bool = False
+    """Replace the folder where it exists."""
     debug: bool = False
     """Show the traceback of an error."""
 

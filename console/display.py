@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol, Self
 
 from rich.console import Console, Group
@@ -21,6 +21,11 @@ class Goal:
     iterations: int | None = None
     samples: int | None = None
     seconds: float | None = None
+    """Of this session, which a resumed run's own count does not begin with."""
+
+    def after(self, seconds: float) -> "Goal":
+        """The same goal for a run that has counted `seconds` already."""
+        return replace(self, seconds=self.seconds and self.seconds + seconds)
 
     def fraction(self, iteration: float, samples: float, seconds: float) -> float:
         """How much of the way is behind us, 0-1; 0 without any limit."""
@@ -128,6 +133,7 @@ class LiveDisplay:
 
     def show(self, metrics: Mapping[str, float]) -> None:
         if self._since is None:
+            self._goal = self._goal.after(metrics.get("seconds", 0.0))
             self._since = (_progress(self._goal, metrics), metrics.get("seconds", 0.0))
         eta = remaining(self._goal, metrics, self._since)
         self._live.update(block(self._title, self._goal, metrics, eta))
@@ -152,6 +158,7 @@ class PlainDisplay:
 
     def show(self, metrics: Mapping[str, float]) -> None:
         if self._since is None:
+            self._goal = self._goal.after(metrics.get("seconds", 0.0))
             self._since = (_progress(self._goal, metrics), metrics.get("seconds", 0.0))
         now = time.monotonic()
         if now - self._shown < PLAIN_EVERY_S and _progress(self._goal, metrics) < 1.0:

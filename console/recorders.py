@@ -2,12 +2,11 @@
 
 import json
 import math
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
-from console.runs import RunDirectory, RunError
+from console.runs import RunDirectory, RunError, write_text
 
 
 class Recorder(Protocol):
@@ -90,7 +89,5 @@ def truncate_metrics(path: Path, iteration: int) -> int:
     lines = read_metrics(path)
     kept = [line for line in lines if line.get("iteration", 0) <= iteration]
     if path.exists():
-        temporary = path.with_name(f".{path.name}.{os.getpid()}")
-        temporary.write_text("".join(json.dumps(line) + "\n" for line in kept))
-        temporary.replace(path)
+        write_text(path, "".join(json.dumps(line) + "\n" for line in kept))
     return len(lines) - len(kept)

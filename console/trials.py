@@ -12,7 +12,7 @@ from torch import Tensor
 from console.recording import Recording, Take, boxes_of
 from policy.acting import Policy
 from world import character, features, rotations, streams, tasks
-from world.bank import Bank
+from world.bank import Bank, scaled
 from world.config import WorldConfig
 from world.furniture.piece import Piece
 from world.scenes import Scenes
@@ -117,8 +117,8 @@ def _run_chunk(
     world: WorldConfig, policy: Policy, trials: Trials, rows: range, steps: int, record: int
 ) -> Results:
     task = tasks.make(world.task)
-    scaled = [trials.pieces[i].scaled(float(trials.scale[i])) for i in rows]
-    bank = Bank(scaled)
+    pieces = [scaled(trials.pieces[i], float(trials.scale[i])) for i in rows]
+    bank = Bank(pieces)
     scenes = Scenes(bank.models, world.action_scale, world.action_clip)
     place = _set_down(scenes, bank, trials, rows)
     error = np.full((len(rows), steps), np.inf, np.float32)
@@ -142,7 +142,7 @@ def _run_chunk(
         fell_at[ended & (fell_at == steps)] = step
         if (fell_at < steps).all():
             break
-    takes = [_take(frames, i, scaled[i], trials, rows[i], int(fell_at[i])) for i in range(record)]
+    takes = [_take(frames, i, pieces[i], trials, rows[i], int(fell_at[i])) for i in range(record)]
     return Results(error, fell_at, int(broken.sum()), takes)
 
 

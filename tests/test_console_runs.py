@@ -69,6 +69,10 @@ def test_time_to_go_follows_the_nearest_limit():
     # Half of the samples in 30 s: half a minute to go, though 90 iterations are left.
     assert remaining(goal, metrics, (0.0, 0.0)) == "0:30"
     assert remaining(Goal(), metrics, (0.0, 0.0)) == "-"
+    # ten minutes more, of which one is over, in a run that had counted an hour
+    timed = Goal(seconds=600.0).after(3600.0)
+    since = (timed.fraction(0, 0, 3600.0), 3600.0)
+    assert remaining(timed, {"seconds": 3660.0}, since) == "9:00"
 
 
 @pytest.mark.parametrize("terminal", [True, False])

@@ -1,6 +1,8 @@
 """The shard: that its numbers depend on seed, scene and episode alone, and that starts are what
 they say."""
 
+from dataclasses import replace
+
 import pytest
 import torch
 
@@ -85,7 +87,8 @@ def test_observations_are_finite_and_episodes_count(library: MotionLibrary, bank
 
 
 def test_starts_are_where_they_say(library: MotionLibrary, bank: Bank) -> None:
-    starter = Starter(CONFIG, library, bank, 0)
+    anywhere = replace(CONFIG, ahead=0.0, starts=StartMixture(0.3, 0.35, 0.35))
+    starter = Starter(anywhere, library, bank, 0)
     n = 4096
     starts = starter.draw(torch.arange(n), torch.ones(n, dtype=torch.int64))
     shares = torch.bincount(starts.kind, minlength=3) / n
@@ -107,6 +110,19 @@ def test_starts_are_where_they_say(library: MotionLibrary, bank: Bank) -> None:
     x = origin[:, 0] + c * point[:, 0] - s * point[:, 1]
     y = origin[:, 1] + s * point[:, 0] + c * point[:, 1]
     torch.testing.assert_close(torch.stack((x, y), 1), starts.point, atol=1e-5, rtol=0)
+
+
+def test_some_far_starts_walk_on_towards_the_place(library: MotionLibrary, bank: Bank) -> None:
+    only_far = replace(CONFIG, ahead=1.0, standing=0.0, starts=StartMixture(0, 0, 1))
+    starts = Starter(only_far, library, bank, 0).draw(
+        torch.arange(512), torch.ones(512, dtype=torch.int64)
+    )
+    speed = starts.qvel[:, :2].norm(dim=1)
+    walking = speed > 0.3
+    course = starts.qvel[walking, :2] / speed[walking, None]
+    bearing = starts.point[walking] / starts.point[walking].norm(dim=1, keepdim=True)
+    assert walking.float().mean() > 0.5
+    assert ((course * bearing).sum(1) > 0.7070).all()
 
 
 def test_clip_starts_choose_a_seat_of_the_clips_height(library: MotionLibrary, bank: Bank) -> None:

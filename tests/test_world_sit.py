@@ -59,7 +59,7 @@ def test_far_targets_are_compressed_near_ones_are_not() -> None:
 def test_seated_reward_is_full() -> None:
     found = terms(standing(0.0, 0.0, 0.43 + HIP_ABOVE_SEAT_M), place())
     assert found["sit"] == pytest.approx(1.0, abs=1e-5)
-    assert found["approach"] == 1.0
+    assert found["approach"] == pytest.approx(1.0, abs=1e-5)
     assert found["facing"] == pytest.approx(1.0)
     assert found["overspeed"] == 0.0
 
@@ -71,7 +71,7 @@ def test_sit_term_by_hand() -> None:
 
 def test_approach_speed() -> None:
     # 3 m in front of the place, which faces it: straight towards it is −x
-    for speed, expected in ((1.1, 1.0), (0.6, math.exp(-2 * 0.5**2)), (0.0, 0.0), (-0.5, 0.0)):
+    for speed, expected in ((1.2, 1.0), (0.9, 1.0), (0.45, 0.5), (0.0, 0.0), (-0.5, 0.0)):
         body = standing(3.0, 0.0, velocity=(-speed, 0, 0))
         assert terms(body, place())["approach"] == pytest.approx(expected, rel=1e-4)
 
@@ -116,3 +116,22 @@ def test_error_and_fall() -> None:
     assert not fallen(standing(2, 2)).item()
     assert fallen(standing(2, 2, 0.19)).item()  # the pelvis itself
     assert fallen(standing(2, 2, 0.55)).item()  # the knees, 0.42 below
+
+
+def test_standing_before_the_seat_is_worth_less_than_walking_there() -> None:
+    where = place()
+    weights = Sit.terms
+
+    def reward(body: features.Body) -> float:
+        return sum(weights[name] * value for name, value in terms(body, where).items())
+
+    turned = standing(0.5, 0.0)
+    walking = standing(3.0, 0.0, velocity=(-1.0, 0.0, 0.0))
+    seated = standing(0.0, 0.0, 0.43 + HIP_ABOVE_SEAT_M)
+    idle = standing(3.0, 0.0)
+    # (0.3 + 0.7 exp(−2.5 · 0.391)) · 0.5 + exp(−3.91) · 0.4 + 0.1
+    assert reward(turned) == pytest.approx(0.3898, abs=2e-3)
+    assert reward(seated) == pytest.approx(1.0, abs=1e-4)
+    # it walks backwards here: no reward for facing
+    assert reward(walking) == pytest.approx(0.5, abs=1e-4)
+    assert reward(idle) == pytest.approx(0.0, abs=1e-4)

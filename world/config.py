@@ -43,6 +43,8 @@ class WorldConfig:
     """Distance of the place in near starts, m."""
     far_m: tuple[float, float] = (1.0, 10.0)
     """Distance of the place in far starts, m."""
+    ahead: float = 0.6
+    """Share of the far starts whose place lies within 45 degrees of where the character walks."""
     episode_s: float = 10.0
     """Length of an episode, s."""
     hold_s: float = 1.5

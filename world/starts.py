@@ -85,7 +85,10 @@ class Starter:
         low = torch.where(kind == 1, config.near_m[0], config.far_m[0])
         high = torch.where(kind == 1, config.near_m[1], config.far_m[1])
         distance = (low + (high - low) * u[:, 5])[:, None]
-        offset = distance * _unit(u[:, 6])
+        bearing = _unit(u[:, 6])
+        onwards = rotations.turn(_course(qpos, qvel), _unit((u[:, 6] - 0.5) / 4))
+        ahead = (kind == 2) & (u[:, 8] < config.ahead)
+        offset = distance * torch.where(ahead[:, None], onwards, bearing)
         point = torch.where(from_clip[:, None], frames.seat[:, :2] - frames.qpos[:, :2], offset)
         facing = torch.where(from_clip[:, None], frames.facing, _unit(u[:, 7]))
 
@@ -109,6 +112,13 @@ def furniture_pose(bank: Bank, starts: Starts) -> tuple[Tensor, Tensor]:
     offset = rotations.turn(yaw, bank.point[starts.variant, :2])
     origin = starts.point - offset
     return torch.cat((origin, torch.zeros_like(origin[:, :1])), dim=1), yaw
+
+
+def _course(qpos: Tensor, qvel: Tensor) -> Tensor:
+    """Unit vectors [m, 2]: where the root moves, or faces where it hardly moves."""
+    speed = qvel[:, :2].norm(dim=1, keepdim=True)
+    moving = qvel[:, :2] / speed.clamp_min(1e-6)
+    return torch.where(speed > 0.3, moving, rotations.heading(qpos[:, 3:7]))
 
 
 def _pick(pool: Tensor, u: Tensor) -> Tensor:

@@ -17,6 +17,11 @@ from world.motions.clip import Clip, mirrored
 
 #: Pelvis height from which a frame counts as upright, m.
 _UPRIGHT_M = 0.72
+#: An upright frame slower than this, and turning slower, is idle: m/s, rad/s.
+_IDLE_M_S, _IDLE_RAD_S = 0.3, 0.4
+#: Of the idle frames one in so many is kept: people wait a lot before and after they sit, and a
+#: discriminator that has seen it rewards a character for standing where it is.
+_IDLE_EVERY = 12
 #: Every 20th second of motion is held out to measure the discriminator on.
 _HELD_OUT_EVERY = 20
 #: Seconds before (and after) the seated stretch that count as sitting down (and getting up).
@@ -58,8 +63,17 @@ class MotionLibrary:
         held_out = second % _HELD_OUT_EVERY == _HELD_OUT_EVERY // 2
         upright = self.qpos[:, 2] > _UPRIGHT_M
         stage = torch.cat([_stages(c) for c in both])
-        #: Upright frames that have a successor: locomotion, wherever an object may be.
-        self.upright = torch.nonzero(upright & has_next & ~held_out).flatten()
+        idle = (self.qvel[:, :2].norm(dim=1) < _IDLE_M_S) & (
+            self.body.angular_velocity[:, 2].abs() < _IDLE_RAD_S
+        )
+        dull = upright & idle & (stage == 0) & (torch.arange(len(idle)) % _IDLE_EVERY != 0)
+        has_next &= ~dull
+        #: Upright frames that have a successor: locomotion, wherever an object may be, few of them
+        #: idle; half of them from clips without a seat, which walk for longer and faster.
+        self.upright = _half_and_half(
+            torch.nonzero(upright & has_next & ~held_out & ~has_seat).flatten(),
+            torch.nonzero(upright & has_next & ~held_out & has_seat).flatten(),
+        )
         #: Frames by stage of using the seat: approach or leave, sit down or get up, seated.
         self.stages = tuple(
             torch.nonzero(has_seat & (stage == s) & has_next & ~held_out).flatten()
@@ -99,6 +113,13 @@ def servo_coordinates(qpos: Tensor) -> Tensor:
             parts.append(qpos[:, address : address + 1])
             address += 1
     return torch.cat(parts, dim=1)
+
+
+def _half_and_half(few: Tensor, many: Tensor) -> Tensor:
+    """Both index sets, the smaller one repeated until it is about as long as the other."""
+    few, many = sorted((few, many), key=len)
+    repeats = round(len(many) / len(few)) if len(few) else 0
+    return torch.cat((many, few.repeat(repeats)))
 
 
 def _per_frame(clip: Clip, row: Tensor) -> Tensor:

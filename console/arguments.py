@@ -1,0 +1,77 @@
+"""Command-line words to a command's dataclass; what is wrong with them as one line, not a box."""
+
+import contextlib
+import io
+import re
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+import tyro
+
+from world.errors import ConfigError
+
+_STYLING = re.compile(r"\x1b\[[0-9;]*m")
+_RULE = re.compile(r"[-─]{3,}")
+
+
+class ArgumentError(ConfigError):
+    """Words that are no command: a name, flag or value that is not among the valid ones."""
+
+
+def parse_words(kind: Any, words: Sequence[str], prog: str, **settings: Any) -> Any:
+    """`tyro.cli` of a dataclass or a union of them; ArgumentError in one line for bad words.
+
+    SystemExit with 0 after --help, as tyro has it.
+    """
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(said):
+            found = tyro.cli(kind, prog=prog, args=list(words), **settings)
+    except SystemExit as stop:
+        if not stop.code:
+            raise
+        text = one_line(said.getvalue()) or f"these arguments are no command; see {prog} --help"
+        if "subcommands" not in text and words and not words[0].startswith("-"):
+            text = text.replace(f"see {prog} --help", f"see {prog} {words[0]} --help")
+        raise ArgumentError(text) from None
+    sys.stderr.write(said.getvalue())
+    return found
+
+
+def one_line(box: str) -> str:
+    """The message of tyro's error box: what is wrong, what would be right, where to read on.
+
+    Flags that it suggests are given by name alone. Text that is no box comes back on one line.
+    """
+    rows = [_STYLING.sub("", row) for row in box.splitlines()]
+    sections: list[list[str]] = [[]]
+    for row in _inside(rows):
+        if _RULE.fullmatch(row.strip()):
+            sections.append([])
+        elif row.strip():
+            sections[-1].append(row)
+    parts = [_section(section) for section in sections]
+    return "; ".join(part.rstrip(".") for part in parts if part)
+
+
+def _inside(rows: list[str]) -> list[str]:
+    """The rows without title and frame."""
+    framed = [row[2:-1].rstrip() for row in rows if row.startswith("│")]
+    if framed:
+        return framed
+    # Where standard output takes ASCII only: a title, a rule, then rows indented by two.
+    if len(rows) > 1 and _RULE.fullmatch(rows[1].strip()):
+        return [row[2:].rstrip() for row in rows[2:]]
+    return rows
+
+
+def _section(rows: list[str]) -> str:
+    title = rows[0].strip() if rows else ""
+    if title.startswith("Argument helptext"):
+        return ""
+    if title.startswith(("Perhaps you meant", "Arguments similar to")):
+        flags = dict.fromkeys(row.split()[0].rstrip(",") for row in rows if row[:6] == "    --")
+        return f"{title} {', '.join(flags)}"
+    text = " ".join(" ".join(row.split()) for row in rows)
+    return re.sub(r"^For full helptext, (run|see):? ", "see ", text)

@@ -1,0 +1,72 @@
+"""`inhabit publish`: a run's policy as a small folder to evaluate, start from and cite.
+
+The folder is a checkpoint of the policy alone, so that `evaluate`, `video` and `--init` take it as
+they take a run; its manifest says what the weights were trained on, and under which licence.
+"""
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+from console import assembly
+from console.commands import Publish
+from console.experiment import to_json
+from console.runs import RunDirectory, RunError, checkpoint_folder
+from policy.checkpoint import Manifest, read, write
+from world.errors import ConfigError
+
+#: Lines of metrics that a published folder keeps, evenly spread over the run.
+_LINES = 200
+
+
+def publish_command(command: Publish) -> int:
+    """Write the folder; returns the exit code."""
+    if command.out.exists() and not command.replace:
+        raise RunError(f"{command.out} exists: add --replace, or name another folder")
+    path = checkpoint_folder(command.source)
+    found = read(path, ("policy",))
+    experiment = assembly.experiment_of(found.manifest, path)
+    # where the clips lay on this machine is nobody's business: the notes name them
+    world = replace(experiment.world, motions=())
+    notes = {
+        "experiment": json.dumps(to_json(replace(experiment, world=world))),
+        "data": command.data,
+        "licence": command.licence,
+    }
+    if command.evaluation is not None:
+        notes["evaluation"] = json.dumps(_figures(command.evaluation))
+    manifest = Manifest(
+        found.manifest.layout, found.manifest.iteration, found.manifest.samples, notes
+    )
+    write(command.out, found.state, manifest)
+    metrics = RunDirectory(command.source).metrics
+    if metrics.exists():
+        lines = metrics.read_text().splitlines()
+        step = max(1, len(lines) // _LINES)
+        (command.out / "metrics.jsonl").write_text("\n".join(lines[::step]) + "\n")
+    if command.evaluation is not None:
+        shutil.copyfile(command.evaluation, command.out / "evaluation.json")
+    print(f"{command.out}: {found.manifest.samples / 1e6:.1f} M samples, {command.licence}")
+    return 0
+
+
+def _figures(path: Path) -> dict[str, object]:
+    """The headline of an evaluation: what a reader of the manifest looks for."""
+    try:
+        figures = json.loads(path.read_text())
+        kept = (
+            "task",
+            "trials",
+            "seed",
+            "objects",
+            "perturbation",
+            "success",
+            "sustained",
+            "falls",
+        )
+        return {name: figures[name] for name in kept}
+    except (OSError, ValueError, KeyError) as error:
+        raise ConfigError(
+            f"{path} is no evaluation of `inhabit evaluate --json`: {error}"
+        ) from error
