@@ -1,8 +1,13 @@
 """Metric sinks: JSON lines as the record, TensorBoard beside it."""
 
+import io
 import json
 import math
-from collections.abc import Mapping
+import os
+import socket
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -21,40 +26,77 @@ class JsonLines:
     """Appends one line an iteration to metrics.jsonl; each line is whole or absent."""
 
     def __init__(self, path: Path) -> None:
-        try:
-            self._file = path.open("a", buffering=1)
-        except OSError as error:
-            raise RunError(f"cannot write {path}: {error.strerror}") from error
         self._path = path
+        with _writing(path):
+            self._file = path.open("ab", buffering=0)
 
     def write(self, metrics: Mapping[str, float]) -> None:
-        try:
-            self._file.write(json.dumps({k: plain(v) for k, v in metrics.items()}) + "\n")
-        except OSError as error:
-            raise RunError(f"cannot write {self._path}: {error.strerror}") from error
+        line = json.dumps({k: plain(v) for k, v in metrics.items()}) + "\n"
+        with _writing(self._path):
+            _append(self._file, line.encode())
 
     def close(self) -> None:
         self._file.close()
 
 
 class TensorBoard:
-    """The same figures as TensorBoard scalars over samples."""
+    """The same figures as TensorBoard scalars over samples.
+
+    Written at once: the usual writer's thread would tell of a full disk in a traceback, later.
+    """
 
     def __init__(self, folder: Path, purge_step: int | None = None) -> None:
-        from torch.utils.tensorboard import (
-            SummaryWriter,
-        )  # half a second that --help can do without
+        # half a second that --help can do without
+        from tensorboard.compat.proto.event_pb2 import Event, SessionLog
+        from tensorboard.compat.proto.summary_pb2 import Summary
+        from tensorboard.summary.writer.record_writer import RecordWriter
 
-        self._writer = SummaryWriter(str(folder), purge_step=purge_step)
+        self._event, self._summary, self._record_writer = Event, Summary, RecordWriter
+        self._folder = folder
+        name = f"events.out.tfevents.{time.time():017.6f}.{socket.gethostname()}.{os.getpid()}"
+        with _writing(folder):
+            self._file = (folder / name).open("ab", buffering=0)
+        self._append(file_version="brain.Event:2")
+        if purge_step is not None:
+            self._append(step=purge_step, session_log=SessionLog(status=SessionLog.START))
 
     def write(self, metrics: Mapping[str, float]) -> None:
-        step = int(metrics.get("samples", 0))
-        for name, value in metrics.items():
-            if name not in ("iteration", "samples") and math.isfinite(value):
-                self._writer.add_scalar(name, value, step)
+        values = [
+            self._summary.Value(tag=name, simple_value=value)
+            for name, value in metrics.items()
+            if name not in ("iteration", "samples") and math.isfinite(value)
+        ]
+        self._append(step=int(metrics.get("samples", 0)), summary=self._summary(value=values))
+
+    def _append(self, **content: Any) -> None:
+        record = io.BytesIO()
+        event = self._event(wall_time=time.time(), **content)
+        self._record_writer(record).write(event.SerializeToString())
+        with _writing(self._folder):
+            _append(self._file, record.getvalue())
 
     def close(self) -> None:
-        self._writer.close()
+        self._file.close()
+
+
+@contextmanager
+def _writing(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise RunError(f"cannot write {path}: {error.strerror}") from error
+
+
+def _append(file: io.FileIO, data: bytes) -> None:
+    """Append all of it or nothing; OSError where the disk is full."""
+    end = file.seek(0, os.SEEK_END)
+    try:
+        written = 0
+        while written < len(data):
+            written += file.write(data[written:])
+    except OSError:
+        file.truncate(end)
+        raise
 
 
 def plain(value: Any) -> float | int | None:

@@ -1,11 +1,12 @@
 """The synthetic clips: joint ranges, planted feet, smoothness, seats and balance, clip by clip."""
 
-import functools
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
-from world.motions.clip import Clip
+from world.motions import load
+from world.motions.clip import Clip, Seat
 from world.motions.synthetic import library, rotations, skeleton
 from world.motions.synthetic.sitting import ROOT_ABOVE_SEAT_M
 
@@ -27,110 +28,125 @@ RANGES_DEG = {
 }
 """The character's joint ranges about x, y and z; hinges turn about y alone."""
 
-CLIPS = library.generate(seed=0)
-EACH = pytest.mark.parametrize("clip", CLIPS, ids=[f"{i}_{c.name}" for i, c in enumerate(CLIPS)])
+
+@dataclass(frozen=True)
+class Posed:
+    """A clip with its bodies' positions and rotations in the world, and its local rotations."""
+
+    clip: Clip
+    positions: np.ndarray
+    world: np.ndarray
+    local: np.ndarray
 
 
-@functools.cache
-def pose_of(index: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    clip = CLIPS[index]
+def posed(clip: Clip) -> Posed:
     local = rotations.matrix(clip.local_rotation.astype(np.float64))
-    return (*skeleton.place(clip.root_position_m.astype(np.float64), local), local)
+    return Posed(clip, *skeleton.place(clip.root_position_m.astype(np.float64), local), local)
 
 
-def pose(clip: Clip) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    return pose_of(next(i for i, c in enumerate(CLIPS) if c is clip))
+@pytest.fixture(scope="module")
+def every() -> list[Posed]:
+    """All clips of the set; all tests of this process share their making."""
+    return [posed(clip) for clip in load.own_clips()]
 
 
-@EACH
-def test_joints_stay_in_their_ranges_and_hinges_on_their_axis(clip: Clip) -> None:
-    angles = np.degrees(rotations.rotation_vector(clip.local_rotation.astype(np.float64)))
-    for name, ranges in RANGES_DEG.items():
-        joint = angles[:, skeleton.BODIES.index(name)]
-        for axis, (low, high) in enumerate(ranges):
-            assert joint[:, axis].min() >= low - 0.1, (name, "xyz"[axis])
-            assert joint[:, axis].max() <= high + 0.1, (name, "xyz"[axis])
+@pytest.fixture(scope="module")
+def sits(every: list[Posed]) -> list[tuple[Posed, Seat]]:
+    """Those that sit down, with their seats."""
+    return [(one, one.clip.seat) for one in every if one.clip.seat is not None]
 
 
-@EACH
-def test_lowest_point_of_the_feet_is_on_the_floor(clip: Clip) -> None:
-    positions, world, _ = pose(clip)
-    soles = np.stack([skeleton.sole_corners(positions, world, side) for side in (0, 1)])
-    lowest = soles[..., 2].min((0, 2))
-    assert np.abs(lowest).max() < 0.002
+def test_joints_stay_in_their_ranges_and_hinges_on_their_axis(every: list[Posed]) -> None:
+    for one in every:
+        angles = np.degrees(rotations.rotation_vector(one.clip.local_rotation.astype(np.float64)))
+        for name, ranges in RANGES_DEG.items():
+            joint = angles[:, skeleton.BODIES.index(name)]
+            for axis, (low, high) in enumerate(ranges):
+                assert joint[:, axis].min() >= low - 0.1, (one.clip.name, name, "xyz"[axis])
+                assert joint[:, axis].max() <= high + 0.1, (one.clip.name, name, "xyz"[axis])
 
 
-@EACH
-def test_what_touches_the_floor_does_not_slide(clip: Clip) -> None:
-    positions, world, _ = pose(clip)
-    speeds = []
-    for side in (0, 1):
-        corners = skeleton.sole_corners(positions, world, side)
-        touching = (corners[:-1, :, 2] < 0.006) & (corners[1:, :, 2] < 0.006)
-        moved = np.linalg.norm(np.diff(corners[..., :2], axis=0), axis=-1) * clip.fps
-        speeds.append(moved[touching])
-    assert np.concatenate(speeds).mean() < 0.02
+def test_lowest_point_of_the_feet_is_on_the_floor(every: list[Posed]) -> None:
+    for one in every:
+        clip, positions, world = one.clip, one.positions, one.world
+        soles = np.stack([skeleton.sole_corners(positions, world, side) for side in (0, 1)])
+        lowest = soles[..., 2].min((0, 2))
+        assert np.abs(lowest).max() < 0.002, clip.name
 
 
-@EACH
-def test_feet_do_not_pass_through_each_other(clip: Clip) -> None:
-    positions, world, _ = pose(clip)
-    right, left = (skeleton.sole_corners(positions, world, side)[..., :2] for side in (0, 1))
-    apart = np.full(clip.frames, -np.inf)
-    for foot in (11, 14):  # separating axes of two rectangles
-        for axis in (0, 1):
-            line = world[:, foot, :2, axis]
-            line = line / np.linalg.norm(line, axis=-1, keepdims=True)
-            a, b = (np.einsum("tcj,tj->tc", corners, line) for corners in (right, left))
-            apart = np.maximum(apart, np.maximum(a.min(1) - b.max(1), b.min(1) - a.max(1)))
-    assert apart.min() > 0.0
+def test_what_touches_the_floor_does_not_slide(every: list[Posed]) -> None:
+    for one in every:
+        clip, positions, world = one.clip, one.positions, one.world
+        speeds = []
+        for side in (0, 1):
+            corners = skeleton.sole_corners(positions, world, side)
+            touching = (corners[:-1, :, 2] < 0.006) & (corners[1:, :, 2] < 0.006)
+            moved = np.linalg.norm(np.diff(corners[..., :2], axis=0), axis=-1) * clip.fps
+            speeds.append(moved[touching])
+        assert np.concatenate(speeds).mean() < 0.02, clip.name
 
 
-@EACH
-def test_no_joint_is_faster_than_15_rad_s_and_nothing_jumps(clip: Clip) -> None:
-    _, _, local = pose(clip)
-    step = rotations.transpose(local[:-1]) @ local[1:]
-    speed = rotations.rotation_vector(rotations.quaternion(step)) * clip.fps
-    assert np.linalg.norm(speed, axis=-1).max() < 15.0
-    assert np.abs(np.diff(speed, axis=0)).max() < 13.0  # a swing leg's change in one frame
-    root = np.diff(clip.root_position_m.astype(np.float64), axis=0) * clip.fps
-    assert np.linalg.norm(root, axis=-1).max() < 2.0
-    assert np.linalg.norm(np.diff(root, axis=0), axis=-1).max() < 0.6
-    quaternions = clip.local_rotation
-    assert (np.sum(quaternions[1:] * quaternions[:-1], -1) > 0).all()
+def test_feet_do_not_pass_through_each_other(every: list[Posed]) -> None:
+    for one in every:
+        clip, positions, world = one.clip, one.positions, one.world
+        right, left = (skeleton.sole_corners(positions, world, side)[..., :2] for side in (0, 1))
+        apart = np.full(clip.frames, -np.inf)
+        for foot in (11, 14):  # separating axes of two rectangles
+            for axis in (0, 1):
+                line = world[:, foot, :2, axis]
+                line = line / np.linalg.norm(line, axis=-1, keepdims=True)
+                a, b = (np.einsum("tcj,tj->tc", corners, line) for corners in (right, left))
+                apart = np.maximum(apart, np.maximum(a.min(1) - b.max(1), b.min(1) - a.max(1)))
+        assert apart.min() > 0.0, clip.name
 
 
-SITS = [clip for clip in CLIPS if clip.seat]
+def test_no_joint_is_faster_than_15_rad_s_and_nothing_jumps(every: list[Posed]) -> None:
+    for one in every:
+        clip, local = one.clip, one.local
+        step = rotations.transpose(local[:-1]) @ local[1:]
+        speed = rotations.rotation_vector(rotations.quaternion(step)) * clip.fps
+        assert np.linalg.norm(speed, axis=-1).max() < 15.0, clip.name
+        assert np.abs(np.diff(speed, axis=0)).max() < 13.0, (
+            clip.name
+        )  # a swing leg's change in one frame
+        root = np.diff(clip.root_position_m.astype(np.float64), axis=0) * clip.fps
+        assert np.linalg.norm(root, axis=-1).max() < 2.0, clip.name
+        assert np.linalg.norm(np.diff(root, axis=0), axis=-1).max() < 0.6, clip.name
+        quaternions = clip.local_rotation
+        assert (np.sum(quaternions[1:] * quaternions[:-1], -1) > 0).all(), clip.name
 
 
-@pytest.mark.parametrize("clip", SITS, ids=[f"{i}_{c.name}" for i, c in enumerate(SITS)])
-class TestSitting:
-    def test_pelvis_rests_on_the_seat_facing_its_way(self, clip: Clip) -> None:
-        seat = clip.seat
-        assert seat is not None
-        positions, world, _ = pose(clip)
+def test_pelvis_rests_on_the_seat_facing_its_way(
+    sits: list[tuple[Posed, Seat]],
+) -> None:
+    for one, seat in sits:
+        clip, positions, world = one.clip, one.positions, one.world
         seated = slice(seat.from_frame, seat.to_frame)
-        assert 3.0 <= (seat.to_frame - seat.from_frame) / clip.fps <= 6.1
+        assert 3.0 <= (seat.to_frame - seat.from_frame) / clip.fps <= 6.1, clip.name
         height = positions[seated, 0, 2] - seat.point_m[2] - ROOT_ABOVE_SEAT_M
-        assert np.abs(height).max() < 0.01
-        assert np.abs(positions[seated, 0, :2] - seat.point_m[:2]).max() < 0.01
+        assert np.abs(height).max() < 0.01, clip.name
+        assert np.abs(positions[seated, 0, :2] - seat.point_m[:2]).max() < 0.01, clip.name
         yaw = np.arctan2(world[seated, 0, 1, 0], world[seated, 0, 0, 0])
-        assert np.abs(np.angle(np.exp(1j * (yaw - seat.facing_rad)))).max() < 0.1
+        assert np.abs(np.angle(np.exp(1j * (yaw - seat.facing_rad)))).max() < 0.1, clip.name
 
-    def test_feet_stand_flat_from_sitting_down_to_standing_up(self, clip: Clip) -> None:
-        seat = clip.seat
-        assert seat is not None
-        positions, world, _ = pose(clip)
+
+def test_feet_stand_flat_from_sitting_down_to_standing_up(
+    sits: list[tuple[Posed, Seat]],
+) -> None:
+    for one, seat in sits:
+        clip, positions, world = one.clip, one.positions, one.world
         span = slice(seat.from_frame - 40, seat.to_frame + 35)
         for side in (0, 1):
             corners = skeleton.sole_corners(positions, world, side)[span]
-            assert np.abs(corners[..., 2]).max() < 0.001
-            assert np.ptp(corners[..., :2], axis=0).max() < 0.001
+            assert np.abs(corners[..., 2]).max() < 0.001, clip.name
+            assert np.ptp(corners[..., :2], axis=0).max() < 0.001, clip.name
 
-    def test_weight_is_over_the_feet_until_shortly_before_the_seat(self, clip: Clip) -> None:
-        seat = clip.seat
-        assert seat is not None
-        positions, world, _ = pose(clip)
+
+def test_weight_is_over_the_feet_until_shortly_before_the_seat(
+    sits: list[tuple[Posed, Seat]],
+) -> None:
+    for one, seat in sits:
+        clip, positions, world = one.clip, one.positions, one.world
         ahead = np.array([np.cos(seat.facing_rad), np.sin(seat.facing_rad)])
         mass = skeleton.centre_of_mass(positions, world)[:, :2] @ ahead
         ankle = positions[:, [11, 14], :2].mean(1) @ ahead
@@ -138,12 +154,14 @@ class TestSitting:
         up = slice(seat.to_frame + 12, seat.to_frame + 40)
         for stretch in (down, up):
             over = (mass - ankle)[stretch]
-            assert over.min() > skeleton.HEEL_M - 0.015 and over.max() < skeleton.TOE_M
+            assert over.min() > skeleton.HEEL_M - 0.015 and over.max() < skeleton.TOE_M, clip.name
 
-    def test_trunk_flexes_as_people_do_and_hands_rest_on_the_thighs(self, clip: Clip) -> None:
-        seat = clip.seat
-        assert seat is not None
-        positions, world, _ = pose(clip)
+
+def test_trunk_flexes_as_people_do_and_hands_rest_on_the_thighs(
+    sits: list[tuple[Posed, Seat]],
+) -> None:
+    for one, seat in sits:
+        clip, positions, world = one.clip, one.positions, one.world
         flexion = np.degrees(
             np.arcsin(
                 np.clip(
@@ -155,28 +173,30 @@ class TestSitting:
             )
         )
         rising = flexion[seat.to_frame - 20 : seat.to_frame + 20].max()
-        assert 35.0 < rising < 46.0
+        assert 35.0 < rising < 46.0, clip.name
         middle = (seat.from_frame + seat.to_frame) // 2
-        assert -10.5 < flexion[middle] < 6.0
+        assert -10.5 < flexion[middle] < 6.0, clip.name
         for hand, thigh in ((5, 9), (8, 12)):
             axis = -world[middle, thigh, :, 2]
             offset = positions[middle, hand] - positions[middle, thigh]
             along = offset @ axis
-            assert 0.2 < along < 0.4
-            assert np.linalg.norm(offset - along * axis) == pytest.approx(0.105, abs=0.015)
+            assert 0.2 < along < 0.4, clip.name
+            assert np.linalg.norm(offset - along * axis) == pytest.approx(0.105, abs=0.015), (
+                clip.name
+            )
 
 
-def test_the_set_covers_what_it_says() -> None:
-    seconds = sum(clip.seconds for clip in CLIPS)
+def test_the_set_covers_what_it_says(every: list[Posed], sits: list[tuple[Posed, Seat]]) -> None:
+    seconds = sum(one.clip.seconds for one in every)
     assert 8 * 60 < seconds < 12 * 60
-    heights = {clip.seat.point_m[2] for clip in SITS if clip.seat}
+    heights = {seat.point_m[2] for _, seat in sits}
     assert min(heights) == pytest.approx(0.36) and max(heights) == pytest.approx(0.52)
     assert len(heights) >= 6
 
 
 @pytest.mark.parametrize("speed_m_s", [0.6, 0.8, 1.0, 1.2, 1.4, 1.6])
-def test_walks_move_at_their_speed(speed_m_s: float) -> None:
-    clip = next(c for c in CLIPS if c.name == f"walk_{speed_m_s:.1f}")
+def test_walks_move_at_their_speed(speed_m_s: float, every: list[Posed]) -> None:
+    clip = next(one.clip for one in every if one.clip.name == f"walk_{speed_m_s:.1f}")
     x = clip.root_position_m[4 * clip.fps : 7 * clip.fps, :2]
     assert np.linalg.norm(x[-1] - x[0]) / (len(x) - 1) * clip.fps == pytest.approx(
         speed_m_s, rel=0.08

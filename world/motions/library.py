@@ -69,8 +69,8 @@ class MotionLibrary:
         dull = upright & idle & (stage == 0) & (torch.arange(len(idle)) % _IDLE_EVERY != 0)
         has_next &= ~dull
         #: Upright frames that have a successor: locomotion, wherever an object may be, few of them
-        #: idle; half of them from clips without a seat, which walk for longer and faster.
-        self.upright = _half_and_half(
+        #: idle; most of them from clips without a seat, which walk for longer and faster.
+        self.upright = _mostly(
             torch.nonzero(upright & has_next & ~held_out & ~has_seat).flatten(),
             torch.nonzero(upright & has_next & ~held_out & has_seat).flatten(),
         )
@@ -115,11 +115,12 @@ def servo_coordinates(qpos: Tensor) -> Tensor:
     return torch.cat(parts, dim=1)
 
 
-def _half_and_half(few: Tensor, many: Tensor) -> Tensor:
-    """Both index sets, the smaller one repeated until it is about as long as the other."""
-    few, many = sorted((few, many), key=len)
-    repeats = round(len(many) / len(few)) if len(few) else 0
-    return torch.cat((many, few.repeat(repeats)))
+def _mostly(wanted: Tensor, other: Tensor, share: float = 0.8) -> Tensor:
+    """Both index sets, `wanted` repeated until it makes up about `share` of them."""
+    if not len(wanted):
+        return other
+    repeats = max(1, round(share / (1 - share) * len(other) / len(wanted)))
+    return torch.cat((other, wanted.repeat(repeats)))
 
 
 def _per_frame(clip: Clip, row: Tensor) -> Tensor:

@@ -1,6 +1,7 @@
 """Clips from files and folders, or the package's own where none are named."""
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 
 from world.errors import ClipError
@@ -40,10 +41,15 @@ def read(path: Path) -> Clip:
 
 
 def own_clips() -> list[Clip]:
-    """The package's own motions, made by code, licence-free."""
+    """The package's own motions, made by code, licence-free; made once in a process."""
+    return list(_synthetic())
+
+
+@cache
+def _synthetic() -> tuple[Clip, ...]:
     from world.motions.synthetic.library import generate
 
-    return generate()
+    return tuple(generate())
 
 
 def clips(paths: Sequence[str] = ()) -> list[Clip]:
