@@ -26,8 +26,8 @@ class StyleConfig:
     replay: int = 200_000
     """Past policy transitions kept."""
     insert_probability: float = 0.15
-    """Chance that a new transition enters the replay once that is full: the paper's 0.01 is for batches
-    of 131 k; with 4 k it would remember the first falls for ever."""
+    """Chance that a new transition enters the replay once that is full: the paper's 0.01 is for
+    batches of 131 k; with 4 k it would remember the first falls for ever."""
     clamp: float = 1e-4
     """Least 1 - D in the reward -log(1 - D)."""
     reward_scale: float = 1.0

@@ -17,8 +17,8 @@ from world.motions.clip import Clip, Seat, continuous
 #: spheres.
 _SITTING_SPHERES = {
     "pelvis": (((0.0, 0.0, 0.07), 0.09),),
-    "right_thigh": (((0.0, 0.0, -0.06), 0.055), ((0.0, 0.0, -0.21), 0.055)),
-    "left_thigh": (((0.0, 0.0, -0.06), 0.055), ((0.0, 0.0, -0.21), 0.055)),
+    "right_thigh": (((0.0, 0.0, -0.06), 0.055),),
+    "left_thigh": (((0.0, 0.0, -0.06), 0.055),),
 }
 _SOLE = tuple((x, y, -0.05) for x in (-0.0435, 0.1335) for y in (-0.045, 0.045))
 

@@ -5,6 +5,7 @@ from functools import cache
 from pathlib import Path
 
 from world.errors import ClipError
+from world.motions import cache as disk
 from world.motions import samp
 from world.motions.clip import Clip, validate
 from world.motions.library import MotionLibrary, prepare
@@ -41,7 +42,7 @@ def read(path: Path) -> Clip:
 
 
 def own_clips() -> list[Clip]:
-    """The package's own motions, made by code, licence-free; made once in a process."""
+    """The package's own motions, made by code, licence-free; made once on a machine."""
     return list(_synthetic())
 
 
@@ -49,7 +50,7 @@ def own_clips() -> list[Clip]:
 def _synthetic() -> tuple[Clip, ...]:
     from world.motions.synthetic.library import generate
 
-    return tuple(generate())
+    return disk.cached(disk.code_digest("world.motions.synthetic"), generate)
 
 
 def clips(paths: Sequence[str] = ()) -> list[Clip]:

@@ -14,8 +14,8 @@ from world.features import Body, Feature, Table
 from world.tasks.task import Place
 
 #: Height of the root above the seat's surface when seated, m: the median over the seated mocap
-#: (0.06-0.14).
-HIP_ABOVE_SEAT_M = 0.075
+#: (0.05-0.10).
+HIP_ABOVE_SEAT_M = 0.065
 #: Speed of approach that earns the full reward, m/s (mocap walks at 0.5-1.1).
 _SPEED_M_S = 0.9
 #: Radius round the place of use that the approach goes round, and how far in front it leads, m.
