@@ -4,9 +4,11 @@ shard."""
 from collections.abc import Sequence
 
 import mujoco
+import numpy as np
 import torch
 from torch import Tensor
 
+from world import rotations
 from world.errors import PieceError
 from world.furniture.piece import Piece
 from world.scene import compile_scene
@@ -30,6 +32,13 @@ class Bank:
         self.corners = torch.stack(
             [torch.from_numpy(p.corners()).to(torch.float32) for p in variants]
         )
+        padded = [piece.boxes_padded() for piece in variants]
+        stacked = [torch.from_numpy(np.stack(rows)) for rows in zip(*padded, strict=True)]
+        #: Collision boxes in the pieces' frames: centres and half sizes [V, S, 3] m, rotations
+        #: [V, S, 3, 3], and which slots are used [V, S].
+        self.box_centre, self.box_half, quat = (rows.to(torch.float32) for rows in stacked[:3])
+        self.box_rotation = rotations.matrix(quat)
+        self.box_used = stacked[3]
         self._by_height = torch.argsort(self.point[:, 2])
 
     def __len__(self) -> int:

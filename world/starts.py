@@ -4,12 +4,12 @@ anywhere near.
 A start is a pure function of (seed, scene, episode).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
 
-from world import character, rotations, streams
+from world import character, clearance, rotations, streams
 from world.bank import Bank
 from world.config import WorldConfig
 from world.errors import ClipError, ConfigError
@@ -19,6 +19,10 @@ from world.motions.library import MotionLibrary
 KINDS = ("clip", "near", "far")
 #: How far above the clip's own height a character is set down, m: contacts start unloaded.
 _LIFT_M = 0.002
+#: Furniture of a clip's start: how far each candidate is pushed back, m, and how deep the character
+#: may stand in it, m.
+_PUSHED_BACK_M = (0.0, 0.0, 0.0, 0.04, 0.04, 0.08)
+_TOLERATED_M = 0.015
 
 
 @dataclass(frozen=True)
@@ -65,7 +69,7 @@ class Starter:
     def draw(self, scenes: Tensor, episodes: Tensor) -> Starts:
         """The starts of the given scene ids [m] and episode numbers [m] (int64 both)."""
         config, library, bank = self._config, self._library, self._bank
-        u = streams.uniform(self._seed, streams.EPISODE, scenes, episodes, 9)
+        u = streams.uniform(self._seed, streams.EPISODE, scenes, episodes, 9 + len(_PUSHED_BACK_M))
         kind = torch.bucketize(u[:, 0].contiguous(), self._edges, right=True)
         from_clip = kind == 0
 
@@ -79,9 +83,6 @@ class Starter:
         qpos = torch.where(rest[:, None], self._standing, frames.qpos)
         qvel = torch.where(rest[:, None], torch.zeros_like(frames.qvel), frames.qvel)
 
-        anywhere = (u[:, 4] * len(bank)).long().clamp_max(len(bank) - 1)
-        variant = torch.where(from_clip, bank.of_height(frames.seat[:, 2], u[:, 4]), anywhere)
-
         low = torch.where(kind == 1, config.near_m[0], config.far_m[0])
         high = torch.where(kind == 1, config.near_m[1], config.far_m[1])
         distance = (low + (high - low) * u[:, 5])[:, None]
@@ -91,17 +92,41 @@ class Starter:
         offset = distance * torch.where(ahead[:, None], onwards, bearing)
         point = torch.where(from_clip[:, None], frames.seat[:, :2] - frames.qpos[:, :2], offset)
         facing = torch.where(from_clip[:, None], frames.facing, _unit(u[:, 7]))
-
         above = torch.cat((torch.zeros_like(qpos[:, :2]), qpos[:, 2:3] + _LIFT_M), dim=1)
-        return Starts(
-            torch.cat((above, qpos[:, 3:]), dim=1),
-            qvel,
-            variant,
-            point,
-            facing,
-            kind,
-            torch.where(rest, -1, frame),
+        starts = Starts(
+            qpos=torch.cat((above, qpos[:, 3:]), dim=1),
+            qvel=qvel,
+            variant=(u[:, 4] * len(bank)).long().clamp_max(len(bank) - 1),
+            point=point,
+            facing=facing,
+            kind=kind,
+            frame=torch.where(rest, -1, frame),
         )
+        return self._seated_freely(starts, frames.seat[:, 2], u[:, 9:])
+
+    def _seated_freely(self, starts: Starts, height_m: Tensor, u: Tensor) -> Starts:
+        """The starts of clips with furniture of the clip's height that the character does not stand
+        in: the first of some candidates, pushed back more and more, or the best of them.
+        """
+        bank = self._bank
+        centres = clearance.points(starts.qpos)
+        chosen, best = starts, torch.full_like(height_m, torch.inf)
+        for column, back_m in enumerate(_PUSHED_BACK_M):
+            candidate = replace(
+                starts,
+                variant=bank.of_height(height_m, u[:, column]),
+                point=starts.point - back_m * starts.facing,
+            )
+            origin, yaw = furniture_pose(bank, candidate)
+            depth = clearance.depth(centres, origin, yaw, bank, candidate.variant)
+            better = (starts.kind == 0) & (best > _TOLERATED_M) & (depth < best)
+            best = torch.where(better, depth, best)
+            chosen = replace(
+                chosen,
+                variant=torch.where(better, candidate.variant, chosen.variant),
+                point=torch.where(better[:, None], candidate.point, chosen.point),
+            )
+        return chosen
 
 
 def furniture_pose(bank: Bank, starts: Starts) -> tuple[Tensor, Tensor]:
