@@ -31,7 +31,7 @@ def simulated(clip: Clip, frames: np.ndarray) -> np.ndarray:
     rows = []
     for frame in frames:
         data.qpos[:], data.qvel[:] = qpos[frame], qvel[frame]
-        data.mocap_pos[0], data.mocap_quat[0] = place, scene.yaw_quaternion(np.array(yaw))
+        data.mocap_pos[0], data.mocap_quat[0] = place, (np.cos(yaw / 2), 0, 0, np.sin(yaw / 2))
         mujoco.mj_forward(model, data)
         w, z = data.qpos[3], data.qpos[6]
         heading = 2 * np.arctan2(z, w)

@@ -27,39 +27,6 @@ def conjugate(q: Tensor) -> Tensor:
     return q * q.new_tensor((1.0, -1.0, -1.0, -1.0))
 
 
-def rotate(q: Tensor, v: Tensor) -> Tensor:
-    """Vectors v [..., 3] rotated by unit quaternions q [..., 4]."""
-    w, x, y, z = q.unbind(-1)
-    vx, vy, vz = v.unbind(-1)
-    # t = 2 q_v × v;  v' = v + w t + q_v × t
-    tx, ty, tz = 2 * (y * vz - z * vy), 2 * (z * vx - x * vz), 2 * (x * vy - y * vx)
-    return torch.stack(
-        (
-            vx + w * tx + y * tz - z * ty,
-            vy + w * ty + z * tx - x * tz,
-            vz + w * tz + x * ty - y * tx,
-        ),
-        dim=-1,
-    )
-
-
-def tangent_normal(q: Tensor) -> Tensor:
-    """The 6-D encoding of rotations [..., 4]: the rotated x axis, then the rotated z axis, [...,
-    6]."""
-    w, x, y, z = q.unbind(-1)
-    return torch.stack(
-        (
-            1 - 2 * (y * y + z * z),
-            2 * (x * y + w * z),
-            2 * (x * z - w * y),
-            2 * (x * z + w * y),
-            2 * (y * z - w * x),
-            1 - 2 * (x * x + y * y),
-        ),
-        dim=-1,
-    )
-
-
 def matrix(q: Tensor) -> Tensor:
     """Rotation matrices [..., 3, 3] of unit quaternions [..., 4]."""
     w, x, y, z = q.unbind(-1)
@@ -121,11 +88,3 @@ def to_rotation_vector(q: Tensor) -> Tensor:
     # angle / sine tends to 2 / w, near which the division loses its digits
     scale = torch.where(sine > 1e-6, angle / sine.clamp_min(1e-12), 2.0 / q[..., :1])
     return v * scale
-
-
-def from_rotation_vector(r: Tensor) -> Tensor:
-    """Unit quaternions [..., 4] of rotation vectors [..., 3], rad."""
-    angle = r.norm(dim=-1, keepdim=True)
-    half = 0.5 * angle
-    scale = torch.where(angle > 1e-6, torch.sin(half) / angle.clamp_min(1e-12), 0.5 - angle**2 / 48)
-    return torch.cat((torch.cos(half), r * scale), dim=-1)

@@ -57,9 +57,3 @@ def compile_scene(piece: Piece | None) -> mujoco.MjModel:
             rgba=[0.72, 0.53, 0.36, 1.0 if used[slot] else 0.0],
         )
     return spec.compile()
-
-
-def yaw_quaternion(yaw_rad: np.ndarray) -> np.ndarray:
-    """Quaternions (w, x, y, z) of rotations about z: [..., 4]."""
-    zero = np.zeros_like(yaw_rad)
-    return np.stack([np.cos(yaw_rad / 2), zero, zero, np.sin(yaw_rad / 2)], axis=-1)

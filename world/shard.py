@@ -14,7 +14,7 @@ from world.config import WorldConfig
 from world.features import Body
 from world.motions.library import MotionLibrary
 from world.scenes import Scenes
-from world.starts import KINDS, Starter, furniture_pose
+from world.starts import Starter, furniture_pose
 from world.tasks import Place
 
 #: Index sets are padded to whole multiples of this: vectorised and scalar tails of torch's
@@ -81,16 +81,6 @@ class Shard:
         # clocks start apart, so that not all scenes time out in the same step
         apart = streams.uniform(seed, streams.EPISODE, self._ids, 0, 16)[:, 15]
         self._steps[:] = (apart * self._length).long()
-
-    @property
-    def term_names(self) -> tuple[str, ...]:
-        """Names of the reward terms, in the order of Step.terms."""
-        return tuple(self.task.terms)
-
-    @property
-    def start_names(self) -> tuple[str, ...]:
-        """Names of the kinds of start, by the number in episodes' `start`."""
-        return KINDS
 
     def observe(self) -> tuple[Tensor, Tensor]:
         """The current states [n, 114] and goals [n, G]; overwritten by the next step."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from world import features, rotations, streams
+from world import character, features, rotations, streams
 from world.errors import ClipError
 from world.motions import fit
 from world.motions.clip import Clip, mirrored
@@ -92,17 +92,10 @@ class MotionLibrary:
         """The frames of the given indices [n]."""
         return Frames(self.qpos[index], self.qvel[index], self.seat[index], self.facing[index])
 
-    def mean_pose(self) -> Tensor:
-        """Mean of the servo coordinates (rotation vectors, hinge angles) over all frames: [28]
-        rad."""
-        return servo_coordinates(self.qpos).mean(dim=0)
-
 
 def servo_coordinates(qpos: Tensor) -> Tensor:
     """What the 28 servoes measure at qpos [n, 43]: rotation vectors of balls, hinge angles, rad [n,
     28]."""
-    from world import character
-
     parts = []
     address = 7
     for joint in character.JOINTS:

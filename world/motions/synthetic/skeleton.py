@@ -2,26 +2,8 @@
 
 import numpy as np
 
+from world.character import PARENTS
 from world.motions.synthetic.rotations import Array, turn
-
-BODIES = (
-    "pelvis",
-    "torso",
-    "head",
-    "right_upper_arm",
-    "right_lower_arm",
-    "right_hand",
-    "left_upper_arm",
-    "left_lower_arm",
-    "left_hand",
-    "right_thigh",
-    "right_shin",
-    "right_foot",
-    "left_thigh",
-    "left_shin",
-    "left_foot",
-)
-PARENTS = (-1, 0, 1, 1, 3, 4, 1, 6, 7, 0, 9, 10, 0, 12, 13)
 
 HIP_M = 0.084887
 THIGH_M = 0.421546
