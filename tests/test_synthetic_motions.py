@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from world import character
 from world.motions import load
 from world.motions.clip import Clip, Seat
 from world.motions.synthetic import library, rotations, skeleton
@@ -60,7 +61,7 @@ def test_joints_stay_in_their_ranges_and_hinges_on_their_axis(every: list[Posed]
     for one in every:
         angles = np.degrees(rotations.rotation_vector(one.clip.local_rotation.astype(np.float64)))
         for name, ranges in RANGES_DEG.items():
-            joint = angles[:, skeleton.BODIES.index(name)]
+            joint = angles[:, character.BODIES.index(name)]
             for axis, (low, high) in enumerate(ranges):
                 assert joint[:, axis].min() >= low - 0.1, (one.clip.name, name, "xyz"[axis])
                 assert joint[:, axis].max() <= high + 0.1, (one.clip.name, name, "xyz"[axis])

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from world import character
 from world.motions.synthetic import gait, rotations, skeleton, timing
 from world.motions.synthetic.ik import two_link
 
@@ -49,7 +50,7 @@ def test_two_link_reaches_its_target_and_bends_the_right_way(bend: int) -> None:
 def test_rest_pose_is_the_sum_of_the_bones() -> None:
     local = np.tile(np.eye(3), (1, 15, 1, 1))
     positions, _ = skeleton.place(np.array([[0.0, 0.0, 0.9]]), local)
-    foot = positions[0, skeleton.BODIES.index("left_foot")]
+    foot = positions[0, character.BODIES.index("left_foot")]
     assert foot == pytest.approx([0.0, 0.084887, 0.9 - 0.421546 - 0.40987])
     assert skeleton.MASSES_KG.sum() == pytest.approx(48.9)
 
