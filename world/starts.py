@@ -102,40 +102,52 @@ class Starter:
             kind=kind,
             frame=torch.where(rest, -1, frame),
         )
-        return self._seated_freely(starts, frames.seat[:, 2], u[:, 9:])
+        # a scene that stands in for padding is measured once, with the row that it repeats
+        first = torch.arange(len(scenes)) == 0
+        own = from_clip & (first | (scenes != scenes[0]))
+        rows = torch.nonzero(own).flatten()
+        starts = self._seated_freely(starts, frames.seat[:, 2], u[:, 9:], rows)
+        same = scenes == scenes[0]
+        return replace(
+            starts,
+            variant=torch.where(same, starts.variant[0], starts.variant),
+            point=torch.where(same[:, None], starts.point[0], starts.point),
+        )
 
-    def _seated_freely(self, starts: Starts, height_m: Tensor, u: Tensor) -> Starts:
-        """The starts of clips with furniture of the clip's height that the character does not stand
+    def _seated_freely(self, starts: Starts, height_m: Tensor, u: Tensor, rows: Tensor) -> Starts:
+        """The starts `rows` with furniture of the clip's height that the character does not stand
         in: the first of some candidates, pushed back more and more, or the best of them.
         """
-        bank = self._bank
-        centres = clearance.points(starts.qpos)
-        chosen, best = starts, torch.full_like(height_m, torch.inf)
-        for column, back_m in enumerate(_PUSHED_BACK_M):
-            candidate = replace(
-                starts,
-                variant=bank.of_height(height_m, u[:, column]),
-                point=starts.point - back_m * starts.facing,
-            )
-            origin, yaw = furniture_pose(bank, candidate)
-            depth = clearance.depth(centres, origin, yaw, bank, candidate.variant)
-            better = (starts.kind == 0) & (best > _TOLERATED_M) & (depth < best)
-            best = torch.where(better, depth, best)
-            chosen = replace(
-                chosen,
-                variant=torch.where(better, candidate.variant, chosen.variant),
-                point=torch.where(better[:, None], candidate.point, chosen.point),
-            )
-        return chosen
+        if not len(rows):
+            return starts
+        bank, tries, n = self._bank, len(_PUSHED_BACK_M), len(rows)
+        back = starts.point.new_tensor(_PUSHED_BACK_M)
+        # candidate by candidate: [tries, n], flat for the one call that measures them all
+        variant = bank.of_height(height_m[rows].repeat(tries), u[rows].T.flatten())
+        facing = starts.facing[rows].repeat(tries, 1)
+        point = starts.point[rows].repeat(tries, 1) - back.repeat_interleave(n)[:, None] * facing
+        origin, yaw = placed(bank, variant, point, facing)
+        centres = clearance.points(starts.qpos)[rows].repeat(tries, 1, 1)
+        depth = clearance.depth(centres, origin, yaw, bank, variant).view(tries, n)
+        order = torch.arange(tries)[:, None] * 1e-6
+        choice = torch.where(depth <= _TOLERATED_M, order - 1.0, depth).argmin(dim=0)
+        taken = choice * n + torch.arange(n)
+        variants, points = starts.variant.clone(), starts.point.clone()
+        variants[rows], points[rows] = variant[taken], point[taken]
+        return replace(starts, variant=variants, point=points)
 
 
 def furniture_pose(bank: Bank, starts: Starts) -> tuple[Tensor, Tensor]:
     """Origin [m, 3] (m) and yaw as cosine and sine [m, 2] of pieces whose place is where `starts`
     has it."""
-    own = bank.facing[starts.variant] * bank.facing.new_tensor((1.0, -1.0))
-    yaw = rotations.turn(own, starts.facing)
-    offset = rotations.turn(yaw, bank.point[starts.variant, :2])
-    origin = starts.point - offset
+    return placed(bank, starts.variant, starts.point, starts.facing)
+
+
+def placed(bank: Bank, variant: Tensor, point: Tensor, facing: Tensor) -> tuple[Tensor, Tensor]:
+    """Origin [m, 3] (m) and yaw (cosine, sine) [m, 2] of pieces `variant` [m] whose place is above
+    the floor point [m, 2] and faces `facing` [m, 2]."""
+    yaw = rotations.turn(bank.facing[variant] * bank.facing.new_tensor((1.0, -1.0)), facing)
+    origin = point - rotations.turn(yaw, bank.point[variant, :2])
     return torch.cat((origin, torch.zeros_like(origin[:, :1])), dim=1), yaw
 
 
