@@ -5,7 +5,6 @@ they take a run; its manifest says what the weights were trained on, and under w
 """
 
 import json
-import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -40,13 +39,16 @@ def publish_command(command: Publish) -> int:
         found.manifest.layout, found.manifest.iteration, found.manifest.samples, notes
     )
     write(command.out, found.state, manifest)
+    for file in command.out.iterdir():
+        file.chmod(0o644)  # written for their owner alone, published for everybody
     metrics = RunDirectory(command.source).metrics
     if metrics.exists():
         lines = metrics.read_text().splitlines()
         step = max(1, len(lines) // _LINES)
         (command.out / "metrics.jsonl").write_text("\n".join(lines[::step]) + "\n")
     if command.evaluation is not None:
-        shutil.copyfile(command.evaluation, command.out / "evaluation.json")
+        figures = json.loads(command.evaluation.read_text()) | {"checkpoint": command.out.name}
+        (command.out / "evaluation.json").write_text(json.dumps(figures, indent=1) + "\n")
     print(f"{command.out}: {found.manifest.samples / 1e6:.1f} M samples, {command.licence}")
     return 0
 

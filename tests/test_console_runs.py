@@ -3,10 +3,12 @@
 import datetime
 import json
 import math
+from pathlib import Path
 
 import pytest
 from rich.console import Console
 
+from console.app import main
 from console.display import Goal, open_display, remaining
 from console.recorders import JsonLines, TensorBoard, read_metrics, truncate_metrics
 from console.runs import RunDirectory, RunError, checkpoint_folder, new_run
@@ -110,3 +112,20 @@ def test_display_names_every_figure(terminal, tmp_path):
         shown = file.read()
     for figure in ("3.0", "0.500", "0.250", "0.0123", "87.5%"):
         assert figure in shown
+
+
+def test_published_folder_says_what_it_is_and_acts(tmp_path: Path) -> None:
+    """The committed policy, published again: nothing of this machine, and the same weights."""
+    source = Path(__file__).parent.parent / "pretrained" / "sit"
+    figures = tmp_path / "e.json"
+    figures.write_text((source / "evaluation.json").read_text())
+    out = tmp_path / "mine"
+    words = ["publish", str(source), str(out), "--data", "clips", "--licence", "as you like"]
+    assert main([*words, "--evaluation", str(figures)]) == 0
+    manifest = json.loads((out / "manifest.json").read_text())
+    assert manifest["notes"]["data"] == "clips"
+    assert manifest["notes"]["licence"] == "as you like"
+    assert json.loads(manifest["notes"]["experiment"])["world"]["motions"] == []
+    assert json.loads((out / "evaluation.json").read_text())["checkpoint"] == "mine"
+    assert (out / "policy.safetensors").read_bytes() == (source / "policy.safetensors").read_bytes()
+    assert main([*words]) == 1  # it exists
