@@ -27,6 +27,9 @@ _BODIES = torch.tensor([character.BODIES.index(b) for b, zs, _ in _SPHERES for _
 _HEIGHTS = torch.tensor([z for _, zs, _ in _SPHERES for z in zs])
 _RADII = torch.tensor([r for _, zs, r in _SPHERES for _ in zs])
 
+#: Rows measured at a time: each takes 7 kB on the way, and regression on the clips asks for 70,000.
+_ROWS = 2048
+
 
 def points(qpos: Tensor) -> Tensor:
     """Centres of the character's spheres, world, m: qpos [n, 43] -> [n, P, 3]."""
@@ -41,6 +44,9 @@ def depth(centres: Tensor, origin: Tensor, yaw: Tensor, bank: Bank, variant: Ten
     Args: centres [n, P, 3] world, m; origin [n, 3] m and yaw [n, 2] (cosine, sine) of the piece;
     variant [n] int64, its number in the bank.
     """
+    if len(centres) > _ROWS:
+        parts = zip(*(x.split(_ROWS) for x in (centres, origin, yaw, variant)), strict=True)
+        return torch.cat([depth(c, o, y, bank, v) for c, o, y, v in parts])
     inside = rotations.turn_back(yaw[:, None], centres - origin[:, None])
     offset = inside[:, :, None] - bank.box_centre[variant][:, None]
     # into the boxes' own axes: Rᵀ v for [n, P, S]
