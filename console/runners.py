@@ -1,11 +1,9 @@
 """The two runners: one process with threads, or Ray actors with the style service beside them."""
 
 import shutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-
-from torch import Tensor
 
 from actors.local import LocalFleet
 from console import assembly
@@ -14,7 +12,7 @@ from console.experiment import Experiment
 from console.runs import RunDirectory
 from discriminator.client import StyleClient
 from discriminator.process import start_process
-from learner.protocols import Fleet, State, Style, StyleScores
+from learner.protocols import Fleet, Style
 from rpc.channel import ChannelConfig
 from world.starts import KINDS
 
@@ -27,36 +25,6 @@ class Runner:
     style: Style
     starts: tuple[str, ...]
     """Names of the kinds of start, in the order of their numbers in `episodes`."""
-
-
-class KeptStyle:
-    """A style whose state has keys that a checkpoint can hold."""
-
-    def __init__(self, style: Style) -> None:
-        self._style = style
-
-    def score(
-        self,
-        batch: int,
-        rollout_states: Tensor,
-        end_index: Tensor,
-        end_states: Tensor,
-        valid: Tensor,
-    ) -> StyleScores:
-        """As the style's."""
-        return self._style.score(batch, rollout_states, end_index, end_states, valid)
-
-    def train(self, version: int) -> Mapping[str, float]:
-        """As the style's."""
-        return self._style.train(version)
-
-    def state_dict(self) -> State:
-        """The style's state, its keys without slashes."""
-        return assembly.kept_state(self._style.state_dict())
-
-    def load_state_dict(self, state: State) -> None:
-        """Restore what `state_dict` gave."""
-        self._style.load_state_dict(assembly.style_state(state))
 
 
 @contextmanager
@@ -84,7 +52,7 @@ def local_runner(experiment: Experiment, run: RunDirectory, workers: int) -> Ite
     """Everything in this process, a thread a worker."""
     fleet = LocalFleet(assembly.make_shard(experiment, run), *_shape(experiment, workers))
     try:
-        yield Runner(fleet, KeptStyle(assembly.discriminator(experiment)), KINDS)
+        yield Runner(fleet, assembly.discriminator(experiment), KINDS)
     finally:
         fleet.close()
 
@@ -106,7 +74,7 @@ def ray_runner(
         stack.enter_context(ray_session(workers, address))
         fleet = RayFleet(assembly.make_shard(experiment, run), *_shape(experiment, workers))
         stack.callback(fleet.close)
-        yield Runner(fleet, KeptStyle(client), KINDS)
+        yield Runner(fleet, client, KINDS)
 
 
 @contextmanager
@@ -120,7 +88,8 @@ def style_client(
     spec = assembly.style_service(experiment, state=str(journal))
     process = start_process(spec, say)
     try:
-        client = StyleClient(ChannelConfig(address=process.address), say)
+        channel = ChannelConfig(address=process.address)
+        client = StyleClient(channel, say, lost=lambda: process.lost)
         try:
             yield client
         finally:

@@ -5,7 +5,7 @@ from pathlib import Path
 import torch
 
 from console import assembly
-from console.commands import Style
+from console.commands import Serve, Style
 from console.experiment import read_experiment
 from console.runs import RunDirectory, RunError, checkpoint_folder
 from discriminator.process import build
@@ -18,25 +18,31 @@ def style_command(command: Style) -> int:
     """Serve until SIGTERM or Ctrl-C, then drain; returns the exit code."""
     torch.set_num_threads(1)
     run = RunDirectory(command.source)
-    server = ServerConfig(
-        listen=command.listen,
-        tls_cert=_text(command.tls_cert),
-        tls_key=_text(command.tls_key),
-        token_file=_text(command.token_file),
-        metrics=command.metrics or "",
-    )
+    server = listening(command)
     style, _ = build(assembly.style_service(read_experiment(run), server))
     try:
         checkpoint = checkpoint_folder(run.path)
     except RunError:
         checkpoint = None  # a run that has just begun: the service begins with it
     if checkpoint is not None:
-        state = read(checkpoint, ("style",)).state["style"]
-        style.load_state_dict(assembly.style_state(state))
+        style.load_state_dict(read(checkpoint, ("style",)).state["style"])
     service = start(style, server)
     print(f"style service of {run.path} at {service.address}, version {style.version}", flush=True)
     service.run()
     return 0
+
+
+def listening(command: Style | Serve) -> ServerConfig:
+    """Where a service listens, and to whom, as the flags have it."""
+    return ServerConfig(
+        listen=command.listen,
+        tls_cert=_text(command.tls_cert),
+        tls_key=_text(command.tls_key),
+        tls_client_ca=_text(command.tls_client_ca),
+        token_file=_text(command.token_file),
+        allow_insecure_remote=command.allow_insecure_remote,
+        metrics=command.metrics or "",
+    )
 
 
 def _text(path: Path | None) -> str:

@@ -14,7 +14,14 @@ import torch
 from console import assembly, dry_run, machine
 from console.commands import Train
 from console.display import Display, Goal, open_display
-from console.experiment import Experiment, check, differences, to_json, with_learner_threads
+from console.experiment import (
+    Experiment,
+    check,
+    differences,
+    read_experiment,
+    to_json,
+    with_learner_threads,
+)
 from console.recorders import Recorder, open_recorders, truncate_metrics
 from console.runners import open_runner
 from console.runs import RunDirectory, RunError, checkpoint_folder, new_run
@@ -55,6 +62,7 @@ def resolve(command: Train) -> Experiment:
     if command.address and command.runner != "ray":
         raise ConfigError("--address joins a Ray cluster: add --runner ray")
     world = replace(command.experiment.world, task=command.task)
+    world = replace(world, episode_s=world.episode_s or tasks.make(command.task).episode_s)
     if command.motions:
         world = replace(world, motions=tuple(str(path.resolve()) for path in command.motions))
     experiment = replace(command.experiment, world=world)
@@ -72,7 +80,9 @@ def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
     if command.resume:
         if not run.config.exists():
             raise RunError(f"{run.path} holds no run to resume: leave out --resume to begin one")
-        changed = list(differences(run.read_config()["experiment"], recorded(experiment)))
+        # a setting that came after the run began has its default
+        begun = recorded(read_experiment(run))
+        changed = list(differences(begun, recorded(experiment)))
         if changed:
             raise RunError(
                 f"{run.path} was begun with other settings, --resume keeps them: "

@@ -34,14 +34,16 @@ class StyleClient:
         config: ChannelConfig,
         say: Callable[[str], None] | None = None,
         half: bool = False,
+        lost: Callable[[], str | None] | None = None,
     ) -> None:
         """Connect, waiting for the service if need be.
 
         say: gets one line when the service is away, and one when it is back.
         half: send states as float16.
+        lost: why the service will never come back, None as long as it may.
         Raises RpcError if the service cannot be reached.
         """
-        self._channel = Channel(config, "style service", say)
+        self._channel = Channel(config, "style service", say, lost)
         self._stub = style_pb2_grpc.StyleStub(self._channel.grpc)
         self._half = half
         self._last: list[pb.ScoreChunk] = []

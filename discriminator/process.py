@@ -82,11 +82,13 @@ class StyleProcess:
     def __init__(self, spec: ServiceSpec, say: Callable[[str], None] | None = None) -> None:
         """Start and wait until it serves.
 
-        say: gets one line for every restart, and for a crash loop.
+        say: gets one line for every restart.
         Raises StyleError with the service's own line if it cannot start.
         """
         self._say = say or (lambda line: None)
         self._stopping = threading.Event()
+        #: Why there will be no next life; None as long as there is hope.
+        self.lost: str | None = None
         self._process, self.address = _spawn(spec)
         # Clients know the address: the next life must have the same.
         self._spec = replace(spec, server=replace(spec.server, listen=self.address))
@@ -121,14 +123,14 @@ class StyleProcess:
             now = time.monotonic()
             deaths = [t for t in deaths if now - t < WINDOW_S] + [now]
             if len(deaths) >= LIVES:
-                self._say(f"style service ended {LIVES} times in a minute (status {code}): left so")
+                self.lost = f"style service: ended {LIVES} times in a minute (status {code})"
                 return
             self._say(f"style service ended (status {code}): starting it again")
             _close(self._process)
             try:
                 self._process, _ = _spawn(self._spec)
             except StyleError as error:
-                self._say(f"style service does not start again: {error}")
+                self.lost = f"style service: does not start again: {error}"
                 return
             if self._stopping.is_set():  # stop() saw the former life
                 self._process.terminate()

@@ -56,6 +56,9 @@ class LearnerConfig:
     """Gradient norm that the critic's is clipped to."""
     bound_weight: float = 10.0
     """Weight of the squared excess of a mean action over 1, summed over its components."""
+    average: float = 0.98
+    """Share that the averaged actor, which evaluation and serving act with, keeps of itself an
+    iteration; 0: the last actor."""
     warmup_iterations: int = 15
     """First iterations of a run, training the critic only: an untrained one destroys an actor that
     was cloned or loaded."""

@@ -6,6 +6,8 @@ import torch
 from torch import Tensor
 
 KEYS = ("return", "length", "success", "fall", "start")
+#: Figures of this prefix are a task's own: whether an episode reached one of its stages.
+STAGE = "stage_"
 
 
 class EpisodeWindow:
@@ -17,9 +19,12 @@ class EpisodeWindow:
         self._held: dict[str, Tensor] = {key: torch.zeros(0) for key in KEYS}
 
     def add(self, episodes: Mapping[str, Tensor]) -> None:
-        """Append finished episodes, [K] by key."""
+        """Append finished episodes, [K] by key: KEYS, and any stages."""
+        stages = [key for key in episodes if key.startswith(STAGE)]
+        unknown = torch.full_like(self._held["start"], torch.nan)
         self._held = {
-            key: torch.cat((self._held[key], episodes[key].float()))[-self.size :] for key in KEYS
+            key: torch.cat((self._held.get(key, unknown), episodes[key].float()))[-self.size :]
+            for key in (*KEYS, *stages)
         }
 
     def metrics(self) -> dict[str, float]:
@@ -28,6 +33,8 @@ class EpisodeWindow:
         if len(start) == 0:
             return {}
         found = {f"episode/{key}": float(self._held[key].mean()) for key in KEYS[:-1]}
+        stages = [key for key in self._held if key.startswith(STAGE)]
+        found |= {f"episode/{key}": float(self._held[key].nanmean()) for key in stages}
         for number, name in enumerate(self.starts):
             chosen = start == number
             if chosen.any():
@@ -42,4 +49,4 @@ class EpisodeWindow:
 
     def load_state_dict(self, state: Mapping[str, Tensor]) -> None:
         """Restore what `state_dict` gave."""
-        self._held = {key: state[key].clone() for key in KEYS}
+        self._held = {key: value.clone() for key, value in state.items()}

@@ -1,5 +1,6 @@
 """Proximal policy optimisation: one batch in, better networks out."""
 
+import copy
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -56,6 +57,8 @@ class Learner:
             torch.manual_seed(seed)
             self.actor = Actor(observation, actions, config.hidden)
             self.critic = Critic(observation, config.hidden)
+        #: The mean of the actors of the last iterations: what evaluation and serving act with.
+        self.average = copy.deepcopy(self.actor).requires_grad_(False)
         limits = NormaliserConfig(config.observation_clip, config.observation_std_floor)
         self.normaliser = Normaliser(observation, limits)
         self.values = ValueNormaliser()
@@ -78,6 +81,10 @@ class Learner:
         """What actors need: the actor and the observation normaliser."""
         return publish(self.actor, self.normaliser)
 
+    def averaged_weights(self) -> dict[str, Tensor]:
+        """As `weights`, of the averaged actor."""
+        return publish(self.average, self.normaliser)
+
     def update(self, rollout: Rollout, rewards: Tensor, sigma: float) -> dict[str, float]:
         """One PPO iteration on a rollout with mixed rewards [T, N]; returns `ppo/` metrics."""
         raw = torch.cat((rollout.states, rollout.goals), -1)
@@ -87,6 +94,7 @@ class Learner:
         actor = self._pool.submit(self._update_actor, batch, sigma)
         metrics = {"ppo/value_explained": explained, "ppo/sigma": sigma}
         metrics |= critic.result() | actor.result()
+        self._move_average()
         # Frozen until here: the ratios above were taken under the normaliser that acted.
         self.normaliser.update(raw[:-1][rollout.valid])
         self.samples += rollout.samples
@@ -148,6 +156,13 @@ class Learner:
         head = self.critic.head
         head.weight.mul_(std / self.values.std)
         head.bias.mul_(std).add_(mean - self.values.mean).div_(self.values.std)
+
+    @torch.no_grad()
+    def _move_average(self) -> None:
+        """Polyak averaging of the actor; in the warm-up it follows what was cloned or loaded."""
+        share = 1.0 if self.warmup_left else 1.0 - self.config.average
+        for mean, now in zip(self.average.parameters(), self.actor.parameters(), strict=True):
+            mean.lerp_(now, share)
 
     def _minibatches(self, samples: int, part: int) -> list[list[Tensor]]:
         """Indices by epoch and minibatch, from (seed, version) and the network's number."""
@@ -226,6 +241,7 @@ class Learner:
         """Networks and normalisers: what acting, serving and `--init` need."""
         return {
             "actor": {k: v.clone() for k, v in self.actor.state_dict().items()},
+            "average": {k: v.clone() for k, v in self.average.state_dict().items()},
             "critic": {k: v.clone() for k, v in self.critic.state_dict().items()},
             "normaliser": self.normaliser.state_dict(),
             "values": self.values.state_dict(),
@@ -234,6 +250,8 @@ class Learner:
     def load_policy_state(self, state: State) -> None:
         """Take another run's networks and normalisers; optimisers and counters stay."""
         self.actor.load_state_dict(state["actor"])
+        # absent where an older run did not average
+        self.average.load_state_dict(state.get("average", state["actor"]))
         self.critic.load_state_dict(state["critic"])
         self.normaliser.load_state_dict(state["normaliser"])
         self.values.load_state_dict(state["values"])

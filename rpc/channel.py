@@ -54,11 +54,17 @@ class Channel:
     """
 
     def __init__(
-        self, config: ChannelConfig, name: str, say: Callable[[str], None] | None = None
+        self,
+        config: ChannelConfig,
+        name: str,
+        say: Callable[[str], None] | None = None,
+        lost: Callable[[], str | None] | None = None,
     ) -> None:
-        """`name`: what to call the service; `say`: gets one line per outage and per return."""
+        """`name`: what to call the service; `say`: gets one line per outage and per return; `lost`:
+        why the service will never come back, None as long as it may."""
         self.config, self.name = config, name
         self._say = say or (lambda line: None)
+        self._lost = lost or (lambda: None)
         self._metadata: Metadata = []
         secure = config.tls or bool(config.tls_ca or config.tls_cert)
         if not config.address.startswith("unix:"):
@@ -87,7 +93,8 @@ class Channel:
     def call(self, attempt: Callable[[float, Metadata], Reply]) -> Reply:
         """The result of `attempt(timeout_s, metadata)`, repeated while the service is away.
 
-        Raises UnreachableError when patience ends, RefusedError for any other failure.
+        Raises UnreachableError when patience ends or the service is lost, RefusedError for any
+        other failure.
         """
         began, pause, away = time.monotonic(), FIRST_PAUSE_S, False
         while True:
@@ -98,6 +105,8 @@ class Channel:
                 code, details = _status(error)
                 if code not in AWAY:
                     raise RefusedError(code, details) from error
+                if reason := self._lost():
+                    raise UnreachableError(reason) from error
                 waited = time.monotonic() - began
                 if waited + pause >= self.config.patience_s:
                     raise UnreachableError(

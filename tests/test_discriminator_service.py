@@ -249,6 +249,21 @@ def test_a_service_that_lost_its_state_never_scores_as_if_nothing_had_been() -> 
         StyleClient(ChannelConfig(process.address, patience_s=0.3))
 
 
+def test_a_crash_loop_ends_the_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("discriminator.process.LIVES", 1)
+    process = start_process(SPEC)
+    client = StyleClient(ChannelConfig(process.address), lost=lambda: process.lost)
+    try:
+        os.kill(process.pid, signal.SIGKILL)
+        began = time.monotonic()
+        with pytest.raises(UnreachableError, match=r"ended 1 times in a minute \(status -9\)"):
+            client.score(0, **rollout(0))
+        assert time.monotonic() - began < 60  # of 900 s of patience
+    finally:
+        client.close()
+        process.stop()
+
+
 def test_a_service_that_cannot_start_says_why_in_one_line(server: Server, tmp_path: Path) -> None:
     for spec, message in [
         (replace(SPEC, mocap="tests.style_cases:make_nothing"), "no clips in nowhere"),

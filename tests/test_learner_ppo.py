@@ -130,6 +130,27 @@ def test_warm_up_trains_the_critic_only_and_then_ends():
     assert not same(states[2]["actor"], states[3]["actor"])
 
 
+def test_the_average_is_the_geometric_mean_of_the_actors_since_the_warm_up():
+    held = learner(warmup_iterations=1, average=0.75)
+    got = collect(held)
+    with torch.no_grad():
+        held.actor.layers[0].weight.mul_(2.0)  # as cloning would
+    seen = []
+    for _ in range(3):
+        held.update(got, got.rewards, 0.3)
+        seen.append(held.actor.layers[0].weight.detach().clone())
+    expected = (seen[0] * 0.75 + seen[1] * 0.25) * 0.75 + seen[2] * 0.25
+    torch.testing.assert_close(held.average.layers[0].weight, expected)
+    assert not torch.equal(expected, seen[2])
+    other = learner()
+    other.load_policy_state(held.policy_state())
+    assert torch.equal(other.average.layers[0].weight, held.average.layers[0].weight)
+    old = held.policy_state()
+    del old["average"]
+    other.load_policy_state(old)
+    assert torch.equal(other.average.layers[0].weight, seen[2])
+
+
 def test_actor_does_not_step_beyond_its_kl_limit():
     held = learner(epochs=1)
     got = collect(held)
