@@ -11,7 +11,7 @@ from world.errors import ChoiceError, PieceError
 from world.furniture import armchair, chair, stool
 from world.furniture import seat as seats
 from world.furniture.bands import cells, draw
-from world.furniture.catalogue import REGISTRY, catalogue, find
+from world.furniture.catalogue import SEATS, catalogue, find
 from world.furniture.piece import SLOTS, Box, Piece, Place, rotation
 
 PIECES = catalogue("train") + catalogue("test")
@@ -48,7 +48,7 @@ def top_below(piece: Piece, x: float, y: float) -> float:
 def test_catalogue_is_balanced_and_named():
     train, test = catalogue("train"), catalogue("test")
     assert (len(train), len(test)) == (60, 12)
-    for name in REGISTRY:
+    for name in SEATS:
         assert sum(p.category == name for p in train) == 15
         assert sum(p.category == name for p in test) == 3
     assert len({p.name for p in PIECES}) == 72
@@ -97,7 +97,7 @@ def test_cells_by_hand():
 
 
 def test_pieces_of_both_splits_differ_in_seat_height():
-    for name in REGISTRY:
+    for name in SEATS:
         heights = {
             split: [
                 round(GENERATORS[name][0](np.random.default_rng(i), split).seat_height_m, 6)
@@ -128,15 +128,17 @@ def test_test_pieces_have_constructions_never_trained_on():
 
 def test_a_few_pieces_show_every_construction():
     rng = np.random.default_rng(0)
-    assert [chair.dimensions(rng, "test", i).base for i in range(4)] == [
+    assert [chair.dimensions(rng, "test", i).base for i in range(6)] == [
         "legs",
         "cantilever",
         "cantilever",
+        "panels",
+        "sled",
         "legs",
     ]
     shown = {armchair.dimensions(rng, "test", i).style for i in range(3)}
     assert shown == {"open", "club", "swivel"}
-    assert {stool.low_dimensions(rng, "train").base for _ in range(60)} == set(
+    assert {stool.low_dimensions(rng, "train").base for _ in range(200)} == set(
         stool.LOW_BASES["train"]
     )
 

@@ -33,15 +33,19 @@ RANGES: dict[str, Range] = {
 }
 """What is drawn, before any scaling; bands.py deals each range out to train and test."""
 
+_FIRST = ("open", "club", "tub")
+
 STYLES: dict[Split, tuple[str, ...]] = {
-    "train": ("open", "club", "tub"),
-    "test": ("open", "club", "swivel"),
+    # the first pieces stay what earlier policies were trained on; more of them show more
+    "train": (*_FIRST, *_FIRST, *_FIRST, *_FIRST, *_FIRST, "wing"),
+    "test": ("open", "club", "swivel", "wing"),
 }
 """Frames of each split; swivel armchairs are never trained on."""
 
-FRAMES = ("open", "club", "tub", "swivel")
+FRAMES = ("open", "club", "tub", "swivel", "wing")
 """open: arm pads on front legs that run up to them; club: walls from the seat up, on four legs;
-tub: walls from the floor up around a block; swivel: walls from the seat up, on a pedestal."""
+tub: walls from the floor up around a block; swivel: walls from the seat up, on a pedestal;
+wing: as a tub, and ears beside the back up to its top."""
 
 
 @dataclass(frozen=True)
@@ -114,6 +118,11 @@ def _frame(d: Dimensions, seat: seats.Seat, top_m: float) -> list[Box]:
     if d.style == "tub":
         walls = [seats.block((rear, front), y, (0.0, top_m)) for y in sides]
         return [*walls, seat.prop((rear, d.seat_depth_m - d.leg_m), (-inner, inner))]
+    if d.style == "wing":
+        walls = [seats.block((rear, front), y, (0.0, top_m)) for y in sides]
+        crown = seat.surface_m(0.0) + d.back_height_m * math.cos(math.radians(d.recline_deg))
+        ears = [seats.block((rear, 0.10), y, (top_m, crown)) for y in sides]
+        return [*walls, *ears, seat.prop((rear, d.seat_depth_m - d.leg_m), (-inner, inner))]
     if d.style == "open":
         pads = [seats.block((rear, front), y, (top_m - 0.03, top_m)) for y in sides]
         posts = [seats.block((front - d.leg_m, front), y, (0.0, top_m - 0.03)) for y in sides]

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from world.errors import ChoiceError, PieceError
-from world.furniture import armchair, chair, stool
+from world.furniture import armchair, bed, chair, sofa, stool, table
 from world.furniture.bands import SPLITS, Split
-from world.furniture.piece import Piece
+from world.furniture.piece import Affordance, Piece
 
 Sampler = Callable[[np.random.Generator, Split, int], Piece]
 """(random stream, split, turn: which of its constructions, in rotation) -> piece."""
@@ -20,11 +20,23 @@ REGISTRY: dict[str, Sampler] = {
     "armchair": armchair.sample,
     "low-stool": stool.sample_low,
     "high-stool": stool.sample_high,
+    "sofa": sofa.sample,
+    "bed": bed.sample,
+    "table": table.sample,
 }
 """Class -> generator. A new class is one file and one line here."""
 
+SEATS = ("chair", "armchair", "low-stool", "high-stool")
+"""The classes of `catalogue` where the caller does not say."""
+
 COUNTS: dict[Split, int] = {"train": 60, "test": 12}
 """Pieces of each split where the caller does not say."""
+
+WHOLE: dict[Split, int] = {"train": 350, "test": 60}
+"""Pieces of each split of `whole`."""
+
+AFFORDING: dict[Affordance, tuple[str, ...]] = {"sit": (*SEATS, "sofa"), "lie": ("sofa", "bed")}
+"""Classes whose pieces, every one, can be sat or lain on."""
 
 
 def catalogue(
@@ -32,16 +44,26 @@ def catalogue(
     count: int | None = None,
     seed: int = 0,
     classes: tuple[str, ...] | None = None,
+    affordance: Affordance | None = None,
 ) -> tuple[Piece, ...]:
     """The first `count` pieces of a split, the classes taking turns, so that any count is balanced.
 
-    Piece i of a class depends on (seed, class, split, i) alone: a longer catalogue begins with a
-    shorter one. Raises ChoiceError for an unknown class or split.
+    The classes are those given, or all that afford to sit or lie, or SEATS. Piece i of a class
+    depends on (seed, class, split, i) alone: a longer catalogue begins with a shorter one. Raises
+    ChoiceError for an unknown class, split or affordance.
     """
-    names = tuple(REGISTRY) if classes is None else classes
+    if affordance is not None:
+        _known("affordance", affordance, list(AFFORDING))
+    names = classes or (SEATS if affordance is None else AFFORDING[affordance])
     total = COUNTS.get(split, 0) if count is None else count
     _known("split", split, list(SPLITS))
     return tuple(_piece(names[i % len(names)], split, i // len(names), seed) for i in range(total))
+
+
+def whole(split: Split, seed: int = 0) -> tuple[Piece, ...]:
+    """All WHOLE pieces of a split, of all seven classes."""
+    _known("split", split, list(SPLITS))
+    return catalogue(split, WHOLE[split], seed, tuple(REGISTRY))
 
 
 def find(name: str, seed: int = 0) -> Piece:

@@ -30,20 +30,39 @@ RANGES: dict[str, Range] = {
 }
 """What is drawn, before any scaling; bands.py deals each range out to train and test."""
 
-STYLES: dict[Split, tuple[tuple[str, str], ...]] = {
-    "train": (
-        ("legs", "solid"),
-        ("legs", "splat"),
-        ("plinth", "solid"),
-        ("pedestal", "splat"),
-        ("panels", "solid"),
-    ),
-    "test": (("legs", "solid"), ("cantilever", "solid"), ("cantilever", "splat")),
-}
-"""Base and back of each split; cantilevers are never trained on."""
+_FIRST = (
+    ("legs", "solid"),
+    ("legs", "splat"),
+    ("plinth", "solid"),
+    ("pedestal", "splat"),
+    ("panels", "solid"),
+)
 
-BACKS = ("solid", "splat")
-"""solid: one slab; splat: a narrow upright that carries a wide rail."""
+STYLES: dict[Split, tuple[tuple[str, str], ...]] = {
+    # the first pieces stay what earlier policies were trained on; more of them show more
+    "train": (
+        *_FIRST,
+        *_FIRST,
+        *_FIRST,
+        ("plinth", "ladder"),
+        ("panels", "spindles"),
+        ("sled", "solid"),
+        ("pedestal", "spindles"),
+        ("plinth", "spindles"),
+    ),
+    "test": (
+        ("legs", "solid"),
+        ("cantilever", "solid"),
+        ("cantilever", "splat"),
+        ("panels", "ladder"),
+        ("sled", "solid"),
+    ),
+}
+"""Base and back of each split; cantilevers, and ladders on panels, are never trained on."""
+
+BACKS = ("solid", "splat", "ladder", "spindles")
+"""solid: one slab; splat: a narrow upright that carries a wide rail; ladder: two posts and three
+slats across; spindles: a wide rail on three thin uprights."""
 
 
 @dataclass(frozen=True)
@@ -90,16 +109,29 @@ def build(dimensions: Dimensions) -> Piece:
         rear_m=d.back_thickness_m,
     )
     foot, top, thick = -d.seat_thickness_m / 2, d.back_height_m, d.back_thickness_m
-    if d.back == "splat":
-        back = [
-            seats.backrest(seat, foot, 0.65 * top, 0.3 * d.seat_width_m, thick, recline),
-            seats.backrest(seat, 0.6 * top, top, d.seat_width_m, thick, recline),
-        ]
-    else:
-        back = [seats.backrest(seat, foot, top, d.seat_width_m, thick, recline)]
+    back = [
+        seats.beside(seats.backrest(seat, low, high, width, thick, recline), across)
+        for low, high, width, across in _slabs(d, foot, top)
+    ]
     x = d.pelvis_from_back_m
     boxes = [seat.box(), *back, *seats.support(d.base, seat, d.leg_m)]
     return assemble("chair", boxes, Place((x, 0.0, seat.surface_m(x))), d.mass_kg)
+
+
+def _slabs(d: Dimensions, foot: float, top: float) -> list[tuple[float, float, float, float]]:
+    """From, to (along the slope), width and middle of each slab of the back, m: at most 5."""
+    w = d.seat_width_m
+    if d.back == "splat":
+        return [(foot, 0.65 * top, 0.3 * w, 0.0), (0.6 * top, top, w, 0.0)]
+    if d.back == "ladder":
+        post = 0.08 * w
+        posts = [(foot, top, post, side * (w - post) / 2) for side in (1, -1)]
+        slats = [(k * top, (k + 0.16) * top, w, 0.0) for k in (0.25, 0.54, 0.83)]
+        return posts + slats
+    if d.back == "spindles":
+        uprights = [(foot, 0.9 * top, 0.05 * w, k * w) for k in (-0.38, 0.0, 0.38)]
+        return [*uprights, (0.85 * top, top, w, 0.0)]
+    return [(foot, top, w, 0.0)]
 
 
 def dimensions(rng: np.random.Generator, split: Split, turn: int | None = None) -> Dimensions:

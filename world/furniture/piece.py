@@ -1,6 +1,9 @@
-"""A piece of furniture: collision boxes in its own frame, and the places where one can sit."""
+"""A piece of furniture: collision boxes in its own frame, and the places where one can sit or
+lie."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,10 +13,17 @@ from world.errors import PieceError
 SLOTS = 8
 """Collision boxes that every piece's model reserves; a piece may use fewer, never more."""
 
+MOST_HULLS = 16
+"""Convex hulls that a piece may have instead of boxes."""
+
+Affordance = Literal["sit", "lie"]
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 UPRIGHT: Quaternion = (1.0, 0.0, 0.0, 0.0)
+
+HIP_TO_HEAD_M = 0.635
+"""From the character's root to the centre of its head, straightened out (humanoid.xml)."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +43,16 @@ class Box:
 
 
 @dataclass(frozen=True)
+class Hull:
+    """A solid convex hull."""
+
+    vertices_m: tuple[Vector, ...]
+    """Its corners in the piece's frame."""
+    faces: tuple[tuple[int, int, int], ...]
+    """Triangles that close it, by number of vertex, anticlockwise from outside."""
+
+
+@dataclass(frozen=True)
 class Place:
     """Where a character can sit."""
 
@@ -43,11 +63,21 @@ class Place:
 
 
 @dataclass(frozen=True)
+class Lying:
+    """Where a character can lie: two points on the upholstery's surface, piece frame."""
+
+    hip_m: Vector
+    """Below the hip."""
+    head_m: Vector
+    """Below the head, about HIP_TO_HEAD_M from the hip."""
+
+
+@dataclass(frozen=True)
 class Piece:
     """A piece in its own frame: metres, z up, +x front, origin on the floor below its centre.
 
     The centre is that of the axis-aligned bounding box. Raises PieceError when it has no box, more
-    than SLOTS, or a box without volume.
+    than SLOTS (with hulls, MOST_HULLS), or a box without volume.
     """
 
     name: str
@@ -58,16 +88,29 @@ class Piece:
     seed: int = 0
     """Seed of the catalogue that it was drawn in; with the name it identifies the piece."""
     licence: str = "Apache-2.0"
+    lie: Lying | None = None
+    """Where one can lie, if anywhere."""
+    hulls: tuple[Hull, ...] = ()
+    """What it collides as, if not as its boxes, which are then those around each hull."""
+    credit: str = ""
+    """Who made it, as its licence asks to say."""
 
     def __post_init__(self) -> None:
-        if not 1 <= len(self.boxes) <= SLOTS:
-            raise PieceError(f"{self.name}: {len(self.boxes)} boxes; choose 1 to {SLOTS}")
+        most = MOST_HULLS if self.hulls else SLOTS
+        if not 1 <= len(self.boxes) <= most:
+            raise PieceError(f"{self.name}: {len(self.boxes)} boxes; choose 1 to {most}")
+        if self.hulls and len(self.hulls) != len(self.boxes):
+            raise PieceError(f"{self.name}: {len(self.hulls)} hulls in {len(self.boxes)} boxes")
         if any(min(box.half_m) <= 0.0 for box in self.boxes):
             raise PieceError(f"{self.name}: a box without volume; every edge must be longer than 0")
 
     def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Lowest and highest corner of the axis-aligned bounding box, each [3] in m."""
-        points = np.concatenate([box.corners() for box in self.boxes])
+        points = (
+            np.concatenate([np.array(hull.vertices_m) for hull in self.hulls])
+            if self.hulls
+            else np.concatenate([box.corners() for box in self.boxes])
+        )
         return points.min(axis=0), points.max(axis=0)
 
     @property
@@ -95,38 +138,69 @@ class Piece:
                 for b in self.boxes
             ),
             sit=tuple(Place(_vector(scale * _of(p.point_m)), p.facing_rad) for p in self.sit),
+            lie=None if self.lie is None else _lying_scaled(self.lie, scale),
+            hulls=tuple(
+                replace(h, vertices_m=tuple(_vector(scale * _of(v)) for v in h.vertices_m))
+                for h in self.hulls
+            ),
             mass_kg=self.mass_kg * scale**3,
         )
 
     def boxes_padded(
-        self,
+        self, slots: int = SLOTS
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
-        """The boxes in SLOTS slots: centre [S, 3] m, half [S, 3] m, quat [S, 4] wxyz, used [S].
+        """The boxes in S slots: centre [S, 3] m, half [S, 3] m, quat [S, 4] wxyz, used [S].
 
         Unused slots hold a box of 2 mm at the origin (a geom needs a volume): disable them.
         """
         count = len(self.boxes)
-        centre = np.zeros((SLOTS, 3))
-        half = np.full((SLOTS, 3), 1e-3)
-        quat = np.tile(np.array(UPRIGHT), (SLOTS, 1))
+        centre = np.zeros((slots, 3))
+        half = np.full((slots, 3), 1e-3)
+        quat = np.tile(np.array(UPRIGHT), (slots, 1))
         centre[:count] = [box.centre_m for box in self.boxes]
         half[:count] = [box.half_m for box in self.boxes]
         quat[:count] = [box.quat for box in self.boxes]
-        return centre, half, quat, np.arange(SLOTS) < count
+        return centre, half, quat, np.arange(slots) < count
 
 
 def assemble(
-    category: str, boxes: list[Box], place: Place, mass_kg: float, name: str | None = None
+    category: str,
+    boxes: list[Box],
+    places: Place | Sequence[Place],
+    mass_kg: float,
+    lie: Lying | None = None,
 ) -> Piece:
     """A piece from boxes in any frame with z up: moved until its origin is where it belongs."""
-    piece = Piece(name or category, category, tuple(boxes), (place,), mass_kg)
+    sit = (places,) if isinstance(places, Place) else tuple(places)
+    piece = Piece(category, category, tuple(boxes), sit, mass_kg, lie=lie)
     low, high = piece.bounds()
-    origin = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])
+    return moved(piece, -np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]]))
+
+
+def moved(piece: Piece, offset_m: NDArray[np.float64]) -> Piece:
+    """The piece with everything of it shifted by offset_m [3] in its frame."""
+    lie = piece.lie
+
+    def shifted(vector: Vector) -> Vector:
+        return _vector(_of(vector) + offset_m)
+
     return replace(
         piece,
-        boxes=tuple(replace(b, centre_m=_vector(_of(b.centre_m) - origin)) for b in boxes),
-        sit=(replace(place, point_m=_vector(_of(place.point_m) - origin)),),
+        boxes=tuple(replace(b, centre_m=shifted(b.centre_m)) for b in piece.boxes),
+        sit=tuple(replace(p, point_m=shifted(p.point_m)) for p in piece.sit),
+        lie=None if lie is None else Lying(shifted(lie.hip_m), shifted(lie.head_m)),
+        hulls=tuple(
+            replace(h, vertices_m=tuple(shifted(v) for v in h.vertices_m)) for h in piece.hulls
+        ),
     )
+
+
+def _lying_scaled(lie: Lying, scale: float) -> Lying:
+    """The place of a piece enlarged about its origin: the head stays on its pillow, and the hip as
+    far from it as it was, for who lies there does not grow."""
+    hip, head = scale * _of(lie.hip_m), scale * _of(lie.head_m)
+    along = (hip - head)[:2] / scale
+    return Lying(_vector(np.append(head[:2] + along, hip[2])), _vector(head))
 
 
 def rotation(quat: Quaternion) -> NDArray[np.float64]:

@@ -5,7 +5,7 @@ Frame while building: x = 0 where the backrest's front face meets the seat (a st
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from world.errors import ChoiceError
 from world.furniture.piece import Box, Quaternion
@@ -94,6 +94,12 @@ def backrest(
     )
 
 
+def beside(box: Box, across_m: float) -> Box:
+    """The box moved across by so much, to the left."""
+    x, y, z = box.centre_m
+    return replace(box, centre_m=(x, y + across_m, z))
+
+
 def edges(seat: Seat, width_m: float) -> tuple[Span, Span]:
     """The strips of y, width_m wide, along the slab's left and right edge."""
     side = seat.width_m / 2
@@ -149,6 +155,12 @@ def braced(seat: Seat, leg_m: float) -> list[Box]:
     return legs(seat, leg_m) + [block(x, y, z) for y in edges(seat, leg_m)]
 
 
+def sled(seat: Seat, leg_m: float) -> list[Box]:
+    """Two runners on the floor, each with an upright at the front and the back (6 boxes)."""
+    x = (-seat.rear_m, seat.depth_m)
+    return legs(seat, leg_m) + [block(x, y, (0.0, leg_m)) for y in edges(seat, leg_m)]
+
+
 BASES = {
     "legs": legs,
     "pedestal": pedestal,
@@ -156,6 +168,7 @@ BASES = {
     "panels": panels,
     "cantilever": cantilever,
     "braced": braced,
+    "sled": sled,
 }
 """What can carry a seat: (seat, width of a leg in m) -> boxes."""
 

@@ -33,15 +33,19 @@ HIGH: dict[str, Range] = {
 }
 """What is drawn for a high stool, before any scaling."""
 
+_FIRST_LOW = ("legs", "plinth", "panels", "braced")
+_FIRST_HIGH = ("legs", "pedestal", "panels")
+
+# the first pieces stay what earlier policies were trained on; more of them show more
 LOW_BASES: dict[Split, tuple[str, ...]] = {
-    "train": ("legs", "plinth", "panels", "braced"),
-    "test": ("legs", "plinth", "pedestal"),
+    "train": (*_FIRST_LOW, *_FIRST_LOW, *_FIRST_LOW, *_FIRST_LOW, "sled"),
+    "test": ("legs", "plinth", "pedestal", "sled"),
 }
 """Low stools on a pedestal are never trained on."""
 
 HIGH_BASES: dict[Split, tuple[str, ...]] = {
-    "train": ("legs", "pedestal", "panels"),
-    "test": ("legs", "pedestal", "braced"),
+    "train": (*_FIRST_HIGH, *_FIRST_HIGH, *_FIRST_HIGH, *_FIRST_HIGH, *_FIRST_HIGH, "sled"),
+    "test": ("legs", "pedestal", "braced", "sled"),
 }
 """High stools with stretchers are never trained on."""
 

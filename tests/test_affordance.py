@@ -1,0 +1,121 @@
+"""Places found from geometry: on the package's own pieces, whose places are known, and turned."""
+
+import math
+
+import numpy as np
+import pytest
+
+from world.furniture.affordance import lying, seats
+from world.furniture.affordance.relief import HEADROOM_M, relief
+from world.furniture.catalogue import find
+from world.furniture.piece import Piece
+from world.furniture.surface import triangles
+
+SEATS = [
+    find(f"{name}-{split}-{i:03d}")
+    for name in ("chair", "armchair", "low-stool", "high-stool", "sofa")
+    for split, i in (("train", 1), ("train", 3), ("test", 2))
+]
+BEDS = [find(f"bed-{split}-{i:03d}") for split, i in (("train", 0), ("train", 1), ("test", 0))]
+SOFAS = [find(f"sofa-train-{i:03d}") for i in (0, 2)]
+
+
+def turned(piece: Piece, yaw: float) -> np.ndarray:
+    """The piece's triangles turned about z."""
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    return triangles(piece) @ np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1.0]]).T
+
+
+@pytest.mark.parametrize("piece", SEATS, ids=lambda p: p.name)
+def test_seats_are_where_the_piece_has_them(piece: Piece) -> None:
+    place = seats.find(relief(triangles(piece)))[0]
+    assert abs(math.degrees(place.facing_rad)) <= 20
+    nearest = min(piece.sit, key=lambda p: math.dist(p.point_m, place.point_m))
+    assert place.point_m[2] == pytest.approx(nearest.point_m[2], abs=0.02)
+    assert abs(place.point_m[0] - nearest.point_m[0]) < 0.12
+    inner = max(abs(p.point_m[1]) for p in piece.sit)
+    assert abs(place.point_m[1]) < inner + 0.15
+
+
+@pytest.mark.parametrize("yaw_deg", [90.0, 180.0])
+@pytest.mark.parametrize("name", ["chair-train-001", "armchair-train-001"])
+def test_a_back_tells_the_facing_however_the_mesh_is_turned(name: str, yaw_deg: float) -> None:
+    piece = find(name)
+    place = seats.find(relief(turned(piece, math.radians(yaw_deg))))[0]
+    off = math.remainder(place.facing_rad - math.radians(yaw_deg), 2 * math.pi)
+    assert abs(math.degrees(off)) <= 20
+    assert place.point_m[2] == pytest.approx(piece.sit[0].point_m[2], abs=0.02)
+
+
+def test_a_long_sofa_has_places_beside_one_another() -> None:
+    piece = find("sofa-train-001")
+    found = seats.find(relief(triangles(piece)))
+    assert len(found) >= 2
+    for place in found:
+        assert abs(math.degrees(place.facing_rad)) <= 25
+    gaps = [math.dist(a.point_m[:2], b.point_m[:2]) for i, a in enumerate(found) for b in found[:i]]
+    assert min(gaps) >= seats.APART_M
+
+
+@pytest.mark.parametrize("scale", [0.8, 1.2])
+def test_scale_does_not_matter(scale: float) -> None:
+    piece = find("chair-train-003").scaled(scale)
+    place = seats.find(relief(triangles(piece)))[0]
+    assert place.point_m[2] == pytest.approx(piece.sit[0].point_m[2], abs=0.02)
+    assert abs(math.degrees(place.facing_rad)) <= 20
+
+
+def test_no_seat_where_there_is_no_room() -> None:
+    def plate(z: float) -> np.ndarray:
+        x0, x1 = -0.3, 0.3
+        a, b, c, d = ([x, y, z] for x, y in ((x0, x0), (x1, x0), (x1, x1), (x0, x1)))
+        return np.array([[a, b, c], [a, c, d]], dtype=np.float64)
+
+    assert seats.find(relief(plate(0.45)))
+    # too high, too low, and with a shelf where the trunk would be
+    assert not seats.find(relief(plate(1.2)))
+    assert not seats.find(relief(plate(0.05)))
+    covered = np.concatenate((plate(0.45), plate(0.45 + 0.6 * HEADROOM_M)))
+    assert all(p.point_m[2] > 0.8 for p in seats.find(relief(covered)))
+    # a narrow beam carries no one
+    beam = plate(0.45) * np.array([1.0, 0.2, 1.0])
+    assert not seats.find(relief(beam))
+
+
+@pytest.mark.parametrize("piece", BEDS, ids=lambda p: p.name)
+def test_one_lies_with_the_head_at_the_head_end(piece: Piece) -> None:
+    lie = lying.find(relief(triangles(piece)))
+    assert lie is not None
+    assert piece.lie is not None
+    assert lie.head_m[0] < lie.hip_m[0] - 0.5
+    assert abs(lie.head_m[1] - lie.hip_m[1]) < 0.1
+    for found, known in ((lie.hip_m, piece.lie.hip_m), (lie.head_m, piece.lie.head_m)):
+        assert found[2] == pytest.approx(known[2], abs=0.02)
+        assert abs(found[0] - known[0]) < 0.35
+
+
+@pytest.mark.parametrize("piece", SOFAS, ids=lambda p: p.name)
+def test_one_lies_along_a_sofa(piece: Piece) -> None:
+    lie = lying.find(relief(triangles(piece)))
+    assert lie is not None
+    assert piece.lie is not None
+    assert abs(lie.head_m[1] - lie.hip_m[1]) > 0.6
+    assert lie.hip_m[2] == pytest.approx(piece.lie.hip_m[2], abs=0.03)
+
+
+def test_a_chair_is_too_short_to_lie_on() -> None:
+    assert lying.find(relief(triangles(find("armchair-train-000")))) is None
+
+
+def test_slats_are_closed_and_heights_are_read_between() -> None:
+    slats = []
+    for y in np.arange(-0.24, 0.25, 0.06):
+        for x in (-0.25, 0.25):
+            a, b = y - 0.015, y + 0.015
+            slats.append([[-0.25, a, 0.44], [0.25, a, 0.44], [x, b, 0.44]])
+    found = relief(np.array(slats))
+    inside = found.height_m[5:-5, 5:-5]
+    assert inside.min() == pytest.approx(0.44)
+    assert (found.raw_m[5:-5, 5:-5] == 0.0).any()
+    place = seats.find(found)[0]
+    assert place.point_m[2] == pytest.approx(0.44, abs=1e-6)

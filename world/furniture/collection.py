@@ -1,0 +1,37 @@
+"""Pieces by what a user calls them: a split of the catalogue, or files of imported ones."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from world.errors import PieceError
+from world.furniture.catalogue import whole
+from world.furniture.meshes import store
+from world.furniture.piece import Affordance, Piece
+
+SPLITS = ("train", "test", "all")
+
+
+def pieces(names: Sequence[str], seed: int = 0) -> tuple[Piece, ...]:
+    """The pieces of splits (`train`, `test`, `all`) and of piece files or folders of them.
+
+    Raises PieceError for a path without pieces.
+    """
+    found: list[Piece] = []
+    for name in names:
+        if name in SPLITS:
+            for split in ("train", "test"):
+                if name in (split, "all"):
+                    found += whole(split, seed)
+        elif not Path(name).exists():
+            raise PieceError(f"no furniture '{name}': choose {', '.join(SPLITS)} or a path")
+        else:
+            found += store.pieces(Path(name))
+    return tuple(found)
+
+
+def usable(pieces: Sequence[Piece], affordance: Affordance, where: str) -> tuple[Piece, ...]:
+    """Those with a place to sit or lie. Raises PieceError where `where` has none."""
+    found = tuple(p for p in pieces if (p.lie is not None if affordance == "lie" else p.sit))
+    if not found:
+        raise PieceError(f"{where}: none of {len(pieces)} pieces has a place to {affordance}")
+    return found

@@ -1,0 +1,148 @@
+"""From a mesh to a piece: upright, cut into hulls, with the places found on it."""
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from world.errors import PieceError
+from world.furniture import affordance
+from world.furniture.affordance import lying, seats
+from world.furniture.affordance.relief import Relief, relief
+from world.furniture.meshes import decompose
+from world.furniture.meshes.classes import DENSITY_KG_M3, settled
+from world.furniture.meshes.source import Source
+from world.furniture.meshes.upright import Frame, upright
+from world.furniture.piece import Hull, Lying, Piece, Place
+
+MOST_OFF_M = 0.05
+"""A place's height follows the hulls up to this far from the mesh; farther off, it is no longer the
+surface that was found."""
+
+COARSE_M = 0.02
+"""A seat that the hulls put farther off than this is cut again with a finer grain."""
+BULGE_M = 0.07
+"""Hulls that stand no higher above a seat than this are the seat's own, and are cut level with
+it."""
+
+_SAT_ON = ("chair", "armchair", "low-stool", "high-stool", "sofa", "bed")
+_LAIN_ON = ("sofa", "bed")
+
+
+@dataclass(frozen=True)
+class Told:
+    """What the importer is told about a mesh."""
+
+    frame: Frame = field(default_factory=Frame)
+    category: str | None = None
+    """A class, or `stool`; None: by the piece's shape."""
+    licence: str = "unknown"
+    credit: str = ""
+    sit: tuple[float, float, float, float] | None = None
+    """x, y, z (m) and yaw (degrees) of the place to sit, instead of looking for one."""
+
+
+@dataclass(frozen=True)
+class Built:
+    """A piece and what was measured while it was made."""
+
+    piece: Piece
+    centre_of_mass_m: NDArray[np.float64]
+    """[3], piece frame."""
+    inertia_kg_m2: NDArray[np.float64]
+    """[3, 3], about the centre of mass."""
+    seat_error_m: float | None
+    """How much higher the hulls are than the mesh where one sits; None without a seat."""
+
+
+def build(source: Source, told: Told) -> Built:
+    """The piece of a mesh. Raises PieceError where it is none, or no one could use it."""
+    triangles = upright(source, told.frame)
+    piece, error = located(source.name, triangles, decompose.hulls(triangles, source.name), told)
+    if error is not None and abs(error) > COARSE_M:
+        fine = decompose.hulls(triangles, source.name, 4 * decompose.VOXELS)
+        other, other_error = located(source.name, triangles, fine, told)
+        if other_error is not None and abs(other_error) < abs(error):
+            piece, error = other, other_error
+    density = DENSITY_KG_M3[piece.category]
+    mass, centre, inertia = decompose.mass_properties(piece.hulls, density)
+    return Built(replace(piece, mass_kg=mass), centre, inertia, error)
+
+
+def located(
+    name: str, triangles_m: NDArray[np.float64], parts: tuple[Hull, ...], told: Told
+) -> tuple[Piece, float | None]:
+    """The piece of these hulls with the places of its mesh (triangles [m, 3, 3] m), put on the
+    surface of the hulls, and how far the first seat was moved up for that."""
+    surface = relief(triangles_m)
+    open_class = told.category not in DENSITY_KG_M3
+    sit = seats.find(surface) if open_class or told.category in _SAT_ON else ()
+    lie = lying.find(surface) if open_class or told.category in _LAIN_ON else None
+    low, high = triangles_m.min(axis=(0, 1)), triangles_m.max(axis=(0, 1))
+    size = decompose.vector(high - low)
+    category = settled(told.category, size, sit, lie)
+    if category not in DENSITY_KG_M3:
+        raise PieceError(f"{name}: unknown class '{category}'; choose {', '.join(DENSITY_KG_M3)}")
+    if category == "bed" and lie is not None:
+        sit = lying.edges(surface, lie) or sit
+    if told.sit is not None:
+        x, y, z, yaw = told.sit
+        sit = (Place((x, y, z), math.radians(yaw)),)
+    elif category not in _SAT_ON:
+        sit = ()
+    elif not sit:
+        raise PieceError(
+            f"{name}: no place to sit on this {category} "
+            f"({' x '.join(f'{x:.2f}' for x in size)} m); check --up, --unit, or give --sit"
+        )
+    if told.sit is None:
+        parts = _levelled(parts, sit)
+    solid = relief(np.array([np.array(h.vertices_m)[list(f)] for h in parts for f in h.faces]))
+    settled_on = tuple(_onto(solid, place) for place in sit)
+    error = settled_on[0].point_m[2] - sit[0].point_m[2] if sit else None
+    piece = Piece(
+        name,
+        category,
+        tuple(decompose.around(hull) for hull in parts),
+        settled_on if told.sit is None else sit,
+        1.0,
+        licence=told.licence,
+        lie=None if lie is None or category not in _LAIN_ON else _lying_onto(solid, lie),
+        hulls=parts,
+        credit=told.credit,
+    )
+    return piece, error
+
+
+def _levelled(parts: tuple[Hull, ...], sit: tuple[Place, ...]) -> tuple[Hull, ...]:
+    """The hulls, those below a place to sit cut off at its height: a hull spans the hollow of a
+    dished seat and the crown of a cushion, and a person would sit on air."""
+    result = []
+    for hull in parts:
+        points = np.array(hull.vertices_m)
+        low, high = points.min(axis=0), points.max(axis=0)
+        under = [
+            p.point_m[2]
+            for p in sit
+            if (np.abs(np.clip(p.point_m[:2], low[:2], high[:2]) - p.point_m[:2]) < 0.10).all()
+            and 0.0 < high[2] - p.point_m[2] < BULGE_M
+        ]
+        result.append(decompose.lowered(hull, min(under)) if under else hull)
+    return tuple(hull for hull in result if hull is not None)
+
+
+def _onto(solid: Relief, place: Place) -> Place:
+    """The place at the height of the hulls' surface, where that is near."""
+    x, y, z = place.point_m
+    level = affordance.level(solid, (x, y), place.facing_rad, z)
+    return replace(place, point_m=(x, y, level if abs(level - z) <= MOST_OFF_M else z))
+
+
+def _lying_onto(solid: Relief, lie: Lying) -> Lying:
+    """The same of both ends of a body."""
+    ends = []
+    for x, y, z in (lie.hip_m, lie.head_m):
+        level = affordance.level(solid, (x, y), 0.0, z)
+        ends.append((x, y, level if abs(level - z) <= MOST_OFF_M else z))
+    return Lying(ends[0], ends[1])
