@@ -5,17 +5,16 @@ The key is the digest of the code that makes them, so that a change of it makes 
 
 import contextlib
 import hashlib
-import json
 import os
-import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
 from importlib import resources
 from pathlib import Path
 
 import numpy as np
 
-from world.motions.clip import Clip, Seat
+from world.errors import ClipError
+from world.motions import clip_file
+from world.motions.clip import Clip
 
 
 def folder() -> Path:
@@ -38,7 +37,7 @@ def cached(key: str, make: Callable[[], Sequence[Clip]]) -> tuple[Clip, ...]:
     path = folder() / f"clips-{key}.npz"
     try:
         return read(path)
-    except (OSError, ValueError, KeyError, TypeError, EOFError):
+    except (OSError, ValueError, KeyError, TypeError, EOFError, ClipError):
         clips = tuple(make())
     # a read-only home costs the time again, nothing else
     with contextlib.suppress(OSError):
@@ -48,45 +47,27 @@ def cached(key: str, make: Callable[[], Sequence[Clip]]) -> tuple[Clip, ...]:
 
 def write(path: Path, clips: Sequence[Clip]) -> None:
     """One file for all clips; it appears whole or not at all."""
-    arrays: dict[str, np.ndarray] = {}
-    notes = []
+    content = {"count": np.array(len(clips))}
     for index, clip in enumerate(clips):
-        arrays[f"position{index}"] = clip.root_position_m
-        arrays[f"rotation{index}"] = clip.local_rotation
-        seat = asdict(clip.seat) if clip.seat else None
-        about = {"name": clip.name, "fps": clip.fps, "source": clip.source, "seat": seat}
-        notes.append(about | {"licence": clip.licence})
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, partial = tempfile.mkstemp(dir=path.parent, suffix=".partial")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            np.savez(file, allow_pickle=False, notes=np.array(json.dumps(notes)), **arrays)
-        Path(partial).replace(path)
-    except BaseException:
-        Path(partial).unlink(missing_ok=True)
-        raise
+        content |= {f"{index}/{key}": value for key, value in clip_file.arrays(clip).items()}
+    clip_file.write_arrays(path, content)
 
 
 def read(path: Path) -> tuple[Clip, ...]:
-    """What `write` wrote; OSError, ValueError or KeyError where it is missing or damaged."""
+    """What `write` wrote; OSError, ValueError, KeyError or ClipError where it is missing or
+    damaged."""
     with np.load(path, allow_pickle=False) as file:
-        return tuple(
-            Clip(
-                name=note["name"],
-                fps=int(note["fps"]),
-                root_position_m=file[f"position{index}"],
-                local_rotation=file[f"rotation{index}"],
-                source=note["source"],
-                licence=note["licence"],
-                seat=_seat(note["seat"]),
-            )
-            for index, note in enumerate(json.loads(str(file["notes"])))
+        every: dict[int, dict[str, np.ndarray]] = {i: {} for i in range(int(file["count"]))}
+        for name in file.files:
+            index, _, key = name.partition("/")
+            if key:
+                every[int(index)][key] = file[name]
+    return tuple(
+        Clip(
+            fps=int(content["fps"]),
+            root_position_m=content["root_position_m"],
+            local_rotation=content["local_rotation_wxyz"],
+            **clip_file.extras(content, str(path)),
         )
-
-
-def _seat(fields: dict[str, object] | None) -> Seat | None:
-    if fields is None:
-        return None
-    seat = Seat(**fields)  # pyright: ignore[reportArgumentType]
-    x, y, z = seat.point_m
-    return Seat((x, y, z), seat.facing_rad, seat.from_frame, seat.to_frame)
+        for content in every.values()
+    )

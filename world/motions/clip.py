@@ -1,25 +1,16 @@
-"""One motion clip on the character, in the simulator's coordinates, and the seat that it uses."""
+"""One motion clip on the character, in the simulator's coordinates, and the objects it uses."""
 
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 import torch
 
 from world import character, rotations
 from world.errors import ClipError
+from world.motions.objects import Bed, BoxTrack, Seat, Skeleton
 
-
-@dataclass(frozen=True)
-class Seat:
-    """Where a clip's character sits: what it sat on, inferred or known."""
-
-    point_m: tuple[float, float, float]
-    """The point on the seat's surface below the pelvis, world."""
-    facing_rad: float
-    """Yaw that the sitter faces, world."""
-    from_frame: int
-    to_frame: int
-    """The seated stretch, from the first frame to one beyond the last."""
+Lasting = TypeVar("Lasting", Seat, Bed)
 
 
 @dataclass(frozen=True)
@@ -36,6 +27,10 @@ class Clip:
     source: str
     licence: str
     seat: Seat | None = None
+    bed: Bed | None = None
+    box: BoxTrack | None = None
+    ghost: Skeleton | None = None
+    """The body that the motion was recorded on, where it came from another one."""
 
     @property
     def frames(self) -> int:
@@ -55,6 +50,30 @@ class Clip:
     def qvel(self) -> np.ndarray:
         """Generalised velocities [T, 34] float32 in MuJoCo's frames, by central differences."""
         return generalised_velocities(self.qpos(), self.fps)
+
+    def part(self, start: int, stop: int) -> "Clip":
+        """The frames from `start` to one before `stop`, with the objects as they are there.
+
+        A seat or a bed whose use lies outside stays out; one that is cut ends at the cut.
+        """
+
+        def cut(thing: Lasting) -> Lasting | None:
+            first, last = max(thing.from_frame, start), min(thing.to_frame, stop)
+            return (
+                None
+                if first >= last
+                else replace(thing, from_frame=first - start, to_frame=last - start)
+            )
+
+        return replace(
+            self,
+            root_position_m=self.root_position_m[start:stop],
+            local_rotation=self.local_rotation[start:stop],
+            seat=cut(self.seat) if self.seat else None,
+            bed=cut(self.bed) if self.bed else None,
+            box=self.box.part(start, stop) if self.box else None,
+            ghost=self.ghost.part(start, stop) if self.ghost else None,
+        )
 
 
 def validate(clip: Clip) -> Clip:
@@ -76,6 +95,10 @@ def validate(clip: Clip) -> Clip:
     length = np.linalg.norm(clip.local_rotation, axis=-1)
     if np.abs(length - 1).max() > 1e-2:
         raise ClipError(f"{clip.name}: rotations are not unit quaternions (w, x, y, z)")
+    if clip.box is not None and clip.box.pose.shape != (clip.frames, 7):
+        raise ClipError(
+            f"{clip.name}: the box's pose must be [{clip.frames}, 7], is {clip.box.pose.shape}"
+        )
     return clip
 
 
@@ -150,18 +173,17 @@ def generalised_velocities(qpos: np.ndarray, fps: float) -> np.ndarray:
 
 
 def mirrored(clip: Clip) -> Clip:
-    """The clip reflected left to right (y -> −y), its seat with it."""
+    """The clip reflected left to right (y -> −y), its objects with it."""
     position = clip.root_position_m * np.array([1, -1, 1], np.float32)
     swapped = clip.local_rotation[:, list(character.MIRROR_BODIES)]
     rotation = swapped * np.array([1, -1, 1, -1], np.float32)
-    seat = clip.seat
-    if seat is not None:
-        x, y, z = seat.point_m
-        seat = replace(seat, point_m=(x, -y, z), facing_rad=-seat.facing_rad)
     return replace(
         clip,
         name=f"{clip.name}~mirrored",
         root_position_m=position,
         local_rotation=rotation,
-        seat=seat,
+        seat=clip.seat.mirrored() if clip.seat else None,
+        bed=clip.bed.mirrored() if clip.bed else None,
+        box=clip.box.mirrored() if clip.box else None,
+        ghost=clip.ghost.mirrored() if clip.ghost else None,
     )

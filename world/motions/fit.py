@@ -1,9 +1,11 @@
-"""What a raw clip lacks: 30 Hz, a floor under its feet, and the seat that it sat on.
+"""What a raw clip lacks: 30 Hz, a floor under its feet, and the objects that it used.
 
-The furniture was not recorded with the clips: the seat is where the pelvis rests (method.md,
-motions).
+Furniture and boxes were not recorded with the clips: the seat is where the pelvis rests (method.md,
+motions), the bed where the trunk does, the box goes with the hands.
 """
 
+import itertools
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +13,9 @@ import torch
 from torch import Tensor
 
 from world import character, kinematics, rotations
-from world.motions.clip import Clip, Seat, continuous
+from world.errors import ChoiceError
+from world.motions.clip import Clip, continuous
+from world.motions.objects import Bed, Seat
 
 #: Lowest points of the character: per body, spheres (centre, radius) of its capsules' ends and
 #: spheres.
@@ -48,11 +52,17 @@ def resampled(clip: Clip, fps: int = character.CONTROL_HZ) -> Clip:
     # neighbouring frames are a few degrees apart: the normalised chord is the arc to 1e-5
     rotation = rotation[low] + share[:, None, None] * (rotation[low + 1] - rotation[low])
     rotation /= np.linalg.norm(rotation, axis=-1, keepdims=True)
+    ghost = clip.ghost
+    if ghost is not None:
+        joints = ghost.position_m
+        joints = joints[low] + share[:, None, None] * (joints[low + 1] - joints[low])
+        ghost = replace(ghost, position_m=joints.astype(np.float32))
     return replace(
         clip,
         fps=fps,
         root_position_m=position.astype(np.float32),
         local_rotation=rotation.astype(np.float32),
+        ghost=ghost,
     )
 
 
@@ -84,7 +94,7 @@ def seat_clearance(position: Tensor, rotation: Tensor) -> np.ndarray:
     return torch.stack(lowest, dim=1).min(dim=1).values.numpy()
 
 
-def _smooth(x: np.ndarray, sigma: float) -> np.ndarray:
+def smooth(x: np.ndarray, sigma: float) -> np.ndarray:
     """Gaussian smoothing along time with mirrored ends; sigma in frames."""
     half = int(np.ceil(3 * sigma))
     kernel = np.exp(-0.5 * (np.arange(-half, half + 1) / sigma) ** 2)
@@ -101,8 +111,11 @@ def floor_mended(clip: Clip) -> Clip:
     height.
 
     The shift follows the lowest sole, smoothed over about 0.2 s; where both feet leave the ground
-    (seated with raised feet, in flight) it stays at the clip's own level.
+    (seated with raised feet, in flight) it stays at the clip's own level. A clip that was
+    retargeted stands on its floor already and stays as it is.
     """
+    if clip.ghost is not None:
+        return clip
     position, rotation = body_poses(clip)
     lowest = sole_heights(position, rotation).min(axis=1).astype(np.float64)
     window = max(1, round(0.1 * clip.fps))
@@ -110,13 +123,18 @@ def floor_mended(clip: Clip) -> Clip:
     level = float(np.median(lowest[lowest < np.percentile(lowest, 60) + 1e-9]))
     lowest = np.clip(lowest, level - 0.05, level + 0.03)
     if clip.frames > 8 * window:
-        lowest = _smooth(lowest, 0.15 * clip.fps)
+        lowest = smooth(lowest, 0.15 * clip.fps)
     moved = clip.root_position_m.copy()
     moved[:, 2] -= lowest.astype(np.float32)
-    return replace(clip, root_position_m=moved)
+    ghost = clip.ghost
+    if ghost is not None:
+        joints = ghost.position_m.copy()
+        joints[..., 2] -= lowest.astype(np.float32)[:, None]
+        ghost = replace(ghost, position_m=joints)
+    return replace(clip, root_position_m=moved, ghost=ghost)
 
 
-def _stretches(mask: np.ndarray) -> list[tuple[int, int]]:
+def stretches(mask: np.ndarray) -> list[tuple[int, int]]:
     """(first, one beyond last) of each run of True."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], mask.astype(np.int8), [0]))))
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
@@ -133,7 +151,7 @@ def find_seats(clip: Clip) -> tuple[list[Seat], bool]:
     heading = rotations.heading(torch.from_numpy(clip.local_rotation[:, 0])).numpy()
     lies = bool(((trunk_up < _LYING_TILT) & (pelvis[:, 2] < _LYING_PELVIS_M)).sum() > clip.fps)
     seats = []
-    for start, stop in _stretches(pelvis[:, 2] < _DOWN_M):
+    for start, stop in stretches(pelvis[:, 2] < _DOWN_M):
         still = np.arange(start, stop)[speed[start:stop] < _REST_SPEED_M_S]
         if len(still) < _REST_MIN_S * clip.fps:
             continue
@@ -149,11 +167,12 @@ def find_seats(clip: Clip) -> tuple[list[Seat], bool]:
         )
     # a clip that lies on its side never tilts its trunk that far, but rests on something bed-low
     lies = lies or any(seat.point_m[2] < _LOWEST_SEAT_M for seat in seats)
+    lies = lies or bool(_beds(clip))
     return seats, lies
 
 
 def _smooth2(x: np.ndarray, sigma: float) -> np.ndarray:
-    return np.stack([_smooth(column, sigma) for column in x.T], axis=1)
+    return np.stack([smooth(column, sigma) for column in x.T], axis=1)
 
 
 def with_seats(clip: Clip) -> list[Clip]:
@@ -188,14 +207,85 @@ def with_seats(clip: Clip) -> list[Clip]:
             from_frame=group[0].from_frame - start,
             to_frame=group[-1].to_frame - start,
         )
-        parts.append(
-            replace(
-                clip,
-                name=name,
-                root_position_m=clip.root_position_m[start:stop],
-                local_rotation=clip.local_rotation[start:stop],
-                seat=seat,
-            )
-        )
+        parts.append(replace(clip.part(start, stop), name=name, seat=seat))
         start = stop
     return parts
+
+
+def with_objects(clip: Clip, task: str) -> list[Clip]:
+    """The parts of a floor-mended clip that a task learns from, with what they use of it.
+
+    sit: parts with at most one seat each. lie: with at most one bed. carry: with its box. Objects
+    that a clip already knows are kept, and a clip that uses another task's is left out. ChoiceError
+    lists the tasks there are.
+    """
+    if _known(clip):
+        return [clip] if serves(clip, task) else []
+    return _fitter(task)[1](clip)
+
+
+def with_any(clip: Clip) -> list[Clip]:
+    """A raw clip at 30 Hz, on the floor, in parts with whatever they use: a box, beds, or seats.
+
+    A clip that brings its objects along stays as it is.
+    """
+    if _known(clip):
+        return [clip]
+    ready = floor_mended(resampled(clip))
+    carried = _with_box(ready)
+    if carried[0].box is not None:
+        return carried
+    lain = _with_beds(ready)
+    if lain[0].bed is not None:
+        return lain
+    return with_seats(ready) or lain
+
+
+def serves(clip: Clip, task: str) -> bool:
+    """Whether the objects that a clip knows are a task's; yes where it knows none."""
+    kind, _ = _fitter(task)
+    return not _known(clip) or kind in _known(clip)
+
+
+def _known(clip: Clip) -> list[str]:
+    return [kind for kind in ("seat", "bed", "box") if getattr(clip, kind) is not None]
+
+
+def _fitter(task: str) -> tuple[str, Callable[[Clip], list[Clip]]]:
+    if task not in _FITTERS:
+        raise ChoiceError("task", task, list(_FITTERS))
+    return _FITTERS[task]
+
+
+def _beds(clip: Clip) -> list[Bed]:
+    from world.motions.fit_bed import find_beds
+
+    return find_beds(clip)
+
+
+def _with_beds(clip: Clip) -> list[Clip]:
+    beds = _beds(clip)
+    if not beds:
+        return [clip]
+    stops = [(a.to_frame + b.from_frame) // 2 for a, b in itertools.pairwise(beds)]
+    parts = []
+    for index, (bed, start, stop) in enumerate(
+        zip(beds, [0, *stops], [*stops, clip.frames], strict=True)
+    ):
+        name = clip.name if len(beds) == 1 else f"{clip.name}#{index + 1}"
+        parts.append(replace(clip, name=name, bed=bed).part(start, stop))
+    return parts
+
+
+def _with_box(clip: Clip) -> list[Clip]:
+    from world.motions.fit_box import find_box
+
+    return [replace(clip, box=find_box(clip))]
+
+
+#: Of each task: the object of a clip that it uses, and how that is found.
+_FITTERS: dict[str, tuple[str, Callable[[Clip], list[Clip]]]] = {
+    "sit": ("seat", with_seats),
+    "lie": ("bed", _with_beds),
+    "carry": ("box", _with_box),
+}

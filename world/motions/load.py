@@ -4,9 +4,11 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 
+from world import tasks
 from world.errors import ClipError
 from world.motions import cache as disk
-from world.motions import samp
+from world.motions import fit, samp
+from world.motions.augment import paced
 from world.motions.clip import Clip, validate
 from world.motions.library import MotionLibrary, prepare
 
@@ -26,7 +28,10 @@ def find(paths: Sequence[str]) -> list[Path]:
         else:
             raise ClipError(f"{path}: no such file or folder of clips")
         if not here:
-            raise ClipError(f"{path}: no clips found; formats: {', '.join(sorted(READERS))}")
+            raise ClipError(
+                f"{path}: no clips found; formats: {', '.join(sorted(READERS))}"
+                " ('inhabit motions import' makes clips of others)"
+            )
         found += here
     return found
 
@@ -37,6 +42,7 @@ def read(path: Path) -> Clip:
     if reader is None:
         raise ClipError(
             f"{path}: unknown clip format '{path.suffix}'; formats: {', '.join(sorted(READERS))}"
+            " ('inhabit motions import' makes clips of others)"
         )
     return validate(reader(path))
 
@@ -53,13 +59,24 @@ def _synthetic() -> tuple[Clip, ...]:
     return disk.cached(disk.code_digest("world.motions.synthetic"), generate)
 
 
-def clips(paths: Sequence[str] = ()) -> list[Clip]:
-    """Clips ready for training: those of `paths`, or the package's own."""
+def clips(paths: Sequence[str] = (), task: str = "sit") -> list[Clip]:
+    """Clips ready to train a task: those of `paths`, or the package's own."""
     if not paths:
-        return own_clips()
-    return [part for path in find(paths) for part in prepare(read(path))]
+        return [clip for clip in own_clips() if fit.serves(clip, task)]
+    return [part for path in find(paths) for part in prepare(read(path), task)]
 
 
-def library(paths: Sequence[str] = (), mirror: bool = True) -> MotionLibrary:
-    """The motion library of `paths`, or of the package's own clips."""
-    return MotionLibrary(clips(paths), mirror)
+def library(
+    paths: Sequence[str] = (),
+    mirror: bool = True,
+    task: str = "sit",
+    paces: Sequence[float] = (),
+) -> MotionLibrary:
+    """The motion library of `paths`, or of the package's own clips, for a task.
+
+    Each clip comes again as many times as fast as `paces` say, and with `mirror` all of them
+    reflected.
+    """
+    own_pace = clips(paths, task)
+    every = [*own_pace, *(paced(clip, pace) for pace in paces for clip in own_pace)]
+    return MotionLibrary(every, mirror, tasks.make(task).affordance)

@@ -5,12 +5,14 @@ Rest pose with hanging arms, as ours, so that local rotations carry over.
 """
 
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
 
 from world import character
 from world.errors import ClipError
+from world.motions import clip_file
 from world.motions.clip import Clip
 
 SUFFIX = ".npz"
@@ -26,6 +28,7 @@ def read(path: Path) -> Clip:
             if missing:
                 raise ClipError(f"{path}: no {', '.join(missing)}; a clip has {', '.join(_KEYS)}")
             fps, position, rotation, names = (file[key] for key in _KEYS)
+            extras = clip_file.extras(file, str(path))
     except (OSError, ValueError, EOFError, BadZipFile) as error:
         raise ClipError(f"{path}: not a readable .npz clip ({error})") from error
     order = _order(path, [str(name) for name in names])
@@ -36,13 +39,13 @@ def read(path: Path) -> Clip:
         raise ClipError(
             f"{path}: local_rotation_wxyz is {rotation.shape}, not [T, {len(names)}, 4]"
         )
+    about: dict[str, Any] = {"source": str(path.name), "licence": _licence(path.parent)}
+    about |= extras | {"name": path.stem}
     return Clip(
-        name=path.stem,
         fps=round(rate),
         root_position_m=position.astype(np.float32),
         local_rotation=rotation[:, order].astype(np.float32),
-        source=str(path.name),
-        licence=_licence(path.parent),
+        **about,
     )
 
 

@@ -5,18 +5,28 @@ balance, sway and the lean before a step come from mechanics. Pelvis list and tu
 2009 (4-5 deg each, the trunk against them), arms Murray 1967 (against the legs).
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from world.motions.synthetic import timing
+from world.motions.synthetic import carrying, timing
+from world.motions.synthetic.carrying import Lift
 from world.motions.synthetic.footsteps import RATE_HZ, Guide, Habits, plan
 from world.motions.synthetic.gait import Feet, feet_paths, pressure
 from world.motions.synthetic.ik import heading, two_link
-from world.motions.synthetic.rotations import Array, about, blend, transpose, turn
+from world.motions.synthetic.rotations import (
+    Array,
+    about,
+    blend,
+    quaternion,
+    rotation_vector,
+    transpose,
+    turn,
+)
 from world.motions.synthetic.sitting import Overlay, hands_on_thighs, nothing
 from world.motions.synthetic.skeleton import (
     LEG_M,
+    MASSES_KG,
     OFFSETS_M,
     SHIN_M,
     SIDES,
@@ -58,13 +68,21 @@ class Motion:
     feet: Feet
     pressure_m: Array
     """Planned centre of pressure, [T, 2]."""
+    box: tuple[Array, Array] | None = None
+    """A lifted box's centre [T, 3] and yaw [T]."""
 
 
-def perform(guide: Guide, manner: Manner, overlay: Overlay | None = None) -> Motion:
-    """The whole body along a guide, standing where the guide stands, with an overlay on top."""
+def perform(
+    guide: Guide, manner: Manner, overlay: Overlay | None = None, lift: Lift | None = None
+) -> Motion:
+    """The whole body along a guide, standing where the guide stands, with an overlay on top, or
+    with a box that it lifts and carries."""
     frames = len(guide.yaw_rad)
     times = np.arange(frames) / RATE_HZ
     overlay = overlay or nothing(frames)
+    depth = carrying.bend(lift, times) if lift else np.zeros(frames)
+    load = carrying.weight(lift, times)[:, None] if lift else np.zeros((frames, 1))
+    overlay = replace(overlay, flexion_rad=overlay.flexion_rad + carrying.FLEXION_RAD * depth)
     stances = plan(guide, manner.habits)
     feet = feet_paths(stances, times)
     centre = pressure(stances, times)
@@ -78,16 +96,25 @@ def perform(guide: Guide, manner: Manner, overlay: Overlay | None = None) -> Mot
     trunk(local, feet, yaw, velocity, overlay, manner)
     offset = np.zeros((frames, 2))
     root = np.zeros((frames, 3))
-    for _ in range(3):
-        root = pelvis_path(mass - offset, feet, local[:, 0], overlay)
+    box = None
+    for _ in range(5 if lift else 3):
+        root = pelvis_path(mass - offset, feet, local[:, 0], overlay, carrying.SQUAT_M * depth)
         legs(local, root, feet, yaw)
         arms(local, root, feet, yaw, overlay, manner)
+        if lift:
+            box = carrying.track(lift, root, yaw, times)
+            hold(local, root, lift, box, times)
         positions, rotations = place(root, local)
-        shift = centre_of_mass(positions, rotations)[:, :2] - root[:, :2]
-        free = (upright > 0.999) & (np.abs(overlay.flexion_rad) < 1e-3)
+        centre_m = centre_of_mass(positions, rotations)
+        if box:
+            centre_m = (MASSES_KG.sum() * centre_m + load * box[0]) / (MASSES_KG.sum() + load)
+        shift = centre_m[:, :2] - root[:, :2]
+        free = (upright > 0.999) & ((lift is not None) | (np.abs(overlay.flexion_rad) < 1e-3))
         shift = np.stack([np.interp(times, times[free], shift[free, i]) for i in (0, 1)], -1)
-        offset = timing.smooth(shift, 0.3, RATE_HZ)
-    return Motion(root, local, feet, centre)
+        offset = timing.smooth(shift, 0.12 if lift else 0.3, RATE_HZ)
+    if box and lift:
+        box = (carrying.where_held(lift, box[0], place(root, local)[0], times), box[1])
+    return Motion(root, local, feet, centre, box)
 
 
 def sway(yaw_rad: Array, manner: Manner) -> Array:
@@ -101,8 +128,11 @@ def sway(yaw_rad: Array, manner: Manner) -> Array:
     return manner.sway_m * shift
 
 
-def pelvis_path(upright_m: Array, feet: Feet, rotation: Array, overlay: Overlay) -> Array:
-    """Pelvis origin [T, 3]: as high as both legs reach, no higher than standing; or on a seat."""
+def pelvis_path(
+    upright_m: Array, feet: Feet, rotation: Array, overlay: Overlay, squat_m: Array
+) -> Array:
+    """Pelvis origin [T, 3]: as high as both legs reach, no higher than standing, less the depth of
+    a squat; or on a seat."""
     caps = [np.full(len(upright_m), STANDING_M)]
     for side in (0, 1):
         arm = turn(rotation, OFFSETS_M[(9, 12)[side]])
@@ -110,6 +140,7 @@ def pelvis_path(upright_m: Array, feet: Feet, rotation: Array, overlay: Overlay)
         high = np.sqrt(np.maximum((REACH * LEG_M) ** 2 - apart**2, 0.2))
         caps.append(feet.ankle_m[side, :, 2] + high - arm[:, 2])
     depth = overlay.depth
+    caps[0] = caps[0] - squat_m
     low = timing.lower_envelope(np.min(caps, 0), 0.055, RATE_HZ)
     standing = np.concatenate([upright_m, low[:, None]], -1)
     back = depth**1.25
@@ -164,6 +195,17 @@ def legs(local: Array, root: Array, feet: Feet, yaw: Array) -> None:
         local[:, thigh + 1] = about("y", knee)
         foot = about("z", feet.yaw_rad[side]) @ about("y", feet.pitch_rad[side])
         local[:, thigh + 2] = transpose(rotation @ local[:, thigh + 1]) @ foot
+
+
+def hold(local: Array, root: Array, lift: Lift, box: tuple[Array, Array], times_s: Array) -> None:
+    """Both hands on a box, or on their way, written into `local` over the arms that hang."""
+    for side in (0, 1):
+        upper = 3 + 3 * side
+        hand, grip = carrying.hands_on(lift, *box, times_s, side)
+        elbow = rotation_vector(quaternion(local[:, upper + 1]))[:, 1]
+        local[:, upper], local[:, upper + 1] = carrying.arm(
+            local, root, side, hand, (local[:, upper], -elbow), grip
+        )
 
 
 def arms(

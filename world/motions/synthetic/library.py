@@ -4,62 +4,32 @@ from dataclasses import replace
 
 import numpy as np
 
-from world.motions.clip import Clip, Seat
-from world.motions.synthetic import timing
-from world.motions.synthetic.body import Manner, Motion, perform
-from world.motions.synthetic.footsteps import RATE_HZ, Guide, Habits, plan
-from world.motions.synthetic.rotations import Array, quaternion
-from world.motions.synthetic.sitting import STANDING_AHEAD_M, Sitting, overlay
-
-FPS = 30
-SOURCE = "inhabit synthetic"
-LICENCE = "Apache-2.0"
-EVERY = RATE_HZ // FPS
+from world.motions.clip import Clip
+from world.motions.synthetic.body import perform
+from world.motions.synthetic.carries import carrying
+from world.motions.synthetic.lies import lying
+from world.motions.synthetic.seating import sitting
+from world.motions.synthetic.walker import clip, manner, steer
 
 SEAT_HEIGHTS_M = (0.44, 0.40, 0.47, 0.36, 0.42, 0.50, 0.45, 0.38, 0.52)
-
-
-def clip(name: str, motion: Motion, seat: Seat | None = None) -> Clip:
-    """A motion as a clip at 30 frames a second."""
-    return Clip(
-        name=name,
-        fps=FPS,
-        root_position_m=motion.root_m[::EVERY].astype(np.float32),
-        local_rotation=quaternion(motion.local[::EVERY]).astype(np.float32),
-        source=SOURCE,
-        licence=LICENCE,
-        seat=seat,
-    )
-
-
-def manner(generator: np.random.Generator) -> Manner:
-    """A walker with a style of their own."""
-    habits = Habits(
-        width_m=generator.uniform(0.058, 0.075),
-        standing_width_m=generator.uniform(0.08, 0.1),
-        toe_out_rad=generator.uniform(0.05, 0.16),
-        first_side=int(generator.integers(2)),
-    )
-    return Manner(
-        habits=habits,
-        arm_gain=generator.uniform(0.75, 1.15),
-        elbow_rad=generator.uniform(0.2, 0.42),
-        lean_rad=generator.uniform(0.015, 0.05),
-        seed=int(generator.integers(2**31)),
-    )
-
-
-def steer(pieces: list[tuple[float, float, float]], yaw_rad: float = 0.0) -> Guide:
-    """A guide that walks the way it faces: (duration s, speed m/s, turning rate rad/s) in turn."""
-    durations = np.array([piece[0] for piece in pieces])
-    frames = int(durations.sum() * RATE_HZ)
-    index = np.searchsorted(np.cumsum(durations), np.arange(frames) / RATE_HZ, side="right")
-    values = np.array(pieces)[np.minimum(index, len(pieces) - 1), 1:]
-    speed = timing.smooth(values[:, 0], 0.38, RATE_HZ)
-    rate = timing.smooth(values[:, 1], 0.22, RATE_HZ)
-    yaw = yaw_rad + np.cumsum(rate) / RATE_HZ
-    velocity = speed[:, None] * np.stack([np.cos(yaw), np.sin(yaw)], -1)
-    return Guide(np.cumsum(velocity, 0) / RATE_HZ, yaw)
+BED_HEIGHTS_M = (0.45, 0.35, 0.50, 0.40, 0.55, 0.30, 0.42)
+STAND_HEIGHTS_M = (
+    (0.34, 0.34),
+    (0.70, 0.36),
+    (0.40, 0.75),
+    (0.55, 0.55),
+    (0.34, 0.50),
+    (0.75, 0.70),
+    (0.50, 0.34),
+    (0.36, 0.36),
+    (0.60, 0.40),
+    (0.45, 0.60),
+    (0.34, 0.72),
+    (0.50, 0.45),
+    (0.38, 0.34),
+    (0.65, 0.34),
+)
+"""Of both stands, what the box is taken from and put on."""
 
 
 def standing(generator: np.random.Generator, duration_s: float) -> Clip:
@@ -119,124 +89,88 @@ def stopping(generator: np.random.Generator, speed_m_s: float) -> Clip:
     return clip(f"stop_{speed_m_s:.1f}", perform(guide, manner(generator)))
 
 
-def approach(
-    distance_m: float, bearing_rad: float, speed_m_s: float, spin: int
-) -> tuple[Array, Array]:
-    """Guide position [T, 2] and yaw [T] of walking to a seat at the origin that faces +x.
-
-    Starts `distance_m` from the place to stand, in the direction `bearing_rad` from it, facing it;
-    the last half metre is walked while turning the back to the seat, `spin` +1 leftwards.
-    """
-    end = np.array([STANDING_AHEAD_M, 0.0])
-    away = np.array([np.cos(bearing_rad), np.sin(bearing_rad)])
-    start = end + distance_m * away
-    front = np.clip((abs(bearing_rad) - 0.6) * 0.45, 0, 0.6)
-    via = end + np.array([front, 0.0]) + 0.25 * distance_m * away
-    wait_s, rise_s = 0.8, 0.9 * speed_m_s
-    u = np.linspace(0, 1, 400)[:, None]
-    curve = (1 - u) ** 2 * start + 2 * u * (1 - u) * via + u**2 * end
-    length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
-    slow_s = rise_s + 0.7
-    cruise_s = max(length[-1] / speed_m_s - 0.5 * (rise_s + slow_s), 0.0)
-    total = wait_s + rise_s + cruise_s + slow_s
-    first_yaw = np.arctan2(*(via - start)[::-1])
-    change = -first_yaw
-    change += 2 * np.pi * np.round((spin * 0.5 * np.pi - change) / (2 * np.pi))
-    turn_s = 0.8 + abs(change) / 1.6
-    turn_start = total - min(1.15, 0.6 * turn_s)
-    times = np.arange(int((max(total, turn_start + turn_s) + 0.2) * RATE_HZ)) / RATE_HZ
-    speed = speed_m_s * timing.through(
-        times, [(wait_s, 0), (wait_s + rise_s, 1), (total - slow_s, 1), (total, 0)]
-    )
-    along = np.cumsum(speed)
-    along *= length[-1] / along[-1]
-    position = np.stack([np.interp(along, length, curve[:, i]) for i in (0, 1)], -1)
-    tangent = np.gradient(curve, axis=0)
-    bend = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0]))
-    bend += first_yaw - bend[0]
-    course = np.interp(along, length, bend)
-    share = timing.minimum_jerk((times - turn_start) / turn_s)
-    return position, (1 - share) * course + share * (first_yaw + change)
-
-
-def sitting(
-    generator: np.random.Generator,
-    height_m: float,
-    distance_m: float,
-    bearing_rad: float,
-    spin: int,
-    back: bool,
-) -> Clip:
-    """Walk up, turn, sit down, stay, stand up and step away, on a seat somewhere in the world."""
-    walker = manner(generator)
-    position, yaw = approach(distance_m, bearing_rad, generator.uniform(0.8, 1.25), spin)
-    waited = Guide(
-        np.concatenate([position, np.repeat(position[-1:], 3 * RATE_HZ, 0)]),
-        np.concatenate([yaw, np.full(3 * RATE_HZ, yaw[-1])]),
-    )
-    planted_s = max(step.land_s for step in plan(waited, walker.habits))
-    sit = Sitting(
-        begin_s=planted_s + generator.uniform(0.35, 0.6),
-        seated_s=generator.uniform(3.2, 6.0),
-        height_m=height_m,
-        down_s=generator.uniform(1.4, 1.7),
-        up_s=generator.uniform(1.15, 1.35),
-        lean_rad=-generator.uniform(0.05, 0.16) if back else generator.uniform(-0.02, 0.08),
-        flexion_rad=generator.uniform(0.68, 0.78),
-        hands_m=generator.uniform(0.20, 0.25),
-    )
-    still = int((sit.end_s + 0.2) * RATE_HZ) - len(yaw)
-    leave = steer(
+def wandering(generator: np.random.Generator, speed_m_s: float) -> Clip:
+    """Brisk walking with bends, an about-turn on the way, a stop and a start."""
+    bends = generator.uniform(0.25, 0.8, 4) * generator.permutation([-1.0, -1.0, 1.0, 1.0])
+    about_s = generator.uniform(2.5, 3.1)
+    about = np.sign(generator.uniform(-1, 1)) * np.pi / about_s
+    speeds = speed_m_s * generator.uniform(0.9, 1.1, 5)
+    guide = steer(
         [
-            (1.2, 0, 0),
-            (
-                generator.uniform(1.2, 1.9),
-                generator.uniform(0.6, 0.9),
-                generator.uniform(-0.5, 0.5),
-            ),
-            (2.1, 0, 0),
-        ],
-        yaw[-1],
+            (0.9, 0, 0),
+            (1.6, speeds[0], 0),
+            (2.2, speeds[1], bends[0]),
+            (1.4, speeds[1], bends[1]),
+            (about_s, 0.35 * speed_m_s, about),
+            (2.0, speeds[2], 0),
+            (1.5, 0, 0),
+            (1.8, speeds[3], bends[2]),
+            (2.0, speeds[4], bends[3]),
+            (2.2, 0, 0),
+        ]
     )
-    position = np.concatenate(
-        [position, np.repeat(position[-1:], still, 0), position[-1] + leave.position_m]
-    )
-    yaw = np.concatenate([yaw, np.full(still, yaw[-1]), leave.yaw_rad])
-    facing = generator.uniform(-np.pi, np.pi)
-    c, s = np.cos(facing), np.sin(facing)
-    world = np.array([[c, -s], [s, c]])
-    guide = Guide(position @ world.T, yaw + facing)
-    point = np.array([0.0, 0.0, height_m])
-    times = np.arange(len(yaw)) / RATE_HZ
-    motion = perform(guide, walker, overlay(sit, point, times))
-    seat = Seat(
-        point_m=(0.0, 0.0, height_m),
-        facing_rad=float(facing),
-        from_frame=int(np.ceil(sit.contact_s * FPS)),
-        to_frame=int(sit.off_s * FPS) + 1,
-    )
-    kind = "seat" if back else "stool"
-    return clip(f"sit_{kind}_{100 * height_m:.0f}_{np.degrees(bearing_rad):.0f}", motion, seat)
+    return clip(f"wander_{speed_m_s:.2f}", perform(guide, manner(generator)))
+
+
+def locomotion(generator: np.random.Generator) -> list[Clip]:
+    """Standing, walking, starting, stopping and turning."""
+    clips = [standing(generator, 8.0) for _ in range(2)]
+    clips += [walking(generator, speed) for speed in (0.6, 0.8, 1.0, 1.2, 1.4, 1.6)]
+    clips += [curving(generator, speed, sign) for speed in (0.8, 1.1, 1.3) for sign in (-1, 1)]
+    clips += [pivoting(generator, angle) for angle in (-180, -90, 90, 180)]
+    clips += [stopping(generator, speed) for speed in (0.8, 1.2)]
+    clips += [wandering(generator, speed) for speed in (1.0, 1.1, 1.2, 1.25, 1.3, 1.4)]
+    return clips
+
+
+def sits(generator: np.random.Generator) -> list[Clip]:
+    """Sitting down on seats of nine heights, from all sides, and rising."""
+    clips = []
+    for index, height in enumerate(SEAT_HEIGHTS_M * 2):
+        spin = 1 if index % 2 else -1
+        bearing = -spin * np.radians([5, 35, 70, 125, 95, 50, 20, 140, 110][index % 9])
+        distance = float(generator.uniform(1.2, 4.5))
+        clips.append(sitting(generator, height, distance, bearing, spin, back=index % 3 != 2))
+    return clips
+
+
+def lies(generator: np.random.Generator) -> list[Clip]:
+    """Lying down on beds of seven heights, head left and right, and getting up."""
+    clips = []
+    for index, height in enumerate(BED_HEIGHTS_M * 2):
+        spin = 1 if index % 2 else -1
+        bearing = -spin * np.radians([10, 40, 75, 25, 85, 60, 80][index % 7])
+        distance = float(generator.uniform(1.2, 3.5))
+        left = (index % 2 == 0) == (index < len(BED_HEIGHTS_M))
+        clips.append(lying(generator, height, distance, bearing, spin, left))
+    return clips
+
+
+def carries(generator: np.random.Generator) -> list[Clip]:
+    """Boxes of several sizes from stand to stand, from knee to chest height."""
+    clips = []
+    for index, (first, second) in enumerate(STAND_HEIGHTS_M):
+        width = float(generator.uniform(0.28, 0.52))
+        depth, height = (float(x) for x in generator.uniform((0.2, 0.18), (0.36, 0.34)))
+        turn = (1 if index % 2 else -1) * np.radians([180, 60, 120, 30, 90, 150, 100][index % 7])
+        distance = float(generator.uniform(1.2, 4.5))
+        clips.append(carrying(generator, (depth, width, height), (first, second), distance, turn))
+    return clips
 
 
 def generate(seed: int = 0) -> list[Clip]:
-    """The whole set, the same for the same seed: about nine minutes of motion.
+    """The whole set, the same for the same seed: about 21 minutes of motion.
 
     Args:
         seed: of the styles, distances, speeds and timings.
 
     Returns:
-        clips at 30 frames a second, floor at z = 0; those that sit carry their seat.
+        clips at 30 frames a second, floor at z = 0; those that sit, lie or carry know their seat,
+        bed or box.
     """
-    generator = np.random.default_rng(seed)
-    clips = [standing(generator, 10.0) for _ in range(2)]
-    clips += [walking(generator, speed) for speed in (0.6, 0.8, 1.0, 1.2, 1.4, 1.6)]
-    clips += [curving(generator, speed, sign) for speed in (0.8, 1.1, 1.3) for sign in (-1, 1)]
-    clips += [pivoting(generator, angle) for angle in (-180, -90, 90, 180)]
-    clips += [stopping(generator, speed) for speed in (0.8, 1.2)]
-    for index, height in enumerate(SEAT_HEIGHTS_M * 2):
-        spin = 1 if index % 2 else -1
-        bearing = -spin * np.radians([5, 35, 70, 20, 95, 50][index % 6])
-        distance = float(generator.uniform(1.0, 3.5))
-        clips.append(sitting(generator, height, distance, bearing, spin, back=index % 3 != 2))
-    return clips
+    # a stream a task: what is added to one leaves the others as they are
+    return [
+        made
+        for part, make in enumerate((locomotion, sits, lies, carries))
+        for made in make(np.random.default_rng((seed, part)))
+    ]

@@ -1,0 +1,73 @@
+"""More motions out of one: the same clip a little faster or slower."""
+
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+
+from world.errors import ConfigError
+from world.motions.clip import Clip, continuous
+from world.motions.objects import Bed, BoxTrack, Seat
+
+#: How much faster or slower a motion may be made before it is another one: people walk, sit and
+#: lift at such a range of paces without doing it differently.
+PACES = (0.8, 1.25)
+
+Lasting = TypeVar("Lasting", Seat, Bed)
+
+
+def paced(clip: Clip, pace: float) -> Clip:
+    """The clip `pace` times as fast, at its own frame rate, its objects with it.
+
+    Poses stay as they are, velocities are multiplied by `pace`. ConfigError outside PACES.
+    """
+    low, high = PACES
+    if not low <= pace <= high:
+        raise ConfigError(f"a motion's pace is {pace:g}; small time scaling is {low} to {high}")
+    frames = max(2, int(np.floor((clip.frames - 1) / pace)) + 1)
+    at = np.minimum(np.arange(frames) * pace, clip.frames - 1)
+    return replace(
+        _at(clip, at),
+        name=f"{clip.name}~x{pace:g}",
+        seat=_lasting(clip.seat, pace, frames) if clip.seat else None,
+        bed=_lasting(clip.bed, pace, frames) if clip.bed else None,
+        box=_box(clip.box, at) if clip.box else None,
+    )
+
+
+def _at(clip: Clip, at: np.ndarray) -> Clip:
+    """The clip at frames [n] that need not be whole, between its neighbours."""
+    low = np.minimum(at.astype(int), clip.frames - 2)
+    share = (at - low).astype(np.float32)[:, None, None]
+
+    def between(values: np.ndarray) -> np.ndarray:
+        return (values[low] * (1 - share) + values[low + 1] * share).astype(np.float32)
+
+    rotation = np.stack([continuous(clip.local_rotation[:, b]) for b in range(15)], axis=1)
+    # neighbouring frames are a few degrees apart: the normalised chord is the arc to 1e-5
+    rotation = between(rotation)
+    ghost = clip.ghost
+    return replace(
+        clip,
+        root_position_m=between(clip.root_position_m[:, None])[:, 0],
+        local_rotation=rotation / np.linalg.norm(rotation, axis=-1, keepdims=True),
+        ghost=replace(ghost, position_m=between(ghost.position_m)) if ghost else None,
+    )
+
+
+def _lasting(thing: Lasting, pace: float, frames: int) -> Lasting:
+    first = min(round(thing.from_frame / pace), frames - 1)
+    last = min(max(round(thing.to_frame / pace), first + 1), frames)
+    return replace(thing, from_frame=first, to_frame=last)
+
+
+def _box(box: BoxTrack, at: np.ndarray) -> BoxTrack:
+    low = np.minimum(at.astype(int), len(box.pose) - 2)
+    share = (at - low)[:, None]
+    here, there = box.pose[low], box.pose[low + 1]
+    sign = np.where((here[:, 3:] * there[:, 3:]).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
+    there = np.concatenate((there[:, :3], sign * there[:, 3:]), axis=1)
+    pose = here * (1 - share) + there * share
+    pose[:, 3:] /= np.linalg.norm(pose[:, 3:], axis=1, keepdims=True)
+    nearest = np.minimum(np.rint(at).astype(int), len(box.held) - 1)
+    return replace(box, pose=pose.astype(np.float32), held=box.held[nearest])

@@ -1,0 +1,1 @@
+"""Readers of motion formats, one file each, and their registry."""

@@ -1,0 +1,13 @@
+"""The terms under which a folder's files may be used, from the README beside them."""
+
+from pathlib import Path
+
+
+def licence(folder: Path) -> str:
+    """The licence line of the folder's README, or that it is not stated."""
+    readme = folder / "README.md"
+    if readme.is_file():
+        for line in readme.read_text(errors="replace").splitlines():
+            if "licence" in line.lower() or "license" in line.lower():
+                return line.strip(" -*")[:200]
+    return "not stated"

@@ -1,0 +1,54 @@
+"""Recordings on the character's own skeleton: formats whose humanoid has our bones and axes."""
+
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from world import character, kinematics
+from world.motions.formats.licences import licence
+from world.motions.formats.recording import Recording, forward
+
+_SOLE_FRONT_M = np.array([0.1335, 0.0, -0.05])
+NAMES = (*character.BODIES, "right_foot_end", "left_foot_end")
+PARENTS = (
+    *character.PARENTS,
+    character.BODIES.index("right_foot"),
+    character.BODIES.index("left_foot"),
+)
+
+
+def offsets() -> np.ndarray:
+    """Body offsets in the parent's frame, m: [15, 3]."""
+    return kinematics.offsets().numpy().astype(np.float64)
+
+
+def recording(path: Path, fps: float, root: np.ndarray, local: np.ndarray) -> Recording:
+    """A recording of root positions [T, 3] m and local quaternions [T, 15, 4] (w, x, y, z)."""
+    turn = Rotation.from_quat(local.reshape(-1, 4), scalar_first=True).as_matrix()
+    turn = turn.reshape(-1, 15, 3, 3)
+    # the fronts of the soles, so that it shows whether a foot stands on its toes
+    turn = np.concatenate((turn, np.tile(np.eye(3), (len(turn), 2, 1, 1))), axis=1)
+    offset = np.concatenate((offsets(), np.tile(_SOLE_FRONT_M, (2, 1))))
+    position, rotation = forward(PARENTS, offset, turn, root)
+    return Recording(
+        name=path.stem,
+        fps=fps,
+        names=NAMES,
+        parents=PARENTS,
+        position=position,
+        rotation=rotation,
+        source=path.name,
+        licence=licence(path.parent),
+        unit_m=1.0,
+        up="z",
+        own_body=True,
+    )
+
+
+def hinge(flexion: np.ndarray, body: str) -> np.ndarray:
+    """Local quaternions [T, 4] of an elbow's or a knee's flexion [T] rad."""
+    sign = -1.0 if "lower_arm" in body else 1.0
+    half = 0.5 * sign * flexion
+    zero = np.zeros_like(half)
+    return np.stack([np.cos(half), zero, np.sin(half), zero], axis=-1)

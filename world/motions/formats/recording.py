@@ -1,0 +1,87 @@
+"""What a file of any format holds of a motion: a skeleton's joints in the world, frame by frame."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from world.errors import ClipError
+
+#: Fewest frames of a motion: two, for a velocity.
+FEWEST_FRAMES = 2
+RATES_HZ = (1.0, 1000.0)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A motion on the body that it was recorded on: T frames of J joints."""
+
+    name: str
+    fps: float
+    names: tuple[str, ...]
+    """Names of the J joints, as in the file; parents stand before their children."""
+    parents: tuple[int, ...]
+    """Each joint's parent, −1 for the root."""
+    position: np.ndarray
+    """[T, J, 3] float64: joints in the file's world, in its length unit and with its axes."""
+    rotation: np.ndarray
+    """[T, J, 3, 3]: each joint's rotation in the file's world, from its axes at the zero pose."""
+    source: str
+    licence: str
+    unit_m: float | None = None
+    """Length unit of the file, m; None where the format does not say and it has to be inferred."""
+    up: str | None = None
+    """The file's upward axis, y or z; None where it has to be inferred."""
+    likely_up: str = "y"
+    """The axis that it is unless the person stands along the other."""
+    own_body: bool = False
+    """Whether the joints are the character's own bodies, of its size and with its axes."""
+    approximated: tuple[str, ...] = ()
+    """What the reader had to assume, in words."""
+
+    @property
+    def frames(self) -> int:
+        return self.position.shape[0]
+
+    def part(self, start: int, stop: int) -> "Recording":
+        """The frames from `start` to one before `stop`."""
+        return replace(self, position=self.position[start:stop], rotation=self.rotation[start:stop])
+
+
+def validate(recording: Recording) -> Recording:
+    """The recording itself, or ClipError in one line if it holds no usable motion."""
+    name = recording.name
+    if recording.frames < FEWEST_FRAMES:
+        raise ClipError(
+            f"{name}: {recording.frames} frame(s); a transition needs at least {FEWEST_FRAMES}"
+        )
+    low, high = RATES_HZ
+    if not low <= recording.fps <= high:
+        raise ClipError(f"{name}: {recording.fps:g} frames a second; expected {low:g} to {high:g}")
+    finite = np.isfinite(recording.position).all((1, 2)) & np.isfinite(recording.rotation).all(
+        (1, 2, 3)
+    )
+    if not finite.all():
+        raise ClipError(f"{name}: holds non-finite values, first in frame {finite.argmin()}")
+    return recording
+
+
+def forward(
+    parents: tuple[int, ...], offset: np.ndarray, local: np.ndarray, root: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Forward kinematics: positions [T, J, 3] and global rotations [T, J, 3, 3].
+
+    Args:
+        parents: each joint's parent, before its children; −1 for the root.
+        offset: [J, 3] or [T, J, 3], each joint's origin in its parent's axes; the root's is unused.
+        local: [T, J, 3, 3], each joint's rotation in its parent's axes.
+        root: [T, 3], the root's position.
+    """
+    position, rotation = np.empty(local.shape[:-1]), np.empty_like(local)
+    for joint, parent in enumerate(parents):
+        if parent < 0:
+            position[:, joint], rotation[:, joint] = root, local[:, joint]
+            continue
+        rotation[:, joint] = rotation[:, parent] @ local[:, joint]
+        turned = rotation[:, parent] @ offset[..., joint, :, None]
+        position[:, joint] = position[:, parent] + turned[..., 0]
+    return position, rotation

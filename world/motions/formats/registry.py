@@ -1,0 +1,122 @@
+"""Which formats there are, and which of them a file is. A new format is a file and a line here."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+
+from world.errors import ChoiceError, ClipError
+from world.motions.formats import (
+    acclaim,
+    amass,
+    bvh,
+    character_npz,
+    deepmimic,
+    mimickit,
+    poselib,
+    safe_pickle,
+    samp_pickle,
+)
+from world.motions.formats.recording import Recording, validate
+
+
+@dataclass(frozen=True)
+class Format:
+    """One format: how its files end, what tells them from others that end so, and its reader."""
+
+    suffixes: tuple[str, ...]
+    read: Callable[[Path], Recording]
+    keys: tuple[tuple[str, ...], ...] = ()
+    """Sets of fields of which one is there in full; none for a format alone with its suffix."""
+
+
+FORMATS = {
+    "bvh": Format(bvh.SUFFIXES, bvh.read),
+    "acclaim": Format(acclaim.SUFFIXES, acclaim.read),
+    "deepmimic": Format(deepmimic.SUFFIXES, deepmimic.read),
+    "clip": Format(character_npz.SUFFIXES, character_npz.read, (character_npz.KEYS,)),
+    "amass": Format(
+        amass.SUFFIXES,
+        amass.read,
+        (("trans", "poses"), ("trans", "root_orient", "pose_body")),
+    ),
+    "samp": Format(samp_pickle.SUFFIXES, samp_pickle.read, (samp_pickle.KEYS,)),
+    "mimickit": Format(mimickit.SUFFIXES, mimickit.read, (mimickit.KEYS,)),
+    "poselib": Format(poselib.SUFFIXES, poselib.read),
+}
+SUFFIXES = tuple(sorted({suffix for f in FORMATS.values() for suffix in f.suffixes}))
+
+
+def read(path: Path, name: str | None = None) -> Recording:
+    """The motion in a file, of the named format or of the one that it is.
+
+    ClipError in one line where it is none or holds no usable motion; ChoiceError for a name that is
+    no format.
+    """
+    if name is not None and name not in FORMATS:
+        raise ChoiceError("format", name, list(FORMATS))
+    return validate(FORMATS[name or detected(path)].read(path))
+
+
+def detected(path: Path) -> str:
+    """The format of a file by its suffix and, where several share one, by its fields."""
+    fitting = {n: f for n, f in FORMATS.items() if path.suffix.lower() in f.suffixes}
+    if not fitting:
+        raise ClipError(
+            f"{path}: unknown suffix '{path.suffix}'; motions come as {', '.join(SUFFIXES)}"
+            f" (formats: {', '.join(FORMATS)})"
+        )
+    if len(fitting) == 1:
+        return next(iter(fitting))
+    fields = _fields(path)
+    for name, one in fitting.items():
+        if any(set(keys) <= set(fields) for keys in one.keys):
+            return name
+    wanted = "; ".join(
+        f"{name}: {' or '.join(', '.join(keys) for keys in one.keys)}"
+        for name, one in fitting.items()
+    )
+    held = ", ".join(sorted(fields)[:20]) or "nothing"
+    raise ClipError(f"{path}: none of the formats that end so; it holds {held}; expected {wanted}")
+
+
+def _fields(path: Path) -> tuple[str, ...]:
+    if path.suffix.lower() == ".npz":
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                return tuple(file.files)
+        except (OSError, ValueError, EOFError, BadZipFile) as error:
+            raise ClipError(f"{path}: not a readable .npz file ({error})") from error
+    return safe_pickle.keys(safe_pickle.load(path), path)
+
+
+def find(paths: list[Path], name: str | None = None) -> list[Path]:
+    """The motion files among files and folders, sorted; ClipError names a path without any."""
+    if name is not None and name not in FORMATS:
+        raise ChoiceError("format", name, list(FORMATS))
+    suffixes = FORMATS[name].suffixes if name else SUFFIXES
+    found: list[Path] = []
+    for path in (p.expanduser() for p in paths):
+        if path.is_dir():
+            here = sorted(p for p in path.rglob("*") if _may_be(p, suffixes))
+        elif path.is_file():
+            here = [path]
+        else:
+            raise ClipError(f"{path}: no such file or folder of motions")
+        if not here:
+            raise ClipError(f"{path}: no motions found; they end in {', '.join(suffixes)}")
+        found += here
+    return found
+
+
+def _may_be(path: Path, suffixes: tuple[str, ...]) -> bool:
+    """Whether a file in a folder is meant: notes and licences end in .txt, too."""
+    suffix = path.suffix.lower()
+    if suffix not in suffixes or not path.is_file():
+        return False
+    if suffix in deepmimic.SUFFIXES:
+        with path.open("rb") as file:
+            return b'"Frames"' in file.read(4096)
+    return True

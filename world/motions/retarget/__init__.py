@@ -1,0 +1,1 @@
+"""Retargeting: motions of other bodies on the character."""

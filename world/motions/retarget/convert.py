@@ -1,0 +1,51 @@
+"""From a recording of any body to a clip of the character: scaled, stood on its feet, solved."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from world import character
+from world.motions.clip import Clip, validate
+from world.motions.formats import landmarks, recording
+from world.motions.formats.landmarks import Map
+from world.motions.formats.recording import Recording
+from world.motions.objects import Skeleton
+from world.motions.retarget import body, contacts, solve
+
+
+def retargeted(source: Recording, given: Map | None = None) -> Clip:
+    """The recording on our character at 30 Hz, with the recorded skeleton as its ghost.
+
+    ClipError, in one line, where joints are not found, units are absurd or frames are missing.
+    """
+    given = given or Map()
+    source = recording.validate(source)
+    source = replace(source, unit_m=given.unit_m or source.unit_m, up=given.up or source.up)
+    if source.own_body:
+        scaled, target = body.own(source, character.CONTROL_HZ)
+        scaled = scaled.lowered(contacts.uneven_floor(target, scaled.fps))
+        target = body.own_targets(scaled)
+    else:
+        joint = landmarks.find(source, given.joints)
+        scaled = body.scaled(source, joint, character.CONTROL_HZ)
+        scaled = scaled.lowered(contacts.uneven_floor(body.targets(scaled), scaled.fps))
+        target = body.targets(scaled)
+    held = contacts.held(target, contacts.find(target, scaled.fps))
+    root, local = solve.solved(held)
+    drop = np.array([0, 0, scaled.ankle_m - body.ANKLE_M])
+    ghost = Skeleton(
+        names=source.names,
+        parents=source.parents,
+        position_m=(scaled.position - drop).astype(np.float32),
+    )
+    return validate(
+        Clip(
+            name=source.name,
+            fps=scaled.fps,
+            root_position_m=root,
+            local_rotation=local,
+            source=source.source,
+            licence=source.licence,
+            ghost=ghost,
+        )
+    )
