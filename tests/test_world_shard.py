@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 import torch
 
-from world import streams
+from world import rotations, streams
 from world.bank import Bank, variants
 from world.config import StartMixture, WorldConfig
 from world.errors import ClipError
@@ -87,7 +87,7 @@ def test_observations_are_finite_and_episodes_count(library: MotionLibrary, bank
 
 
 def test_starts_are_where_they_say(library: MotionLibrary, bank: Bank) -> None:
-    anywhere = replace(CONFIG, ahead=0.0, starts=StartMixture(0.3, 0.35, 0.35))
+    anywhere = replace(CONFIG, ahead=0.0, front=0.0, starts=StartMixture(0.3, 0.35, 0.35))
     starter = Starter(anywhere, library, bank, 0)
     n = 4096
     starts = starter.draw(torch.arange(n), torch.ones(n, dtype=torch.int64))
@@ -110,6 +110,25 @@ def test_starts_are_where_they_say(library: MotionLibrary, bank: Bank) -> None:
     x = origin[:, 0] + c * point[:, 0] - s * point[:, 1]
     y = origin[:, 1] + s * point[:, 0] + c * point[:, 1]
     torch.testing.assert_close(torch.stack((x, y), 1), starts.point, atol=1e-5, rtol=0)
+
+
+def test_front_starts_stand_before_the_seat(library: MotionLibrary, bank: Bank) -> None:
+    before = replace(CONFIG, front=1.0, starts=StartMixture(0, 1, 0))
+    n = 2048
+    starts = Starter(before, library, bank, 0).draw(
+        torch.arange(n), torch.ones(n, dtype=torch.int64)
+    )
+    distance = starts.point.norm(dim=1)
+    assert CONFIG.front_m[0] <= distance.min() < distance.max() <= CONFIG.front_m[1]
+    ahead = (-starts.point * starts.facing).sum(dim=1) / distance
+    assert ahead.min() >= 0.5 - 1e-4  # 60 degrees
+    assert ahead.max() > 0.999
+    # half within a quarter of the distances, half turned within 45 degrees of where it faces
+    near = CONFIG.front_m[0] + 0.25 * (CONFIG.front_m[1] - CONFIG.front_m[0])
+    assert (distance < near).float().mean().item() == pytest.approx(0.5, abs=0.05)
+    cosine = (rotations.heading(starts.qpos[:, 3:7]) * starts.facing).sum(dim=1)
+    assert (cosine > 0.5**0.5).float().mean().item() == pytest.approx(0.5, abs=0.05)
+    assert cosine.min() < -0.99
 
 
 def test_some_far_starts_walk_on_towards_the_place(library: MotionLibrary, bank: Bank) -> None:

@@ -11,10 +11,15 @@ from world.tasks.sit import HIP_ABOVE_SEAT_M, Sit, approach, compressed, fallen
 
 
 def standing(
-    x: float, y: float, z: float = 0.88, velocity: tuple[float, ...] = (0, 0, 0)
+    x: float,
+    y: float,
+    z: float = 0.88,
+    velocity: tuple[float, ...] = (0, 0, 0),
+    yaw: float = 0.0,
 ) -> features.Body:
     qpos = torch.from_numpy(character.standing_qpos()).float()[None].clone()
     qpos[0, :3] = torch.tensor([x, y, z])
+    qpos[0, 3:7] = torch.tensor([math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)])
     qvel = torch.zeros(1, character.NV)
     qvel[0, :3] = torch.tensor(velocity)
     return features.body(qpos, qvel)
@@ -35,7 +40,7 @@ def terms(body: features.Body, where: Place) -> dict[str, float]:
 
 def test_registry_knows_sit_and_says_so() -> None:
     assert make("sit").goal.width == 29
-    with pytest.raises(Exception, match="unknown task 'fly': choose one of sit"):
+    with pytest.raises(Exception, match="unknown task 'fly': choose one of carry, lie, sit"):
         make("fly")
 
 
@@ -129,9 +134,20 @@ def test_standing_before_the_seat_is_worth_less_than_walking_there() -> None:
     walking = standing(3.0, 0.0, velocity=(-1.0, 0.0, 0.0))
     seated = standing(0.0, 0.0, 0.43 + HIP_ABOVE_SEAT_M)
     idle = standing(3.0, 0.0)
-    # (0.3 + 0.7 exp(−2.5 · 0.398)) · 0.5 + exp(−3.98) · 0.4 + 0.1
-    assert reward(turned) == pytest.approx(0.3868, abs=1e-3)
+    # (0.3 + 0.7 exp(−2.5 · 0.398)) · 0.3 + exp(−3.98) · 0.5 + 0.2
+    assert reward(turned) == pytest.approx(0.3770, abs=1e-3)
     assert reward(seated) == pytest.approx(1.0, abs=1e-4)
     # it walks backwards here: no reward for facing
-    assert reward(walking) == pytest.approx(0.5, abs=1e-4)
+    assert reward(walking) == pytest.approx(0.3, abs=1e-4)
     assert reward(idle) == pytest.approx(0.0, abs=1e-4)
+
+
+def test_turning_round_before_the_seat_pays_from_the_first_degree() -> None:
+    facing = []
+    for degrees in (180.0, 179.0, 90.0, 0.0):
+        body = standing(0.5, 0.0, yaw=math.radians(degrees))
+        facing.append(terms(body, place())["facing"])
+    assert facing == pytest.approx([0.0, 1 / 180, 0.5, 1.0], abs=1e-3)
+    # behind the furniture, what counts is the way round it: the tangent to the disc of 0.55 m
+    behind = terms(standing(-0.8, 0.0), place())["facing"]
+    assert behind == pytest.approx(1 - math.asin(0.55 / 0.8) / math.pi, abs=1e-3)

@@ -23,9 +23,10 @@ _SPHERES = (
     *((f"{side}_thigh", (-0.06, -0.16, -0.26, -0.36), 0.055) for side in ("right", "left")),
     *((f"{side}_shin", (-0.045, -0.15, -0.25, -0.355), 0.05) for side in ("right", "left")),
 )
-_BODIES = torch.tensor([character.BODIES.index(b) for b, zs, _ in _SPHERES for _ in zs])
+#: Body of each sphere, [P], and its radius, m: [P].
+BODIES = torch.tensor([character.BODIES.index(b) for b, zs, _ in _SPHERES for _ in zs])
 _HEIGHTS = torch.tensor([z for _, zs, _ in _SPHERES for z in zs])
-_RADII = torch.tensor([r for _, zs, r in _SPHERES for _ in zs])
+RADII = torch.tensor([r for _, zs, r in _SPHERES for _ in zs])
 
 #: Rows measured at a time: each takes 7 kB on the way, and regression on the clips asks for 70,000.
 _ROWS = 2048
@@ -35,7 +36,7 @@ def points(qpos: Tensor) -> Tensor:
     """Centres of the character's spheres, world, m: qpos [n, 43] -> [n, P, 3]."""
     local = rotations.matrix(kinematics.local_rotations(qpos))
     position, rotation = kinematics.forward(qpos[:, :3], local)
-    return position[:, _BODIES] + rotation[:, _BODIES, :, 2] * _HEIGHTS[:, None]
+    return position[:, BODIES] + rotation[:, BODIES, :, 2] * _HEIGHTS[:, None]
 
 
 def depth(centres: Tensor, origin: Tensor, yaw: Tensor, bank: Bank, variant: Tensor) -> Tensor:
@@ -55,4 +56,4 @@ def depth(centres: Tensor, origin: Tensor, yaw: Tensor, bank: Bank, variant: Ten
     beyond = local.abs() - bank.box_half[variant][:, None]
     distance = beyond.clamp_min(0.0).norm(dim=-1) + beyond.amax(dim=-1).clamp_max(0.0)
     distance = torch.where(bank.box_used[variant][:, None], distance, torch.inf)
-    return (_RADII[:, None] - distance).flatten(1).amax(dim=1)
+    return (RADII[:, None] - distance).flatten(1).amax(dim=1)

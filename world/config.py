@@ -17,6 +17,27 @@ class StartMixture:
 
 
 @dataclass(frozen=True)
+class CarryConfig:
+    """Of the carry task alone: the box, its stands, and where it goes."""
+
+    scale: tuple[float, float] = (0.5, 1.5)
+    """Smallest and largest size of the box; 1 is 35 × 50 × 30 cm."""
+    sizes: int = 96
+    """How many boxes, spread over `scale`."""
+    weight_kg: tuple[float, float] | None = None
+    """Lightest and heaviest box, whatever its size; none: 4 kg at size 1, by volume at others."""
+    stand_m: tuple[float, float] = (0.4, 0.8)
+    """Lowest and highest top of the stands that the box starts on and goes to."""
+    target_m: tuple[float, float] = (1.0, 10.0)
+    """Nearest and farthest target from where the box starts."""
+    near_target: float = 0.3
+    """Share of the starts with the box in hand whose target is at most `near_target_m` away, so
+    that putting it down is learned too."""
+    near_target_m: tuple[float, float] = (0.45, 1.2)
+    """Distance from the character to the target in these."""
+
+
+@dataclass(frozen=True)
 class WorldConfig:
     """What the scenes hold and how their episodes run."""
 
@@ -26,6 +47,8 @@ class WorldConfig:
     """Files or folders of motion clips; none: the package's own."""
     mirror: bool = True
     """Add each clip's mirror image."""
+    paces: tuple[float, ...] = ()
+    """Add each clip at these paces too: 0.9 is a tenth slower."""
     pieces: int = 60
     """How many training pieces of furniture."""
     scales: int = 6
@@ -41,12 +64,17 @@ class WorldConfig:
     """Share of the near and far starts from the rest pose instead of a clip's state."""
     near_m: tuple[float, float] = (0.75, 1.6)
     """Distance of the place in near starts, m."""
+    front: float = 0.5
+    """Share of the near starts that stand before the seat, within 60 degrees of its front, most of
+    them close to it and with their back to it."""
+    front_m: tuple[float, float] = (0.4, 1.3)
+    """Distance of the place in these, m: the square of a uniform draw between the two."""
     far_m: tuple[float, float] = (1.0, 10.0)
     """Distance of the place in far starts, m."""
     ahead: float = 0.6
     """Share of the far starts whose place lies within 45 degrees of where the character walks."""
-    episode_s: float = 10.0
-    """Length of an episode, s."""
+    episode_s: float | None = None
+    """Length of an episode, s; none: the task's own (sit and lie 10, carry 15)."""
     hold_s: float = 1.5
     """Success held this long ends the episode, as a time-out."""
     early_pelvis_m: float = 0.6
@@ -59,3 +87,5 @@ class WorldConfig:
     """Actions beyond this are clipped."""
     seed: int = 0
     """Seed of the furniture catalogue."""
+    carry: CarryConfig = field(default_factory=CarryConfig)
+    """The carry task's own."""

@@ -82,6 +82,8 @@ _BALL_BODIES = [
     if joint.is_ball
 ]
 _HINGE_Q = torch.tensor(character.HINGE_QPOS)
+#: The head's sphere: its body, and how far above the neck joint its centre is, m (humanoid.xml).
+_HEAD, _HEAD_UP_M = character.BODIES.index("head"), 0.175
 
 
 @dataclass(frozen=True)
@@ -98,6 +100,8 @@ class Body:
     """[n, 3]: the root's linear velocity, world, m/s."""
     angular_velocity: Tensor
     """[n, 3]: the root's angular velocity, world axes, rad/s."""
+    head: Tensor
+    """[n, 3]: centre of the head, world, m."""
 
     @property
     def root(self) -> Tensor:
@@ -115,7 +119,7 @@ def body(qpos: Tensor, qvel: Tensor) -> Body:
     n = qpos.shape[0]
     heading = rotations.heading(qpos[:, 3:7])
     local = rotations.matrix(kinematics.local_rotations(qpos))
-    position, _ = kinematics.forward(qpos[:, :3], local)
+    position, rotation = kinematics.forward(qpos[:, :3], local)
     root = local[:, 0]
     angular = (root @ qvel[:, 3:6, None])[..., 0]
     key = position[:, _KEY_IDS] - position[:, :1]
@@ -135,7 +139,8 @@ def body(qpos: Tensor, qvel: Tensor) -> Body:
         ),
         dim=1,
     )
-    return Body(features, heading, position, qvel[:, :3], angular)
+    head = position[:, _HEAD] + _HEAD_UP_M * rotation[:, _HEAD, :, 2]
+    return Body(features, heading, position, qvel[:, :3], angular, head)
 
 
 def object_features(root: Tensor, heading: Tensor, position: Tensor, facing: Tensor) -> Tensor:
@@ -148,6 +153,19 @@ def object_features(root: Tensor, heading: Tensor, position: Tensor, facing: Ten
     axis = rotations.turn_back(heading, facing)
     zero, one = torch.zeros_like(axis[:, :1]), torch.ones_like(axis[:, :1])
     return torch.cat((offset, axis, zero, zero, zero, one), dim=1)
+
+
+def posed_object_features(
+    root: Tensor, heading: Tensor, position: Tensor, rotation: Tensor
+) -> Tensor:
+    """The nine object features of objects that may be tilted, [n, 9].
+
+    Args: root [n, 3] and heading [n, 2] of the character; position [n, 3] of the object's centre,
+    world, m; rotation [n, 4], unit quaternion w, x, y, z.
+    """
+    axes = rotations.matrix(rotation)
+    world = torch.stack((position - root, axes[..., 0], axes[..., 2]), dim=1)
+    return rotations.turn_back(heading[:, None], world).flatten(1)
 
 
 def state(own: Body, object_position: Tensor, object_facing: Tensor) -> Tensor:

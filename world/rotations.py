@@ -63,6 +63,15 @@ def heading(q: Tensor) -> Tensor:
     return torch.stack((cos, sin), dim=-1)
 
 
+def from_heading(cos_sin: Tensor) -> Tensor:
+    """Rotations [..., 4] about z by the angle whose cosine and sine [..., 2] are given: by the
+    half-angle formulas, exact without trigonometry."""
+    cos, sin = cos_sin.unbind(-1)
+    w = torch.sqrt((0.5 * (1 + cos)).clamp_min(0.0))
+    z = torch.sqrt((0.5 * (1 - cos)).clamp_min(0.0)) * torch.where(sin < 0, -1.0, 1.0)
+    return normalise(torch.stack((w, torch.zeros_like(w), torch.zeros_like(w), z), dim=-1))
+
+
 def turn(cos_sin: Tensor, v: Tensor) -> Tensor:
     """Vectors v [..., 2 or 3] turned about z by the angle whose cosine and sine [..., 2] are
     given."""

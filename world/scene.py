@@ -5,13 +5,18 @@ Every model has the same layout, so that one Batch steps any mixture of pieces a
 its piece between episodes without a rebuild.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import mujoco
 import numpy as np
 
-from world import character
-from world.furniture.piece import SLOTS, Box, Piece
+from world import box_scene, character, layout
+from world.furniture.piece import Box, Piece
+from world.layout import Layout
 
 FURNITURE_BODY = "furniture"
+PROJECTILE_BODY = "projectile"
 #: Collision bits: the character meets whatever is solid; an unused slot meets nothing, yet keeps
 #: its node in the body's bounding-volume tree, so that every piece gives the same layout.
 _SOLID, _CHARACTER, _UNUSED = 2, 1, 4
@@ -19,11 +24,26 @@ _SOLID, _CHARACTER, _UNUSED = 2, 1, 4
 _NOTHING = Piece("nothing", "none", (Box((0.0, 0.0, 0.0), (1e-3, 1e-3, 1e-3)),), (), 1.0)
 
 
-def compile_scene(piece: Piece | None) -> mujoco.MjModel:
-    """The model of a scene with `piece` (None: an empty floor, all slots parked).
+@dataclass(frozen=True)
+class Ball:
+    """A solid ball to throw at the character."""
+
+    mass_kg: float = 1.2
+    radius_m: float = 0.09
+
+
+def compile_scene(
+    piece: Piece | None,
+    balls: Sequence[Ball] = (),
+    cargo: Piece | None = None,
+    shared: Layout | None = None,
+) -> mujoco.MjModel:
+    """The model of a scene with `piece` (None: an empty floor, all slots parked), a box `cargo` to
+    be carried, with a stand to put it down on, and free `balls`, whose coordinates come last.
 
     The furniture is a mocap body: it is placed by writing mocap_pos and mocap_quat (piece frame:
-    origin on the floor, z up, +x front) and costs no joint to integrate.
+    origin on the floor, z up, +x front) and costs no joint to integrate. `shared`: what its batch's
+    models have in common, by default what this piece needs.
     """
     spec = character.spec()
     # Newton to 1e-5 instead of 1e-8 and one island: velocities after a control step agree to 2e-6,
@@ -40,20 +60,46 @@ def compile_scene(piece: Piece | None) -> mujoco.MjModel:
         friction=[1.0, 0.05, 0.001],
         rgba=[0.93, 0.93, 0.9, 1],
     )
+    _add_furniture(spec, piece, shared or layout.common([piece or _NOTHING]))
+    if cargo is not None:
+        box_scene.add(spec, cargo)
+    for index, ball in enumerate(balls):
+        thrown = spec.worldbody.add_body(name=f"{PROJECTILE_BODY}{index}")
+        thrown.add_freejoint()
+        thrown.add_geom(
+            name=thrown.name,
+            type=mujoco.mjtGeom.mjGEOM_SPHERE,
+            size=[ball.radius_m, 0, 0],
+            mass=ball.mass_kg,
+            contype=_CHARACTER,
+            conaffinity=_CHARACTER,
+            rgba=[0.80, 0.25, 0.20, 1.0],
+        )
+    return spec.compile()
+
+
+def _add_furniture(spec: mujoco.MjSpec, piece: Piece | None, shared: Layout) -> None:
+    """The furniture's body: hulls or boxes in the first slots, the others parked."""
     body = spec.worldbody.add_body(name=FURNITURE_BODY, mocap=True)
-    centre, half, quat, used = (piece or _NOTHING).boxes_padded()
+    shown = piece or _NOTHING
+    fillings = layout.fillings(shown, shared)
+    centre, half, quat, used = shown.boxes_padded(shared.slots)
     if piece is None:
-        used = np.zeros(SLOTS, dtype=bool)
-    for slot in range(SLOTS):
-        body.add_geom(
+        used = np.zeros(shared.slots, dtype=bool)
+    for slot in range(shared.slots):
+        geom = body.add_geom(
             name=f"slot{slot}",
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=half[slot],
-            pos=centre[slot],
-            quat=quat[slot],
             contype=_SOLID if used[slot] else _UNUSED,
             conaffinity=_CHARACTER if used[slot] else _UNUSED,
             friction=[1.0, 0.05, 0.001],
             rgba=[0.72, 0.53, 0.36, 1.0 if used[slot] else 0.0],
         )
-    return spec.compile()
+        if slot < len(shown.hulls):
+            layout.add_hull(spec, f"hull{slot}", shown.hulls[slot])
+            geom.type = mujoco.mjtGeom.mjGEOM_MESH
+            geom.meshname = f"hull{slot}"
+        else:
+            geom.type = mujoco.mjtGeom.mjGEOM_BOX
+            geom.size, geom.pos, geom.quat = half[slot], centre[slot], quat[slot]
+    for index, faces in enumerate(fillings):
+        layout.add_filling(spec, f"filling{index}", faces)

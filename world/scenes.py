@@ -1,6 +1,7 @@
 """Many scenes on one mujoco Batch: set down, act, look. Episodes and rewards are the shard's."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -8,8 +9,9 @@ import torch
 from mujoco.batch import Batch
 from torch import Tensor
 
-from world import character, features
+from world import character, features, rotations
 from world.features import Body
+from world.tasks.task import Place
 
 #: Generalised velocities beyond this, m/s or rad/s, are a blow-up that MuJoCo would soon call one.
 _MAX_SPEED = 100.0
@@ -37,8 +39,11 @@ class Scenes:
         self.batch = Batch(self.models[0], self.n, threads)
         self.batch.set_models(self.models)
         self._array = {name: self.batch.bind(name) for name in _PHYSICS}
-        self._qpos = torch.from_numpy(self._array["qpos"])
-        self._qvel = torch.from_numpy(self._array["qvel"])
+        qpos, qvel = (torch.from_numpy(self._array[name]) for name in ("qpos", "qvel"))
+        self._qpos, self._qvel = qpos[:, : character.NQ], qvel[:, : character.NV]
+        #: Coordinates [n, 7 k] and velocities [n, 6 k] of the k free bodies beside the character,
+        #: live.
+        self.free_qpos, self.free_qvel = qpos[:, character.NQ :], qvel[:, character.NV :]
         self._ctrl = torch.from_numpy(self._array["ctrl"])
         low, high = character.target_bounds()
         self._low, self._high = torch.from_numpy(low), torch.from_numpy(high)
@@ -60,6 +65,7 @@ class Scenes:
     def finite(self) -> Tensor:
         """[n] bool: scenes that the last step left sound; MuJoCo resets the others silently."""
         sound = (self._qvel.abs() < _MAX_SPEED).all(dim=1) & self._qpos.isfinite().all(dim=1)
+        sound &= self.free_qpos.isfinite().all(dim=1)
         # [n, kind, (last info, count)]
         warned = self.batch.warning[:, _WARNINGS, 1].sum(axis=1)
         fresh = warned != self._warned
@@ -78,13 +84,13 @@ class Scenes:
         self, ids: Tensor, qpos: Tensor, qvel: Tensor, origin: Tensor, yaw: Tensor
     ) -> None:
         """Write states qpos [m, 43], qvel [m, 34] and the furniture's origin [m, 3] and yaw [m, 2]
-        (cos, sin).
+        (cos, sin); free bodies beside the character stay where they are.
 
         ids [m] may name a scene twice with the same values. Contacts start without a warm start.
         """
         rows = ids.numpy()
-        self._array["qpos"][rows] = qpos.double().numpy()
-        self._array["qvel"][rows] = qvel.double().numpy()
+        self._array["qpos"][rows, : character.NQ] = qpos.double().numpy()
+        self._array["qvel"][rows, : character.NV] = qvel.double().numpy()
         self._array["ctrl"][rows] = self._offset.numpy()
         self._array["qacc_warmstart"][rows] = 0.0
         self._array["time"][rows] = 0.0
@@ -101,6 +107,32 @@ class Scenes:
         z = torch.sqrt((0.5 * (1 - cos)).clamp_min(0.0)) * torch.where(sin < 0, -1.0, 1.0)
         quat = torch.stack((w, torch.zeros_like(w), torch.zeros_like(w), z), dim=1)
         self._array["mocap_quat"][rows, 0] = (quat / quat.norm(dim=1, keepdim=True)).numpy()
+
+    def move_stand(self, ids: Tensor, top: Tensor) -> None:
+        """Put the stand of the scenes `ids` [m] that the box goes to, the middle of its top at
+        `top` [m, 3] m."""
+        self._array["mocap_pos"][ids.numpy(), 1] = top.double().numpy()
+
+    def set_free(self, ids: Tensor, index: int, pose: Tensor, velocity: Tensor) -> None:
+        """Write pose [m, 7] (centre m, quaternion) and velocity [m, 6] (world m/s, own axes rad/s)
+        of the free body `index` of the scenes `ids` [m]."""
+        self.free_qpos[ids, 7 * index : 7 * index + 7] = pose.double()
+        self.free_qvel[ids, 6 * index : 6 * index + 6] = velocity.double()
+
+    def now(self, place: Place, ids: Tensor | None = None) -> Place:
+        """`place` [n], or that of the scenes `ids` [m], with the box where it is at this moment."""
+        if place.box is None:
+            return place
+        pose = self.free_qpos[:, :7] if ids is None else self.free_qpos[ids, :7]
+        velocity = self.free_qvel[:, :3] if ids is None else self.free_qvel[ids, :3]
+        pose = pose.to(torch.float32)
+        box = replace(
+            place.box,
+            position=pose[:, :3],
+            rotation=rotations.normalise(pose[:, 3:]),
+            velocity=velocity.to(torch.float32),
+        )
+        return replace(place, box=box, corners=box.corners())
 
     def set_models(self, ids: Sequence[int], models: Sequence[mujoco.MjModel]) -> None:
         """Give the scenes `ids` other models of the same layout."""

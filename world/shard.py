@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from world import character, features, rotations, streams, tasks
+from world import character, features, starters, streams, tasks
 from world.bank import Bank
+from world.boxes import BoxBank
 from world.config import WorldConfig
 from world.features import Body
 from world.motions.library import MotionLibrary
 from world.scenes import Scenes
-from world.starts import Starter, furniture_pose
-from world.tasks import Place
+from world.tasks import HELD, Place
 
 #: Index sets are padded to whole multiples of this: vectorised and scalar tails of torch's
 #: functions may round differently, and a scene's numbers must not depend on how many others reset
@@ -44,7 +44,8 @@ class Step:
     end_goals: Tensor
     """[K, G]."""
     episodes: dict[str, Tensor]
-    """Of the K: return, length (steps), success, fall, start (index into KINDS); float32."""
+    """Of the K: return, length (steps), success, fall, start (index into KINDS), and stage_NAME of
+    each stage of the task: whether the episode reached it; float32."""
     broken: Tensor
     """[B, 43 + 34] float64: qpos and qvel of scenes that blew up, as they were before the step."""
 
@@ -53,7 +54,12 @@ class Shard:
     """The scenes `scenes` (a range of global ids) of one task."""
 
     def __init__(
-        self, config: WorldConfig, library: MotionLibrary, bank: Bank, scenes: range, seed: int
+        self,
+        config: WorldConfig,
+        library: MotionLibrary,
+        bank: Bank | BoxBank,
+        scenes: range,
+        seed: int,
     ) -> None:
         self.config = config
         self.task = tasks.make(config.task)
@@ -61,10 +67,10 @@ class Shard:
         self.clock = 0
         self._ids = torch.arange(scenes.start, scenes.stop, dtype=torch.int64)
         self._bank = bank
-        self._starter = Starter(config, library, bank, seed)
+        self._starter = starters.make(config, library, bank, seed)
         self._scenes = Scenes([bank.models[0]] * self.n, config.action_scale, config.action_clip)
         self._weights = torch.tensor(list(self.task.terms.values()), dtype=torch.float32)
-        self._length = round(config.episode_s * character.CONTROL_HZ)
+        self._length = round((config.episode_s or self.task.episode_s) * character.CONTROL_HZ)
         self._hold = round(config.hold_s * character.CONTROL_HZ)
         self._episode = torch.zeros(self.n, dtype=torch.int64)
         self._steps = torch.zeros(self.n, dtype=torch.int64)
@@ -72,11 +78,10 @@ class Shard:
         self._return = torch.zeros(self.n)
         self._kind = torch.zeros(self.n, dtype=torch.int64)
         self._variant = torch.zeros(self.n, dtype=torch.int64)
-        self._point = torch.zeros(self.n, 3)
-        self._facing = torch.zeros(self.n, 2)
-        self._corners = torch.zeros(self.n, 8, 3)
+        self._stages = torch.zeros(self.n, len(self.task.stages) + 1, dtype=torch.bool)
         self._state = torch.zeros(self.n, features.STATE.width)
         self._goal = torch.zeros(self.n, self.task.goal.width)
+        self._places: Place | None = None
         self._reset(torch.arange(self.n))
         # clocks start apart, so that not all scenes time out in the same step
         apart = streams.uniform(seed, streams.EPISODE, self._ids, 0, 16)[:, 15]
@@ -98,10 +103,13 @@ class Shard:
         # a fixed order of additions: one matrix product would round by its number of rows
         reward = (terms * self._weights).sum(dim=1)
         error = self.task.error_m(body, place)
-        fell = self.task.fell(body, place) | self._collapsed(body, place)
+        # down where there is nothing to do down there: saves a third of early samples
+        collapsed = ~self.task.low(body, place) & (body.root[:, 2] < self.config.early_pelvis_m)
+        fell = self.task.fell(body, place) | collapsed
         self._steps += 1
         self._held = torch.where(error <= self.task.success_m, self._held + 1, 0)
         held = self._held >= self._hold
+        self._stages |= torch.cat((self.task.stage(body, place), held[:, None]), dim=1)
         timed_out = ((self._steps >= self._length) | held) & ~fell & finite
         fell = fell & finite
         reward = torch.where(finite, reward, 0.0)
@@ -126,6 +134,10 @@ class Shard:
                 "success": ((error <= self.task.success_m) & ~fell)[ends].float(),
                 "fall": fell[ends].float(),
                 "start": self._kind[ends].float(),
+                **{
+                    f"stage_{name}": self._stages[ends, k].float()
+                    for k, name in enumerate((*self.task.stages, HELD))
+                },
             },
             broken=before[broken],
         )
@@ -134,17 +146,14 @@ class Shard:
             self._reset(again)
         return step
 
-    def _collapsed(self, body: Body, place: Place) -> Tensor:
-        """[n] bool: down where there is nothing to sit on; saves a third of early samples."""
-        away = (place.point[:, :2] - body.root[:, :2]).norm(dim=1) > 0.9
-        return away & (body.root[:, 2] < self.config.early_pelvis_m)
-
     def _place(self) -> Place:
-        return Place(self._point, self._facing, self._corners)
+        """Where every scene's object is at this moment."""
+        assert self._places is not None
+        return self._scenes.now(self._places)
 
     def _look(self, body: Body, place: Place, ids: Tensor | None) -> None:
         """Write states and goals of all scenes, or of `ids`."""
-        state = features.state(body, place.floor_point(), place.facing)
+        state = tasks.state(body, place)
         goal = self.task.goal_features(body, place)
         if ids is None:
             self._state, self._goal = state, goal
@@ -157,35 +166,39 @@ class Shard:
         padding = -len(ids) % _LANES
         rows = torch.cat((ids, ids[:1].expand(padding)))
         starts = self._starter.draw(self._ids[rows], self._episode[rows])
-        origin, yaw = furniture_pose(self._bank, starts)
         models = [self._bank.models[v] for v in starts.variant[: len(ids)].tolist()]
         self._scenes.set_models(ids.tolist(), models)
-        self._scenes.set_down(rows, starts.qpos, starts.qvel, origin, yaw)
-        height = self._bank.point[starts.variant, 2:]
-        corners = rotations.turn(yaw[:, None], self._bank.corners[starts.variant])
+        self._starter.put(self._scenes, rows, starts)
+        place = self._starter.place(starts)
+        if self._places is None:
+            self._places = place.rows(ids)
+        self._places.write(rows, place)
         self._variant[rows] = starts.variant
-        self._point[rows] = torch.cat((starts.point, height), dim=1)
-        self._facing[rows] = starts.facing
-        self._corners[rows] = corners + origin[:, None]
         self._kind[rows] = starts.kind
         self._steps[ids] = 0
         self._held[ids] = 0
         self._return[ids] = 0.0
-        self._look(self._scenes.body(rows), self._place().rows(rows), rows)
+        self._stages[ids] = False
+        self._look(self._scenes.body(rows), self._scenes.now(self._places.rows(rows), rows), rows)
 
     def state_dict(self) -> dict[str, Tensor]:
         """Everything that an exact continuation needs."""
-        own = {
-            name: getattr(self, f"_{name}").clone()
-            for name in (*_EPISODES, "point", "facing", "corners", "state", "goal")
-        }
+        own = {name: getattr(self, f"_{name}").clone() for name in (*_EPISODES, "state", "goal")}
+        assert self._places is not None
+        own |= {name: value.clone() for name, value in self._places.tensors().items()}
         physics = {f"physics_{k}": v for k, v in self._scenes.physics().items()}
         return own | physics | {"clock": torch.tensor(self.clock)}
 
     def load_state_dict(self, state: dict[str, Tensor]) -> None:
         """Restore what `state_dict` gave; from here on the same numbers follow."""
-        for name in (*_EPISODES, "point", "facing", "corners", "state", "goal"):
-            setattr(self, f"_{name}", state[name].clone())
+        for name in (*_EPISODES, "state", "goal"):
+            # runs begun before there were stages lack these
+            if name in state or name != "stages":
+                setattr(self, f"_{name}", state[name].clone())
+        assert self._places is not None
+        for name, value in self._places.tensors().items():
+            if name in state or name != "head":
+                value.copy_(state[name])
         self.clock = int(state["clock"])
         models = [self._bank.models[v] for v in self._variant.tolist()]
         self._scenes.set_models(range(self.n), models)
@@ -195,4 +208,4 @@ class Shard:
         )
 
 
-_EPISODES = ("episode", "steps", "held", "return", "kind", "variant")
+_EPISODES = ("episode", "steps", "held", "return", "kind", "variant", "stages")

@@ -1,10 +1,12 @@
 """The tasks, by name. A new one is a file and a line here."""
 
 from world.errors import ChoiceError
+from world.tasks.carry import Carry
+from world.tasks.lie import Lie
 from world.tasks.sit import Sit
-from world.tasks.task import Place, Task
+from world.tasks.task import HELD, Affordance, Place, Task, state
 
-REGISTRY: dict[str, type[Task]] = {"sit": Sit}
+REGISTRY: dict[str, type[Task]] = {"sit": Sit, "lie": Lie, "carry": Carry}
 
 
 def make(name: str) -> Task:
@@ -14,4 +16,4 @@ def make(name: str) -> Task:
     return REGISTRY[name]()
 
 
-__all__ = ["REGISTRY", "Place", "Task", "make"]
+__all__ = ["HELD", "REGISTRY", "Affordance", "Place", "Task", "make", "state"]

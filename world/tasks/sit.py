@@ -11,7 +11,7 @@ from torch import Tensor
 
 from world import rotations
 from world.features import Body, Feature, Table
-from world.tasks.task import Place
+from world.tasks.task import Affordance, Place
 
 #: Height of the root above the seat's surface when seated, m: the median over the seated mocap
 #: (0.05-0.10).
@@ -22,7 +22,9 @@ _SPEED_M_S = 0.9
 _DETOUR_M, _FRONT_M = 0.55, 0.60
 #: Within this of the front point (or of the place, in front of it) the approach is done, m.
 _ARRIVED_M = 0.40
-#: Where facing starts to count, m.
+#: The root this near to its place, horizontally and in height, is on the seat, m.
+_TOUCH_M, _TOUCH_UP_M = 0.30, 0.08
+#: Where haste is punished, m.
 _NEAR_M = 1.2
 _HEADING_FRAME = "root heading"
 
@@ -31,6 +33,8 @@ class Sit:
     """The sit task."""
 
     name = "sit"
+    affordance: Affordance = "sit"
+    episode_s = 10.0
     goal = Table(
         "goal",
         Feature("target", 3, _HEADING_FRAME, "m, beyond 1.5 m logarithmic"),
@@ -38,11 +42,12 @@ class Sit:
         Feature("corners", 24, "root heading's axes, from the target", "m"),
     )
     terms: ClassVar[dict[str, float]] = {
-        "sit": 0.4,
-        "approach": 0.5,
-        "facing": 0.1,
+        "sit": 0.5,
+        "approach": 0.3,
+        "facing": 0.2,
         "overspeed": 0.2,
     }
+    stages: ClassVar[tuple[str, ...]] = ("approached", "touched", "seated")
     success_m = 0.2
 
     def target(self, place: Place) -> Tensor:
@@ -67,8 +72,11 @@ class Sit:
         there = 0.3 + 0.7 * torch.exp(-2.5 * error)
         towards = torch.where(arrived, there, towards)
         distance = (place.point[:, :2] - body.root[:, :2]).norm(dim=1)
-        wanted = torch.where((distance < _NEAR_M)[:, None], place.facing, direction)
-        facing = (wanted * body.heading).sum(dim=1).clamp_min(0.0)
+        # before the seat one turns one's back to it; behind it, facing as it faces is worth nothing
+        wanted = torch.where(arrived[:, None], place.facing, direction)
+        # linear in the angle: turning round pays from the first degree, also from 180
+        cosine = (wanted * body.heading).sum(dim=1).clamp(-1.0, 1.0)
+        facing = 1.0 - torch.acos(cosine) / torch.pi
         near = distance < _NEAR_M
         fast = (body.root_velocity[:, :2].norm(dim=1) - 1.3).clamp(0.0, 1.0)
         spin = ((body.angular_velocity[:, 2].abs() - 3.0) / 3.0).clamp(0.0, 1.0)
@@ -77,6 +85,15 @@ class Sit:
 
     def error_m(self, body: Body, place: Place) -> Tensor:
         return (self.target(place) - body.root).norm(dim=1)
+
+    def stage(self, body: Body, place: Place) -> Tensor:
+        _, arrived = approach(body.root[:, :2], place)
+        offset = body.root - self.target(place)
+        above = (offset[:, :2].norm(dim=1) < _TOUCH_M) & (offset[:, 2].abs() < _TOUCH_UP_M)
+        return torch.stack((arrived, above, self.error_m(body, place) <= self.success_m), dim=1)
+
+    def low(self, body: Body, place: Place) -> Tensor:
+        return ~((place.point[:, :2] - body.root[:, :2]).norm(dim=1) > 0.9)
 
     def fell(self, body: Body, place: Place) -> Tensor:
         return fallen(body)

@@ -1,0 +1,437 @@
+"""The carry task: a box that two hands can hold and a loose grip drops; goal, reward, stages and
+starts by hand."""
+
+import math
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+import torch
+
+from world import box_scene, character, features, grip, streams
+from world.box_scene import BOX_KG, BOX_SIZE_M, box
+from world.box_starts import BoxStarter
+from world.boxes import BoxBank, boxes, resting
+from world.config import CarryConfig, StartMixture, WorldConfig
+from world.errors import ClipError, ConfigError, PieceError
+from world.furniture.catalogue import find
+from world.motions.library import MotionLibrary, StyleMixture, StyleSource
+from world.motions.synthetic.carries import carrying
+from world.motions.synthetic.library import walking
+from world.scenes import Scenes
+from world.shard import Shard
+from world.tasks import Place, make, state
+from world.tasks.carry import Carry, grips, reach_m
+from world.tasks.task import BoxState
+
+
+def hands_walk(force_n: float, seconds: float = 4.0) -> tuple[float, float]:
+    """Two spheres of the hands' size press on the default box with force_n each, stand for 1 s and
+    walk on at 1 m/s, bobbing 2 cm at 2 Hz as a walker does; (slip of the box in the hands, tilt) in
+    m and degrees, (inf, inf) where it falls."""
+    spec = mujoco.MjSpec()
+    spec.option.timestep = character.TIMESTEP_S
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    cargo = box()
+    box_scene.add(spec, cargo)
+    start = cargo.boxes[0].half_m[1] + 0.04
+    for name, side in (("right", -1.0), ("left", 1.0)):
+        hand = spec.worldbody.add_body(name=name, pos=[0, side * start, 1.0])
+        hand.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.04, 0, 0], mass=2.0, contype=1,
+            conaffinity=2, condim=3, friction=[1, 0.05, 0.001],
+        )  # fmt: skip
+        for axis, along in (("x", [1, 0, 0]), ("y", [0, 1, 0]), ("z", [0, 0, 1])):
+            joint = hand.add_joint(name=name + axis, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=along)
+            motor = spec.add_actuator(
+                name=name + axis, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=joint.name
+            )
+            if axis == "y":
+                motor.set_to_motor()
+            else:
+                motor.set_to_position(kp=5000, kv=400)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    address = model.joint("box").qposadr[0]
+    data.qpos[address : address + 7] = [0, 0, 1.0, 1, 0, 0, 0]
+    data.mocap_pos[0] = [-5, 0, 0.5]
+    offset = np.zeros(3)
+    settled = None
+    for step in range(round(seconds / model.opt.timestep)):
+        walked = max(0.0, step * model.opt.timestep - 1.0)
+        # up to 1 m/s within half a second
+        ahead = min(walked, 0.5) ** 2 + max(0.0, walked - 0.5)
+        for name, side in (("right", 1.0), ("left", -1.0)):
+            data.ctrl[model.actuator(name + "x").id] = ahead
+            data.ctrl[model.actuator(name + "y").id] = side * force_n
+            data.ctrl[model.actuator(name + "z").id] = 0.02 * math.sin(4 * math.pi * walked)
+        mujoco.mj_step(model, data)
+        middle = 0.5 * (data.xpos[model.body("right").id] + data.xpos[model.body("left").id])
+        offset = data.qpos[address : address + 3] - middle
+        if walked <= 0.0:
+            settled = offset.copy()
+        if data.qpos[address + 2] < 0.3:
+            return math.inf, math.inf
+    upright = np.zeros(9)
+    mujoco.mju_quat2Mat(upright, data.qpos[address + 3 : address + 7])
+    assert settled is not None
+    tilt = math.degrees(math.acos(min(1.0, upright[8])))
+    return float(np.linalg.norm((offset - settled)[[0, 2]])), tilt
+
+
+def test_a_squeeze_carries_the_box_and_a_loose_grip_drops_it() -> None:
+    # two contacts of friction 1.2 bear 4 kg from 16.4 N on
+    needed = BOX_KG * 9.81 / (2 * box_scene.FRICTION)
+    assert needed == pytest.approx(16.35, abs=0.01)
+    slip, tilt = hands_walk(1.8 * needed)
+    assert slip < 0.03
+    assert tilt < 5.0
+    assert hands_walk(0.85 * needed) == (math.inf, math.inf)
+
+
+def standing(velocity: tuple[float, ...] = (0, 0, 0), yaw: float = 0.0) -> features.Body:
+    qpos = torch.from_numpy(character.standing_qpos()).float()[None].clone()
+    qpos[0, 3:7] = torch.tensor([math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)])
+    qvel = torch.zeros(1, character.NV)
+    qvel[0, :3] = torch.tensor(velocity)
+    return features.body(qpos, qvel)
+
+
+def with_hands(right: tuple[float, ...], left: tuple[float, ...]) -> features.Body:
+    """A standing body whose hands are put somewhere."""
+    body = standing()
+    position = body.position.clone()
+    position[0, character.BODIES.index("right_hand")] = torch.tensor(right)
+    position[0, character.BODIES.index("left_hand")] = torch.tensor(left)
+    return replace(body, position=position)
+
+
+def a_box(
+    at: tuple[float, ...],
+    target: tuple[float, ...] = (4.0, 0.0, 0.7),
+    start: tuple[float, ...] | None = None,
+    velocity: tuple[float, ...] = (0, 0, 0),
+    yaw: float = 0.0,
+) -> Place:
+    found = BoxState(
+        position=torch.tensor([at]),
+        rotation=torch.tensor([[math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]]),
+        velocity=torch.tensor([velocity], dtype=torch.float32),
+        half=0.5 * torch.tensor([BOX_SIZE_M]),
+        start=torch.tensor([start or at]),
+        target=torch.tensor([target]),
+    )
+    facing = torch.tensor([[math.cos(yaw), math.sin(yaw)]])
+    return Place(found.target, facing, found.corners(), found.target, found)
+
+
+def terms(body: features.Body, where: Place) -> dict[str, float]:
+    return dict(zip(Carry.terms, Carry().reward_terms(body, where)[0].tolist(), strict=True))
+
+
+def test_goal_and_object_features() -> None:
+    body = standing(yaw=math.pi / 2)
+    where = a_box((0.0, 1.0, 0.7), (0.0, 2.2, 0.7), velocity=(0.0, 0.5, 0.1))
+    assert make("carry").goal.width == 33
+    goal = Carry().goal_features(body, where)[0]
+    root = float(character.standing_qpos()[2])
+    # the character looks along +y: what is at +y is ahead
+    ahead = 1.5 * (1 + math.log(2.2 / 1.5))
+    torch.testing.assert_close(goal[:3], torch.tensor([ahead, 0.0, 0.7 - root]))
+    torch.testing.assert_close(goal[3:6], torch.tensor([1.2, 0.0, 0.0]))
+    torch.testing.assert_close(goal[6:9], torch.tensor([0.5, 0.0, 0.1]))
+    # the box' low x, y, z corner: its x is the character's right
+    torch.testing.assert_close(goal[9:12], torch.tensor([-0.25, 0.175, -0.15]))
+    seen = state(body, where)[0, features.OBJECT]
+    torch.testing.assert_close(seen[:3], torch.tensor([1.0, 0.0, 0.7 - root]))
+    torch.testing.assert_close(seen[3:], torch.tensor([0.0, -1.0, 0.0, 0.0, 0.0, 1.0]))
+
+
+def test_an_upright_box_looks_like_furniture() -> None:
+    where = a_box((1.0, -2.0, 0.6), yaw=1.1)
+    body = standing(yaw=0.4)
+    assert where.box is not None
+    upright = features.object_features(body.root, body.heading, where.box.position, where.facing)
+    posed = features.posed_object_features(
+        body.root, body.heading, where.box.position, where.box.rotation
+    )
+    torch.testing.assert_close(posed, upright, atol=1e-6, rtol=0)
+
+
+def test_hands_hold_by_two_opposite_faces() -> None:
+    where = a_box((0.4, 0.0, 1.0))
+    assert where.box is not None
+    across = with_hands((0.4, -0.29, 1.0), (0.4, 0.29, 1.0))
+    torch.testing.assert_close(reach_m(across, where.box), torch.zeros(1, 2), atol=1e-6, rtol=0)
+    assert grips(across, where.box).item()
+    # the short way, and with the box turned by 90 degrees, the same
+    along = with_hands((0.185, 0.0, 1.0), (0.615, 0.0, 1.0))
+    turned = a_box((0.4, 0.0, 1.0), yaw=math.pi / 2)
+    assert turned.box is not None
+    for body, held in ((along, where.box), (across, turned.box)):
+        assert grips(body, held).item() == (held is where.box)
+    # both hands on one face hold nothing, nor does a hand 7 cm off
+    one_face = with_hands((0.3, -0.29, 1.0), (0.5, -0.29, 1.0))
+    assert not grips(one_face, where.box).item()
+    assert not grips(with_hands((0.4, -0.36, 1.0), (0.4, 0.29, 1.0)), where.box).item()
+    assert reach_m(with_hands((0.4, -0.36, 1.0), (0.4, 0.29, 1.0)), where.box)[
+        0, 0
+    ].item() == pytest.approx(0.07, abs=1e-6)
+
+
+def test_reward_of_walking_to_the_box() -> None:
+    for speed, expected in ((0.9, 0.8), (0.45, 0.4), (-0.5, 0.0)):
+        assert terms(standing((speed, 0, 0)), a_box((3.0, 0.0, 0.7)))["walk"] == pytest.approx(
+            expected, abs=1e-5
+        )
+    # at the box what counts is to face it
+    assert terms(standing(), a_box((0.5, 0.0, 0.7)))["walk"] == pytest.approx(1.0)
+    assert terms(standing(yaw=math.pi), a_box((0.5, 0.0, 0.7)))["walk"] == pytest.approx(0.5)
+
+
+def test_reward_of_carrying_needs_hands_on_a_lifted_box() -> None:
+    held = with_hands((0.4, -0.29, 1.0), (0.4, 0.29, 1.0))
+    stand, pace = (0.4, 0.0, 0.8), (0.45, 0.0, 0.0)
+    found = terms(held, a_box((0.4, 0.0, 1.0), start=stand, velocity=pace))
+    assert found["grasp"] == pytest.approx(1.0)
+    assert found["lift"] == pytest.approx(1.0, abs=1e-5)
+    assert found["carry"] == pytest.approx(0.5, abs=1e-5)
+    lower = terms(held, a_box((0.4, 0.0, 0.9), start=stand, velocity=pace))
+    assert lower["lift"] == pytest.approx(0.5 * lower["grasp"], abs=1e-5)
+    thrown = terms(standing(), a_box((0.4, 0.0, 1.0), start=stand, velocity=pace))
+    assert thrown["carry"] < 0.2
+    assert terms(held, a_box((0.4, 0.0, 1.0), velocity=(3.5, 0.0, 0.0)))[
+        "overspeed"
+    ] == pytest.approx(math.exp(-2.0) - 1.0, abs=1e-5)
+
+
+def test_a_box_put_down_is_worth_all() -> None:
+    at = (1.5, 0.0, 0.7)
+    found = terms(standing((0.3, 0, 0)), a_box(at, at, start=(-2.0, 0.0, 0.7)))
+    assert {k: v for k, v in found.items() if k != "overspeed"} == pytest.approx(
+        dict.fromkeys(("walk", "grasp", "lift", "carry", "place", "put_down"), 1.0), abs=1e-5
+    )
+    beside = terms(standing(), a_box((1.5, 0.11, 0.7), at))
+    assert beside["put_down"] == 0.0
+    assert beside["place"] == pytest.approx(math.exp(-10 * 0.11**2), abs=1e-5)
+    assert Carry().error_m(standing(), a_box((1.5, 0.3, 0.3), at)).item() == pytest.approx(0.5)
+
+
+def test_the_episode_ends_with_the_box_near_the_ground() -> None:
+    task = Carry()
+    assert not task.fell(standing(), a_box((1.0, 0.0, 0.31))).item()
+    assert task.fell(standing(), a_box((1.0, 0.0, 0.29))).item()
+    # a large box on its edge: its middle is higher, a corner touches
+    assert task.fell(standing(), a_box((1.0, 0.0, 0.31), yaw=0.0)).item() is False
+    tipped = a_box((1.0, 0.0, 0.31))
+    assert tipped.box is not None
+    roll = torch.tensor([[math.cos(0.6), math.sin(0.6), 0.0, 0.0]])
+    leaning = replace(tipped.box, rotation=roll, half=1.2 * tipped.box.half)
+    assert task.fell(standing(), replace(tipped, box=leaning, corners=leaning.corners())).item()
+
+
+def test_stages() -> None:
+    task = Carry()
+    held = with_hands((0.4, -0.29, 1.0), (0.4, 0.29, 1.0))
+
+    def reached(body: features.Body, where: Place) -> list[str]:
+        found = task.stage(body, where)[0].tolist()
+        return [name for name, is_so in zip(task.stages, found, strict=True) if is_so]
+
+    assert reached(standing(), a_box((3.0, 0.0, 0.7))) == []
+    assert reached(standing(), a_box((0.5, 0.0, 0.7))) == ["approached"]
+    assert reached(held, a_box((0.4, 0.0, 1.0))) == ["approached", "grasped"]
+    lifted = a_box((0.4, 0.0, 1.0), start=(0.4, 0.0, 0.9))
+    assert reached(held, lifted) == ["approached", "grasped", "lifted"]
+    away = a_box((0.4, 0.0, 1.0), start=(-1.0, 0.0, 0.9))
+    assert reached(held, away) == ["approached", "grasped", "lifted", "moved"]
+    placed = a_box((3.0, 0.0, 0.7), (3.1, 0.0, 0.7), start=(0.0, 0.0, 0.7))
+    assert reached(standing(), placed) == ["placed"]
+
+
+def test_boxes_have_the_sizes_and_weights_of_the_config() -> None:
+    found = boxes(CarryConfig(sizes=11))
+    widths = [2 * piece.boxes[0].half_m[1] for piece in found]
+    assert min(widths) == pytest.approx(0.5 * (0.5 + 1 / 22))
+    assert max(widths) == pytest.approx(0.5 * (1.5 - 1 / 22))
+    assert found[5].mass_kg == pytest.approx(BOX_KG)
+    assert found[0].mass_kg == pytest.approx(BOX_KG * (0.5 + 1 / 22) ** 3)
+    weighed = boxes(CarryConfig(sizes=20, weight_kg=(2.0, 10.0)))
+    masses = [piece.mass_kg for piece in weighed]
+    assert 2.0 <= min(masses) < 2.8
+    assert 9.2 < max(masses) <= 10.0
+    # size and weight are independent
+    assert abs(np.corrcoef(masses, np.arange(20))[0, 1]) < 0.2
+    bank = BoxBank(weighed[:3])
+    for model, piece in zip(bank.models, weighed, strict=False):
+        assert model.body_mass[model.body("box").id] == pytest.approx(piece.mass_kg)
+        assert tuple(model.geom("box").size) == pytest.approx(piece.boxes[0].half_m)
+    with pytest.raises(ConfigError, match="weights above 0 kg"):
+        boxes(CarryConfig(weight_kg=(5.0, 2.0)))
+    with pytest.raises(ConfigError, match="sizes above 0"):
+        boxes(CarryConfig(scale=(0.0, 1.0)))
+    with pytest.raises(PieceError, match="chair-train-000: is no box to carry"):
+        BoxBank([find("chair-train-000")])
+
+
+CONFIG = WorldConfig(task="carry", carry=CarryConfig(sizes=12))
+
+
+@pytest.fixture(scope="module")
+def bank() -> BoxBank:
+    return BoxBank(boxes(CONFIG.carry))
+
+
+@pytest.fixture(scope="module")
+def library() -> MotionLibrary:
+    generator = np.random.default_rng(0)
+    carried = [
+        carrying(generator, (0.7 * width, width, 0.6 * width), heights, 1.5, 0.6)
+        for width, heights in ((0.34, (0.5, 0.6)), (0.48, (0.6, 0.5)))
+    ]
+    return MotionLibrary([*carried, walking(generator, 1.0)], affordance="carry")
+
+
+def test_a_box_on_its_stand_stays_there(bank: BoxBank) -> None:
+    n = len(bank)
+    every = torch.arange(n)
+    scenes = Scenes(bank.models, 0.35, 3.0)
+    qpos = torch.from_numpy(character.standing_qpos()).expand(n, -1)
+    there = torch.tensor([[2.0, 0.0, 0.6]]) + bank.half * torch.tensor([0.0, 0.0, 1.0])
+    yaw = torch.tensor([[0.8, 0.6]]).expand(n, -1)
+    layout = resting(there, yaw, there + torch.tensor([0.0, 3.0, 0.1]))
+    none = torch.zeros(n, character.NV)
+    scenes.set_down(every, qpos, none, there, yaw)
+    bank.put(scenes, every, every, layout)
+    for _ in range(30):
+        scenes.act(torch.zeros(n, 28))
+    now = scenes.now(bank.place(every, layout))
+    assert now.box is not None
+    assert (now.box.position - there).norm(dim=1).max() < 2e-3
+    assert now.box.velocity.norm(dim=1).max() < 5e-3
+
+
+def test_starts_on_stands(library: MotionLibrary, bank: BoxBank) -> None:
+    n = 1024
+    config = replace(CONFIG, starts=StartMixture(0, 1, 1))
+    starts = BoxStarter(config, library, bank, 0).draw(torch.arange(n), torch.ones(n).long())
+    layout, half = starts.layout, bank.half[starts.variant]
+    low, high = config.carry.stand_m
+    for rests in (layout.start, layout.target):
+        top = (rests - half * torch.tensor([0.0, 0.0, 1.0]))[:, 2]
+        assert low - 1e-5 <= top.min() < low + 0.01
+        assert high - 0.01 < top.max() <= high + 1e-5
+    distance = layout.start[:, :2].norm(dim=1)
+    assert (distance >= half[:, :2].norm(dim=1) + 0.35 - 1e-5).all()
+    assert distance[starts.kind == 2].max() > 9.9
+    carried = (layout.target - layout.start)[:, :2].norm(dim=1)
+    assert 1.0 - 1e-5 <= carried.min() < 1.1
+    assert 9.9 < carried.max() <= 10.0 + 1e-5
+    assert (layout.target[:, :2].norm(dim=1) > 0.5).all()
+    place = BoxStarter(config, library, bank, 0).place(starts)
+    assert not Carry().stage(features.body(starts.qpos, starts.qvel), place)[:, 4].any()
+
+
+def test_starts_from_the_clips_have_the_box_in_hand(library: MotionLibrary, bank: BoxBank) -> None:
+    n = 512
+    config = replace(CONFIG, starts=StartMixture(1, 0, 0), clip_stages=(0, 0, 1))
+    starter = BoxStarter(config, library, bank, 0)
+    starts = starter.draw(torch.arange(n), torch.ones(n).long())
+    place, body = starter.place(starts), features.body(starts.qpos, starts.qvel)
+    assert place.box is not None
+    # 12 sizes are 4 cm of width apart: half of that, for each hand half, and two neighbours
+    assert reach_m(body, place.box).max() < 0.05
+    stages = Carry().stage(body, place).float().mean(dim=0)
+    assert stages[0] == 1.0
+    assert stages[1] > 0.7
+    press, weight = starter.load_n(starts)
+    assert (press > 0.5 * weight / box_scene.FRICTION).all()
+    # some of the targets are within reach of one who has only to put the box down
+    off = (place.box.target - place.box.position)[:, :2].norm(dim=1)
+    assert 0.15 < (off < 1.3).float().mean() < 0.8
+
+
+def test_clips_without_a_box_are_refused_for_clip_starts(bank: BoxBank) -> None:
+    clip = walking(np.random.default_rng(0), 1.0)
+    with pytest.raises(ClipError, match="no clip carries a box"):
+        BoxStarter(CONFIG, MotionLibrary([clip], affordance="carry"), bank, 0)
+
+
+def test_style_sees_the_box(library: MotionLibrary) -> None:
+    held = StyleMixture(locomotion=0.0, approach=0.0, transition=0.0)
+    now, after = StyleSource(library, 0, held).sample(64, 1)
+    place = now[:, features.OBJECT]
+    # in the hands: ahead, between them, at their height
+    hands = [now[:, features.STATE.slice(f"position_{side}_hand")] for side in ("right", "left")]
+    middle = 0.5 * (hands[0] + hands[1])
+    assert (place[:, :3] - middle).norm(dim=1).max() < 0.03
+    assert (after[:, features.OBJECT] - place).abs().max() < 0.2
+
+
+def test_a_squeeze_is_the_transposed_jacobian() -> None:
+    """Against MuJoCo's Jacobian of the hands."""
+    model = character.spec().compile()
+    data = mujoco.MjData(model)
+    qpos = character.standing_qpos()
+    # the arms forward and bent
+    for name, angles in (("right_shoulder", (0.2, -0.6, 0.1)), ("left_shoulder", (-0.1, -0.5, 0))):
+        address = model.joint(name).qposadr[0]
+        turn = np.zeros(4)
+        vector = np.array(angles, dtype=float)
+        mujoco.mju_axisAngle2Quat(turn, vector / np.linalg.norm(vector), np.linalg.norm(vector))
+        qpos[address : address + 4] = turn
+    for name in ("right_elbow", "left_elbow"):
+        qpos[model.joint(name).qposadr[0]] = 1.1
+    data.qpos[:] = qpos
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    ids = [model.body(f"{side}_hand").id for side in ("right", "left")]
+    line = data.xpos[ids[1]] - data.xpos[ids[0]]
+    line /= np.linalg.norm(line)
+    torque = np.zeros(model.nv)
+    for body, sign in zip(ids, (1.0, -1.0), strict=True):
+        jacobian = np.zeros((3, model.nv))
+        mujoco.mj_jac(model, data, jacobian, None, data.xpos[body], body)
+        force = sign * 30.0 * line + np.array([0.0, 0.0, 0.5 * 20.0])
+        arm = [
+            dof
+            for joint in character.JOINTS
+            if joint.name.endswith(("shoulder", "elbow"))
+            for dof in range(
+                model.joint(joint.name).dofadr[0],
+                model.joint(joint.name).dofadr[0] + (3 if joint.is_ball else 1),
+            )
+        ]
+        torque[arm] += (jacobian.T @ force)[arm]
+    expected = torque[6:] / character.gains()[0]
+    found = grip.squeeze(
+        torch.from_numpy(qpos).float()[None], torch.tensor([30.0]), torch.tensor([20.0])
+    )[0]
+    torch.testing.assert_close(found.double(), torch.from_numpy(expected), atol=2e-3, rtol=0.03)
+    assert expected.max() > 0.02
+
+
+def roll(shard: Shard, scenes: range, steps: int) -> torch.Tensor:
+    rows = []
+    for _ in range(steps):
+        noise = streams.normal(7, torch.arange(scenes.start, scenes.stop), shard.clock, 28)
+        step = shard.step(0.3 * noise)
+        seen, goal = shard.observe()
+        ended = step.fell | step.timed_out
+        rows.append(torch.cat((seen, goal, step.reward[:, None], ended[:, None]), dim=1))
+    return torch.stack(rows)
+
+
+def test_sharding_and_continuing_change_no_bit(library: MotionLibrary, bank: BoxBank) -> None:
+    config = replace(CONFIG, episode_s=0.8)
+    whole = Shard(config, library, bank, range(64), 5)
+    part = Shard(config, library, bank, range(32, 64), 5)
+    expected = roll(whole, range(64), 12)
+    assert torch.equal(roll(part, range(32, 64), 12), expected[:, 32:])
+    saved = {name: value.clone() for name, value in part.state_dict().items()}
+    following = roll(part, range(32, 64), 12)
+    again = Shard(config, library, bank, range(32, 64), 5)
+    again.load_state_dict(saved)
+    assert torch.equal(roll(again, range(32, 64), 12), following)
+    assert expected[..., -1].any()  # episodes ended, so resets are compared too

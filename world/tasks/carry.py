@@ -1,0 +1,180 @@
+"""Carry: pick a free box up from its stand, walk with it, and put it down on another.
+
+Reward: TokenHSI's terms (walk to the box, carry it, place it, hands, put down), with speeds that
+count linearly, as in sit, and hands that seek two opposite faces instead of the box' middle.
+"""
+
+from typing import ClassVar
+
+import torch
+from torch import Tensor
+
+from world import rotations
+from world.character import BODIES
+from world.features import Body, Feature, Table
+from world.tasks.sit import compressed, fallen
+from world.tasks.task import Affordance, BoxState, Place
+
+_HANDS = (BODIES.index("right_hand"), BODIES.index("left_hand"))
+_HAND_M = 0.04
+#: Speeds that earn the full reward, to the box and with it, m/s.
+_SPEED_M_S = 0.9
+#: Within these of the box (its centre, horizontally) and of the target the way is done, m.
+_AT_BOX_M, _AT_TARGET_M = 0.55, 0.5
+#: Lifted by this it counts as carried in full, m.
+_LIFT_M = 0.2
+#: Lifted off its stand, for the stage, m.
+_LIFTED_M = 0.05
+#: Moved, for the stage: this far while lifted, m.
+_MOVED_M = 0.5
+#: Put down: within these of the target, and slower than this, m and m/s.
+_PUT_UP_M, _PUT_M, _STILL_M_S = 0.02, 0.10, 0.2
+#: A hand this near to a face touches it, m.
+_TOUCH_M = 0.02
+#: The box is on the ground when its centre is this low, or a corner this near to it, m.
+_GROUND_M, _CORNER_M = 0.30, 0.02
+#: About the box one may bend down, m.
+_BENDING_M = 1.0
+_HEADING_FRAME = "root heading"
+
+
+class Carry:
+    """The carry task."""
+
+    name = "carry"
+    affordance: Affordance = "carry"
+    episode_s = 15.0
+    goal = Table(
+        "goal",
+        Feature("target", 3, _HEADING_FRAME, "m, beyond 1.5 m logarithmic"),
+        Feature("way", 3, "root heading's axes, from the box to the target", "m, as above"),
+        Feature("box_velocity", 3, _HEADING_FRAME, "m/s"),
+        Feature("corners", 24, "root heading's axes, from the box", "m"),
+    )
+    terms: ClassVar[dict[str, float]] = {
+        "walk": 0.15,
+        "grasp": 0.2,
+        "lift": 0.15,
+        "carry": 0.2,
+        "place": 0.15,
+        "put_down": 0.15,
+        "overspeed": 0.2,
+    }
+    stages: ClassVar[tuple[str, ...]] = ("approached", "grasped", "lifted", "moved", "placed")
+    success_m = 0.2
+
+    def goal_features(self, body: Body, place: Place) -> Tensor:
+        box = _box(place)
+        target = rotations.turn_back(body.heading, box.target - body.root)
+        way = rotations.turn_back(body.heading, box.target - box.position)
+        velocity = rotations.turn_back(body.heading, box.velocity)
+        corners = rotations.turn_back(body.heading[:, None], place.corners - box.position[:, None])
+        return torch.cat((compressed(target), compressed(way), velocity, corners.flatten(1)), 1)
+
+    def reward_terms(self, body: Body, place: Place) -> Tensor:
+        box = _box(place)
+        to_box = (box.position - body.root)[:, :2]
+        to_target = (box.target - box.position)[:, :2]
+        there = self.error_m(body, place) < _AT_TARGET_M
+        at_box = to_box.norm(dim=1) < _AT_BOX_M
+        walk = _towards(body.root_velocity, to_box)
+        walk = torch.where(at_box, 0.5 + 0.5 * _faced(body, to_box), 0.8 * walk)
+        grasp = torch.exp(-8.0 * reach_m(body, box).square().sum(dim=1))
+        risen = ((box.position - box.start)[:, 2] / _LIFT_M).clamp(0.0, 1.0)
+        # a box that was kicked up is not lifted: the hands are on it
+        lift = risen * grasp
+        at_target = to_target.norm(dim=1) < _AT_TARGET_M
+        lift = torch.where(at_target, 1.0, lift)
+        carried = _towards(box.velocity, to_target) * lift
+        carried = torch.where(at_target, 1.0, carried)
+        place_term = torch.exp(-10.0 * (box.target - box.position).square().sum(dim=1))
+        put = self.put_down(box).float()
+        # who has put it down may let go and walk off
+        grasp, walk = torch.maximum(grasp, put), torch.where(there, 1.0, walk)
+        excess = (box.velocity.norm(dim=1) - 2.5).clamp_min(0.0)
+        overspeed = torch.exp(-2.0 * excess.square()) - 1.0
+        return torch.stack((walk, grasp, lift, carried, place_term, put, overspeed), dim=1)
+
+    def put_down(self, box: BoxState) -> Tensor:
+        """[n] bool: the box stands where it should, still."""
+        error = box.target - box.position
+        level = error[:, 2].abs() < _PUT_UP_M
+        near = error[:, :2].norm(dim=1) < _PUT_M
+        return level & near & (box.velocity.norm(dim=1) < _STILL_M_S)
+
+    def error_m(self, body: Body, place: Place) -> Tensor:
+        """[n]: the box' distance from its target, m."""
+        box = _box(place)
+        return (box.target - box.position).norm(dim=1)
+
+    def stage(self, body: Body, place: Place) -> Tensor:
+        box = _box(place)
+        approached = (box.position - body.root)[:, :2].norm(dim=1) < _AT_BOX_M + 0.15
+        grasped = grips(body, box)
+        moved = (box.position - box.start)[:, :2].norm(dim=1) > _MOVED_M
+        lifted = ((box.position - box.start)[:, 2] > _LIFTED_M) | (moved & grasped)
+        placed = self.error_m(body, place) <= self.success_m
+        in_hand = grasped & (lifted | moved)
+        return torch.stack((approached, grasped, grasped & lifted, in_hand & moved, placed), dim=1)
+
+    def low(self, body: Body, place: Place) -> Tensor:
+        return (_box(place).position - body.root)[:, :2].norm(dim=1) < _BENDING_M
+
+    def fell(self, body: Body, place: Place) -> Tensor:
+        """[n] bool: the character fell, or the box is within 30 cm of the ground."""
+        height = _box(place).position[:, 2]
+        touches = place.corners[..., 2].amin(dim=1) < _CORNER_M
+        return fallen(body) | (height < _GROUND_M) | touches
+
+
+def _box(place: Place) -> BoxState:
+    assert place.box is not None, "to carry there must be a box"
+    return place.box
+
+
+def _towards(velocity: Tensor, way: Tensor) -> Tensor:
+    """[n] in [0, 1]: speed along the horizontal way [n, 2], of that which earns all."""
+    unit = way / way.norm(dim=1, keepdim=True).clamp_min(1e-6)
+    return ((unit * velocity[:, :2]).sum(dim=1) / _SPEED_M_S).clamp(0.0, 1.0)
+
+
+def _faced(body: Body, way: Tensor) -> Tensor:
+    """[n] in [0, 1]: whether the character faces along way [n, 2], linear in the angle."""
+    unit = way / way.norm(dim=1, keepdim=True).clamp_min(1e-6)
+    cosine = (unit * body.heading).sum(dim=1).clamp(-1.0, 1.0)
+    return 1.0 - torch.acos(cosine) / torch.pi
+
+
+def _hands_in_box(body: Body, box: BoxState) -> Tensor:
+    """[n, 2, 3]: both hands' centres in the box' own axes, from its centre, m."""
+    offset = body.position[:, _HANDS] - box.position[:, None]
+    return (offset[..., None] * rotations.matrix(box.rotation)[:, None]).sum(dim=-2)
+
+
+def reach_m(body: Body, box: BoxState) -> Tensor:
+    """[n, 2]: how far each hand is from where it would hold the box, m: the middles of two opposite
+    upright faces, chosen so that both are nearest together."""
+    hands = _hands_in_box(body, box)
+    best = None
+    for axis in (0, 1):
+        for sign in (1.0, -1.0):
+            grip = torch.zeros_like(hands)
+            grip[:, 0, axis] = sign * (box.half[:, axis] + _HAND_M)
+            grip[:, 1, axis] = -grip[:, 0, axis]
+            gap = (hands - grip).norm(dim=2)
+            nearer = best is None or (gap.square().sum(1) < best.square().sum(1))[:, None]
+            best = gap if best is None else torch.where(torch.as_tensor(nearer), gap, best)
+    assert best is not None
+    return best
+
+
+def grips(body: Body, box: BoxState) -> Tensor:
+    """[n] bool: both hands touch the box, on opposite faces."""
+    hands = _hands_in_box(body, box)
+    beyond = hands.abs() - box.half[:, None]
+    distance = beyond.clamp_min(0.0).norm(dim=2) + beyond.amax(dim=2).clamp_max(0.0)
+    touching = (distance < _HAND_M + _TOUCH_M).all(dim=1)
+    face = beyond.argmax(dim=2)
+    same_axis = face[:, 0] == face[:, 1]
+    side = torch.gather(hands, 2, face[..., None])[..., 0]
+    return touching & same_axis & (side[:, 0] * side[:, 1] < 0.0)

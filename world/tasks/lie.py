@@ -1,0 +1,133 @@
+"""Lie: bring hip and head to their places on a bed, a sofa or a table, and stay there.
+
+No open reward of this task exists for a human character: the form of design's start (hip and head
+halves), with the approach of sit, led round the furniture to the side that it is got onto by.
+"""
+
+from typing import ClassVar
+
+import torch
+from torch import Tensor
+
+from world import rotations
+from world.features import Body, Feature, Table
+from world.tasks.route import Footprint, entry, footprint, offset, way
+from world.tasks.sit import compressed, fallen
+from world.tasks.task import Affordance, Place
+
+#: Heights of the root and of the head's centre above the surface when lying, m: medians over the
+#: lying mocap (0.09-0.16 and 0.10-0.33, the most with a hand under the head).
+HIP_ABOVE_M, HEAD_ABOVE_M = 0.097, 0.122
+#: Speed of approach that earns the full reward, m/s.
+_SPEED_M_S = 0.9
+#: Within this of the entry the approach is done; the corridor from there to the hip's place, m.
+_ARRIVED_M, _CORRIDOR_M = 0.40, 0.50
+#: Where haste is punished: within this of the furniture's footprint, m.
+_NEAR_M = 0.7
+#: How far above its place the root may be to count as on the furniture, m.
+_ON_M = 0.20
+_HEADING_FRAME = "root heading"
+
+
+class Lie:
+    """The lie task."""
+
+    name = "lie"
+    affordance: Affordance = "lie"
+    episode_s = 10.0
+    goal = Table(
+        "goal",
+        Feature("target", 3, _HEADING_FRAME, "m, beyond 1.5 m logarithmic"),
+        Feature("head", 3, "root heading's axes, from the target", "m"),
+        Feature("facing", 2, _HEADING_FRAME, "cosine, sine"),
+        Feature("corners", 24, "root heading's axes, from the target", "m"),
+    )
+    terms: ClassVar[dict[str, float]] = {
+        "lie": 0.4,
+        "approach": 0.35,
+        "posture": 0.25,
+        "overspeed": 0.2,
+    }
+    stages: ClassVar[tuple[str, ...]] = ("approached", "touched", "lain")
+    success_m = 0.3
+
+    def target(self, place: Place) -> tuple[Tensor, Tensor]:
+        """Where the root and the head's centre should be, world, m: two of [n, 3]."""
+        assert place.head is not None, "a place to lie has a head"
+        up = place.point.new_tensor((0.0, 0.0, 1.0))
+        return place.point + HIP_ABOVE_M * up, place.head + HEAD_ABOVE_M * up
+
+    def goal_features(self, body: Body, place: Place) -> Tensor:
+        hip, head = self.target(place)
+        ahead = rotations.turn_back(body.heading, hip - body.root)
+        along = rotations.turn_back(body.heading, head - hip)
+        facing = rotations.turn_back(body.heading, place.facing)
+        corners = rotations.turn_back(body.heading[:, None], place.corners - hip[:, None])
+        return torch.cat((compressed(ahead), along, facing, corners.flatten(1)), dim=1)
+
+    def reward_terms(self, body: Body, place: Place) -> Tensor:
+        hip, head = self.target(place)
+        hip_error = (hip - body.root).square().sum(dim=1)
+        head_error = (head - body.head).square().sum(dim=1)
+        lie = 0.5 * torch.exp(-10.0 * hip_error) + 0.5 * torch.exp(-10.0 * head_error)
+        ground = footprint(place)
+        direction, _ = way(body.root[:, :2], place)
+        here = arrived(body, place, ground)
+        speed = (direction * body.root_velocity[:, :2]).sum(dim=1)
+        towards = (speed / _SPEED_M_S).clamp(0.0, 1.0)
+        close = torch.exp(-2.5 * hip_error)
+        towards = torch.where(here, 0.3 + 0.7 * close, towards)
+        posture = torch.where(
+            here,
+            # at the edge one turns one's back to the bed; the nearer the hip, the more it matters
+            # that the trunk comes down along it
+            (1.0 - close) * _turned(body.heading, place.facing)
+            + close * _aligned(body.head - body.root, head - hip),
+            _turned(body.heading, direction),
+        )
+        near = ground.holds(offset(body.root[:, :2], place), _NEAR_M)
+        fast = (body.root_velocity[:, :2].norm(dim=1) - 1.3).clamp(0.0, 1.0)
+        spin = ((body.angular_velocity[:, 2].abs() - 3.0) / 3.0).clamp(0.0, 1.0)
+        overspeed = torch.where(near, -torch.maximum(fast, spin), 0.0)
+        return torch.stack((lie, towards, posture, overspeed), dim=1)
+
+    def error_m(self, body: Body, place: Place) -> Tensor:
+        """[n]: the larger of the hip's and the head's distance from their places, m."""
+        hip, head = self.target(place)
+        return torch.maximum((hip - body.root).norm(dim=1), (head - body.head).norm(dim=1))
+
+    def stage(self, body: Body, place: Place) -> Tensor:
+        ground = footprint(place)
+        hip, _ = self.target(place)
+        over = ground.holds(offset(body.root[:, :2], place))
+        touched = over & (body.root[:, 2] < hip[:, 2] + _ON_M)
+        lain = self.error_m(body, place) <= self.success_m
+        return torch.stack((arrived(body, place, ground), touched, lain), dim=1)
+
+    def low(self, body: Body, place: Place) -> Tensor:
+        return footprint(place).holds(offset(body.root[:, :2], place), 0.35)
+
+    def fell(self, body: Body, place: Place) -> Tensor:
+        return fallen(body)
+
+
+def arrived(body: Body, place: Place, ground: Footprint) -> Tensor:
+    """[n] bool: at the entry, on the way from there to the hip's place, or on the furniture."""
+    here = offset(body.root[:, :2], place)
+    goal = entry(ground)
+    at_entry = (goal - here).norm(dim=1) < _ARRIVED_M
+    corridor = (here[:, 0] > 0.0) & (here[:, 0] < goal[:, 0]) & (here[:, 1].abs() < _CORRIDOR_M)
+    return at_entry | corridor | ground.holds(here)
+
+
+def _turned(heading: Tensor, wanted: Tensor) -> Tensor:
+    """[n] in [0, 1]: 1 where the unit vectors [n, 2] agree, linear in the angle between them."""
+    cosine = (heading * wanted).sum(dim=1).clamp(-1.0, 1.0)
+    return 1.0 - torch.acos(cosine) / torch.pi
+
+
+def _aligned(along: Tensor, wanted: Tensor) -> Tensor:
+    """[n] in [0, 1]: as `_turned` for vectors [n, 3] of any length."""
+    lengths = along.norm(dim=1) * wanted.norm(dim=1)
+    cosine = ((along * wanted).sum(dim=1) / lengths.clamp_min(1e-6)).clamp(-1.0, 1.0)
+    return 1.0 - torch.acos(cosine) / torch.pi

@@ -1,0 +1,86 @@
+"""The way round a piece of furniture to the side that it is got onto by."""
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from world import rotations
+from world.tasks.task import Place
+
+#: Clearance of the way from the furniture's box, and of the point where it ends, m.
+MARGIN_M, ENTRY_M = 0.30, 0.32
+#: So far ahead of its front edge a front corner is gone round, m.
+_ROUND_M = 0.20
+
+
+@dataclass(frozen=True)
+class Footprint:
+    """The box of each of n pieces on the floor, in the frame of its place: origin at the point of
+    use, +x where it faces."""
+
+    low: Tensor
+    """[n, 2] m."""
+    high: Tensor
+    """[n, 2] m."""
+
+    def holds(self, offset: Tensor, margin_m: float = 0.0) -> Tensor:
+        """[n] bool: whether the points [n, 2] of that frame lie in it, or within margin_m of it."""
+        inside = (offset > self.low - margin_m) & (offset < self.high + margin_m)
+        return inside.all(dim=1)
+
+
+def footprint(place: Place) -> Footprint:
+    """The footprint of each place's furniture."""
+    corners = rotations.turn_back(
+        place.facing[:, None], place.corners[..., :2] - place.point[:, None, :2]
+    )
+    return Footprint(corners.amin(dim=1), corners.amax(dim=1))
+
+
+def offset(root_xy: Tensor, place: Place) -> Tensor:
+    """Points [n, 2] (world, m) in the frame of each place, [n, 2] m."""
+    return rotations.turn_back(place.facing, root_xy - place.point[:, :2])
+
+
+def entry(ground: Footprint) -> Tensor:
+    """[n, 2]: where one stands before getting on, in the place's frame, m."""
+    ahead = ground.high[:, 0] + ENTRY_M
+    return torch.stack((ahead, torch.zeros_like(ahead)), dim=1)
+
+
+def way(root_xy: Tensor, place: Place) -> tuple[Tensor, Tensor]:
+    """Unit directions [n, 2], world, of the shortest way to the entry, and its length [n] m.
+
+    The furniture's footprint, widened by MARGIN_M, is gone round by its corners: from the front
+    straight, from a side by the front corner, from behind by the nearer of both sides.
+    """
+    ground, here = footprint(place), offset(root_xy, place)
+    goal = entry(ground)
+    front, back = ground.high[:, 0] + MARGIN_M, ground.low[:, 0] - MARGIN_M
+    x, y = here[:, 0], here[:, 1]
+    straight = goal - here
+    length = straight.norm(dim=1)
+    aim, best = straight, torch.full_like(length, torch.inf)
+    for side, edge in ((1.0, ground.high[:, 1] + MARGIN_M), (-1.0, ground.low[:, 1] - MARGIN_M)):
+        corner = torch.stack((front, edge), dim=1)
+        rear = torch.stack((back, edge), dim=1)
+        to_corner, to_rear = corner - here, rear - here
+        last = (goal - corner).norm(dim=1)
+        beside = side * (y - edge) >= 0.0
+        # behind, or in the margin at the back: the rear corner first
+        round_it = (x < ground.low[:, 0]) & ~beside
+        direct = to_corner.norm(dim=1) + last
+        around = to_rear.norm(dim=1) + (front - back) + last
+        total = torch.where(round_it, around, direct)
+        shorter = total < best
+        towards = torch.where(round_it[:, None], to_rear, to_corner)
+        aim = torch.where(shorter[:, None], towards, aim)
+        best = torch.where(shorter, total, best)
+    # in front one goes straight, but not yet round a front corner
+    level = (y > ground.low[:, 1]) & (y < ground.high[:, 1])
+    free = (x >= ground.high[:, 0]) & (level | (x >= ground.high[:, 0] + _ROUND_M))
+    aim = torch.where(free[:, None], straight, aim)
+    best = torch.where(free, length, best)
+    unit = aim / aim.norm(dim=1, keepdim=True).clamp_min(1e-6)
+    return rotations.turn(place.facing, unit), best
