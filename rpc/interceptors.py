@@ -13,7 +13,52 @@ from prometheus_client import CollectorRegistry, Counter, Histogram
 from rpc.errors import CodecError, RefusedError
 
 HEALTH = "/grpc.health.v1.Health/"  # probes carry no token
+UNAUTHENTICATED = "authorization: must be 'Bearer <the token>'"
 Continuation = Callable[[grpc.HandlerCallDetails], grpc.RpcMethodHandler | None]
+
+
+class CallMetrics:
+    """Calls and their times by method."""
+
+    def __init__(self, registry: CollectorRegistry) -> None:
+        self._calls = Counter("rpc_calls", "Calls.", ["method", "code"], registry=registry)
+        self._seconds = Histogram("rpc_seconds", "Call times.", ["method"], registry=registry)
+
+    def adder(self, method: str, code: grpc.StatusCode) -> Callable[[float], None]:
+        """Adds a call that ended so, given its seconds; found once, it is quick."""
+        count, observe = self._calls.labels(method, code.name).inc, self._seconds.labels(method)
+
+        def add(seconds: float) -> None:
+            count()
+            observe.observe(seconds)
+
+        return add
+
+    def add(self, method: str, code: grpc.StatusCode, seconds: float) -> None:
+        """One more call that ended."""
+        self.adder(method, code)(seconds)
+
+
+Errors = Mapping[type[Exception], grpc.StatusCode]
+
+
+def status_of(error: Exception, errors: Errors) -> grpc.StatusCode:
+    """The status of an exception: its own, that of its type, or INTERNAL if it is unexpected."""
+    if isinstance(error, RefusedError):
+        return error.code
+    for kind, code in errors.items():
+        if isinstance(error, kind):
+            return code
+    return grpc.StatusCode.INVALID_ARGUMENT if isinstance(error, CodecError) else INTERNAL
+
+
+def unexpected(error: Exception) -> str:
+    """One line for the caller about an exception that nobody foresaw; the rest goes to stderr."""
+    traceback.print_exception(error)
+    return f"{type(error).__name__}: {error}"
+
+
+INTERNAL = grpc.StatusCode.INTERNAL
 
 
 class TokenInterceptor(grpc.ServerInterceptor):
@@ -24,9 +69,7 @@ class TokenInterceptor(grpc.ServerInterceptor):
         self._expected = f"Bearer {token}".encode()
 
         def refuse(_request: Any, context: grpc.ServicerContext) -> None:
-            context.abort(
-                grpc.StatusCode.UNAUTHENTICATED, "authorization: must be 'Bearer <the token>'"
-            )
+            context.abort(grpc.StatusCode.UNAUTHENTICATED, UNAUTHENTICATED)
 
         self._refusal = grpc.unary_unary_rpc_method_handler(refuse)
 
@@ -45,13 +88,10 @@ class TokenInterceptor(grpc.ServerInterceptor):
 class CallInterceptor(grpc.ServerInterceptor):
     """Counts and times calls, and gives expected exceptions their status and one-line message."""
 
-    def __init__(
-        self, registry: CollectorRegistry, errors: Mapping[type[Exception], grpc.StatusCode]
-    ) -> None:
+    def __init__(self, registry: CollectorRegistry, errors: Errors) -> None:
         """`errors`: the status of each expected exception; unexpected ones become INTERNAL."""
-        self._errors = {CodecError: grpc.StatusCode.INVALID_ARGUMENT, **errors}
-        self._calls = Counter("rpc_calls", "Calls.", ["method", "code"], registry=registry)
-        self._seconds = Histogram("rpc_seconds", "Call times.", ["method"], registry=registry)
+        self._errors = errors
+        self._metrics = CallMetrics(registry)
 
     def intercept_service(
         self, continuation: Continuation, handler_call_details: grpc.HandlerCallDetails
@@ -97,23 +137,13 @@ class CallInterceptor(grpc.ServerInterceptor):
             code = grpc.StatusCode.CANCELLED
             raise
         except Exception as error:
-            code = self._code(error)
+            code = status_of(error, self._errors)
             message = str(error)
-            if code is grpc.StatusCode.INTERNAL:
+            if code is INTERNAL:
                 if not context.is_active():
                     code = grpc.StatusCode.CANCELLED
                     raise
-                traceback.print_exc()
-                message = f"{type(error).__name__}: {error}"
+                message = unexpected(error)
             context.abort(code, message)
         finally:
-            self._calls.labels(method, code.name).inc()
-            self._seconds.labels(method).observe(time.monotonic() - began)
-
-    def _code(self, error: Exception) -> grpc.StatusCode:
-        if isinstance(error, RefusedError):
-            return error.code
-        for kind, code in self._errors.items():
-            if isinstance(error, kind):
-                return code
-        return grpc.StatusCode.INTERNAL
+            self._metrics.add(method, code, time.monotonic() - began)

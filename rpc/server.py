@@ -7,6 +7,7 @@ import threading
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from wsgiref.simple_server import WSGIServer
 
 import grpc
 from grpc_health.v1 import health, health_pb2, health_pb2_grpc
@@ -61,7 +62,7 @@ class Server:
         Raises RpcError if the address is taken, or open to other machines without protection.
         """
         self.config = config
-        _check(config)
+        check(config)
         self.registry = CollectorRegistry()
         interceptors: list[grpc.ServerInterceptor] = [CallInterceptor(self.registry, errors or {})]
         if config.token_file:
@@ -69,15 +70,12 @@ class Server:
         self.grpc = grpc.server(
             ThreadPoolExecutor(config.workers, thread_name_prefix="rpc"),
             interceptors=interceptors,
-            options=[
-                ("grpc.so_reuseport", 0),  # a second server on the port is a mistake
-                ("grpc.max_receive_message_length", config.max_message_bytes),
-            ],
+            options=options(config),
         )
-        self.address = self._bind()
+        self.address = bind(self.grpc, config)
         self.health = health.HealthServicer()
         self.stopping = threading.Event()
-        self._metrics_server = None
+        self._metrics: WSGIServer | None = None
 
     def start(self, services: Sequence[str]) -> None:
         """Serve the added services, by full name (`rpc.v1.Style`)."""
@@ -85,13 +83,7 @@ class Server:
         names = [*services, health.SERVICE_NAME, reflection.SERVICE_NAME]
         reflection.enable_server_reflection(names, self.grpc)
         if self.config.metrics:
-            host, port = split_address(self.config.metrics)
-            try:
-                self._metrics_server, _ = start_http_server(port, host, self.registry)
-            except OSError as error:
-                raise RpcError(
-                    f"metrics: cannot listen on {self.config.metrics}: {error.strerror}"
-                ) from error
+            self._metrics = serve_metrics(self.config.metrics, self.registry)
         self.grpc.start()
         for name in ["", *services]:
             self.health.set(name, SERVING)
@@ -109,29 +101,52 @@ class Server:
         self.stopping.set()
         self.health.enter_graceful_shutdown()
         self.grpc.stop(self.config.drain_s).wait()
-        if self._metrics_server is not None:
-            self._metrics_server.shutdown()
-            self._metrics_server.server_close()
-            self._metrics_server = None
-
-    def _bind(self) -> str:
-        listen = self.config.listen
-        try:
-            if self.config.tls_cert:
-                credentials = server_credentials(
-                    self.config.tls_cert, self.config.tls_key, self.config.tls_client_ca
-                )
-                port = self.grpc.add_secure_port(listen, credentials)
-            else:
-                port = self.grpc.add_insecure_port(listen)
-        except RuntimeError as error:
-            raise RpcError(f"cannot listen on {listen}: {_why_not(listen)}") from error
-        if listen.startswith("unix:"):
-            return listen
-        return f"{listen.rpartition(':')[0]}:{port}"
+        if self._metrics is not None:
+            close_metrics(self._metrics)
+            self._metrics = None
 
 
-def _check(config: ServerConfig) -> None:
+def bind(server: grpc.Server | grpc.aio.Server, config: ServerConfig) -> str:
+    """Add the port that the settings ask for, TLS or not, to a server; the address it got."""
+    listen = config.listen
+    try:
+        if config.tls_cert:
+            credentials = server_credentials(config.tls_cert, config.tls_key, config.tls_client_ca)
+            port = server.add_secure_port(listen, credentials)
+        else:
+            port = server.add_insecure_port(listen)
+    except RuntimeError as error:
+        raise RpcError(f"cannot listen on {listen}: {_why_not(listen)}") from error
+    if listen.startswith("unix:"):
+        return listen
+    return f"{listen.rpartition(':')[0]}:{port}"
+
+
+def options(config: ServerConfig) -> list[tuple[str, int]]:
+    """Channel arguments of every server."""
+    return [
+        ("grpc.so_reuseport", 0),  # a second server on the port is a mistake
+        ("grpc.max_receive_message_length", config.max_message_bytes),
+    ]
+
+
+def serve_metrics(address: str, registry: CollectorRegistry) -> WSGIServer:
+    """A Prometheus endpoint at HOST:PORT on a thread of its own; end it with `close_metrics`."""
+    host, port = split_address(address)
+    try:
+        return start_http_server(port, host, registry)[0]
+    except OSError as error:
+        raise RpcError(f"metrics: cannot listen on {address}: {error.strerror}") from error
+
+
+def close_metrics(server: WSGIServer) -> None:
+    """Stop an endpoint."""
+    server.shutdown()
+    server.server_close()
+
+
+def check(config: ServerConfig) -> None:
+    """RpcError where settings contradict each other, or open the service to everyone."""
     if bool(config.tls_cert) != bool(config.tls_key):
         raise RpcError("tls_cert and tls_key: give both or neither")
     if config.tls_client_ca and not config.tls_cert:

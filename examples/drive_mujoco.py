@@ -1,0 +1,64 @@
+"""Drives the character in a MuJoCo of one's own: poses go out, servo targets come back.
+
+inhabit serve pretrained/sit &
+python examples/drive_mujoco.py 127.0.0.1:50051
+"""
+
+import queue
+import sys
+
+import grpc
+import mujoco
+import numpy as np
+
+from rpc.v1 import policy_pb2 as pb
+from rpc.v1 import policy_pb2_grpc
+
+BOXES = [((0, 0, 0.42), (0.22, 0.22, 0.03)), ((-0.2, 0, 0.7), (0.02, 0.22, 0.25)),
+         ((0, 0, 0.2), (0.15, 0.15, 0.2))]  # fmt: skip
+CHAIR = pb.Furniture(position=[1.5, 0, 0], rotation=[0, 0, 0, 1])  # turned to the character
+CHAIR.custom.CopyFrom(pb.Shape(low=[-0.22, -0.22, 0], high=[0.22, 0.22, 0.95], hip=[0, 0, 0.45]))
+
+
+def scene(mjcf: str) -> mujoco.MjModel:
+    """The service's character, a floor, and a chair."""
+    spec = mujoco.MjSpec.from_string(mjcf)
+    solid = {"contype": 2, "conaffinity": 1}
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], **solid)
+    chair = spec.worldbody.add_body(pos=CHAIR.position, quat=CHAIR.rotation)
+    for centre, half in BOXES:
+        chair.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, pos=centre, size=half, **solid)
+    return spec.compile()
+
+
+def pose(data: mujoco.MjData) -> pb.Pose:
+    """The simulator's state in the service's words: angular velocity in the world's axes."""
+    root, spin = data.qpos[3:7], np.zeros(3)
+    mujoco.mju_rotVecQuat(spin, data.qvel[3:6], root)
+    return pb.Pose(root_position=data.qpos[:3], root_rotation=root, root_velocity=data.qvel[:3],
+                   root_angular_velocity=spin, joint_position=data.qpos[7:],
+                   joint_velocity=data.qvel[6:])  # fmt: skip
+
+
+def drive(address: str, seconds: float = 10.0) -> np.ndarray:
+    """The root's positions, one a control step."""
+    with grpc.insecure_channel(address) as channel:
+        stub = policy_pb2_grpc.PolicyStub(channel)
+        described = stub.Describe(pb.DescribeRequest(task="sit"))
+        model, path = scene(described.mjcf), []
+        data, frames = mujoco.MjData(model), queue.SimpleQueue()
+        substeps = round(described.simulation_hz / described.control_hz)
+        replies = stub.Control(iter(frames.get, None))
+        for k in range(round(seconds * described.control_hz)):
+            situation = pb.Situation(pose=pose(data), furniture=CHAIR)
+            frames.put(pb.ControlRequest(task="sit", sequence=k, situation=situation))
+            data.ctrl[:] = np.frombuffer(next(replies).target, "<f4")
+            mujoco.mj_step(model, data, substeps)
+            path.append(data.qpos[:3].copy())
+        frames.put(None)
+        return np.array(path)
+
+
+if __name__ == "__main__":
+    x, y, z = drive(sys.argv[1])[-1]
+    print(f"the hip ends {np.hypot(x - 1.5, y):.2f} m from the seat's middle, {z:.2f} m high")

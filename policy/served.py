@@ -1,0 +1,126 @@
+"""A policy ready to be served: its network, what its actions mean, and where it comes from."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from policy.acting import Policy
+from policy.checkpoint import Manifest
+from policy.errors import LayoutError
+from policy.normaliser import normalise
+from world import character, tasks
+from world.config import WorldConfig
+from world.features import STATE
+from world.tasks import Task
+
+StyleScore = Callable[[Tensor, Tensor], Tensor]
+"""Style rewards [n] of transitions between states [n, 114] and [n, 114]."""
+
+STATE_WIDTH, ACTIONS = STATE.width, character.NU
+
+
+@dataclass(frozen=True)
+class Servoes:
+    """How actions become servo targets: offset + scale · action, everything [28] rad, float32."""
+
+    offset: Tensor
+    scale: Tensor
+    low: Tensor
+    high: Tensor
+    clip: float
+    """Actions beyond this are clipped."""
+
+    @staticmethod
+    def of(world: WorldConfig) -> "Servoes":
+        """The servoes of a world's settings."""
+        low, high = (torch.from_numpy(bound).float() for bound in character.target_bounds())
+        offset = torch.from_numpy(character.neutral_targets()).float()
+        scale = world.action_scale * (high - low)
+        return Servoes(offset, scale, low, high, world.action_clip)
+
+    @torch.inference_mode()
+    def targets(self, action: Tensor) -> Tensor:
+        """Servo targets [n, 28] rad, within their bounds, of actions [n, 28]."""
+        wanted = self.offset + self.scale * action.clamp(-self.clip, self.clip)
+        return torch.maximum(torch.minimum(wanted, self.high), self.low)
+
+
+@dataclass(frozen=True)
+class Served:
+    """One version of one policy; never changed, only replaced."""
+
+    name: str
+    """What requests call it."""
+    weights: Mapping[str, Tensor]
+    """As `policy.acting.publish` gives them."""
+    manifest: Manifest
+    world: WorldConfig
+    digest: str
+    """SHA-256 of the weights' file."""
+    sigma: float = 0.0
+    """Standard deviation of sampled actions, in units of the action."""
+    style: StyleScore | None = None
+    """What the checkpoint's discriminator says, if it has one."""
+
+    @cached_property
+    def version(self) -> str:
+        """Iteration and the first digits of the digest."""
+        return f"{self.manifest.iteration}-{self.digest[:8]}"
+
+    @cached_property
+    def task(self) -> Task:
+        """What the policy does."""
+        return tasks.make(self.manifest.layout.task)
+
+    @cached_property
+    def servoes(self) -> Servoes:
+        """What its actions mean."""
+        return Servoes.of(self.world)
+
+    @cached_property
+    def policy(self) -> Policy:
+        """The network."""
+        return Policy(self.weights)
+
+    @cached_property
+    def width(self) -> int:
+        """Of (state, goal)."""
+        return STATE_WIDTH + self.task.goal.width
+
+    @cached_property
+    def _layers(self) -> list[tuple[Tensor, Tensor]]:
+        """Weights and biases: modules cost as much as the arithmetic of a small batch."""
+        linears = [m for m in self.policy.actor.layers if isinstance(m, nn.Linear)]
+        return [(linear.weight.detach(), linear.bias.detach()) for linear in linears]
+
+    @torch.inference_mode()
+    def act(self, observation: Tensor) -> Tensor:
+        """Mean actions [n, 28] for rows of (state, goal) [n, width], float32."""
+        policy = self.policy
+        rows = normalise(observation, policy.mean, policy.std, policy.clip)
+        if policy.precision.autocast is not None:
+            with policy.precision.context():
+                return policy.actor(rows).float()
+        *hidden, (weight, bias) = self._layers
+        for inner, offset in hidden:
+            rows = functional.linear(rows, inner, offset).relu_()
+        return functional.linear(rows, weight, bias)
+
+    def check(self) -> "Served":
+        """Itself, or LayoutError if it cannot act: its features, or numbers in its weights."""
+        features = tuple((f.name, f.width) for f in STATE)
+        goal = tuple((f.name, f.width) for f in self.task.goal)
+        layout = self.manifest.layout
+        if (layout.features, layout.goal, layout.actions) != (features, goal, ACTIONS):
+            raise LayoutError(
+                f"{self.name}: made for other features, goals or actions than {self.task.name} has"
+            )
+        if self.policy.mean.shape != (self.width,) or self.policy.actions != ACTIONS:
+            raise LayoutError(f"{self.name}: its weights are of another size than its layout says")
+        if not self.act(torch.zeros(1, self.width)).isfinite().all():
+            raise LayoutError(f"{self.name}: its weights hold numbers that are not finite")
+        return self

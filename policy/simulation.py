@@ -1,0 +1,209 @@
+"""One scene simulated for a client: furniture, start, disturbances, a frame after every step."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from policy.errors import RequestError
+from policy.fields import Numbers, number, upright, vector
+from policy.props import props_of
+from policy.requests import coordinates, noise
+from policy.served import Served
+from rpc.v1 import policy_pb2 as pb
+from world import character, kinematics, rotations
+from world.errors import InhabitError
+from world.features import Body
+from world.scenes import Scenes
+from world.tasks import Place
+from world.tasks.task import state
+
+#: How far above the floor a standing start is set down, m.
+_LIFT_M = 0.002
+_MAX_FORCE_N = 1e4
+DEFAULT_S = 20.0
+
+
+class UnstableError(InhabitError):
+    """A simulation that blew up."""
+
+
+class Simulation:
+    """What one Synthesize request asks for; not shared between threads."""
+
+    def __init__(self, request: pb.SynthesizeRequest, served: Served, max_s: float) -> None:
+        """Compile the scene and set the character down.
+
+        Raises RequestError for what cannot be simulated, naming the field.
+        """
+        self._served, self._task = served, served.task
+        seconds = request.seconds if request.HasField("seconds") else DEFAULT_S
+        self.steps = round(
+            number(seconds, "seconds", 1.0 / character.CONTROL_HZ, max_s) * character.CONTROL_HZ
+        )
+        self._to_the_end, self._with_bodies = request.to_the_end, request.bodies
+        self._seed = request.seed if request.HasField("seed") else None
+        self.props = props_of(request, self._task)
+        self._moves = _moves(request)
+        self._pushes = _pushes(request)
+        world = served.world
+        self._scenes = Scenes([self.props.model], world.action_scale, world.action_clip)
+        self._force = self._scenes.batch.bind("xfrc_applied")
+        qpos, qvel = _start(request.start)
+        here = torch.zeros(1, dtype=torch.int64)
+        self._scenes.set_down(
+            here,
+            torch.from_numpy(qpos)[None],
+            torch.from_numpy(qvel)[None],
+            torch.zeros(1, 3),
+            torch.tensor([[1.0, 0.0]]),
+        )
+        self._weights = torch.tensor(list(self._task.terms.values()))
+        self._hold = round(world.hold_s * character.CONTROL_HZ)
+        self.props.begin(self._scenes)
+
+    @torch.inference_mode()
+    def frames(self) -> Iterator[pb.SynthesizeReply]:
+        """The start, a frame a step, and the summary; UnstableError if the simulation blows up."""
+        body = self._scenes.body()
+        place = self.props.place(self._scenes)
+        seen = state(body, place)
+        held, success_s, precision, success, fell = 0, -1.0, -1.0, False, False
+        made = 0
+        for step in range(self.steps + 1):
+            style = None
+            if step:
+                time_s = (step - 1) / character.CONTROL_HZ
+                self._disturb(time_s)
+                place = self.props.place(self._scenes)
+                action = self._action(body, place, step)
+                self._scenes.act(action)
+                if not bool(self._scenes.finite()[0]):
+                    raise UnstableError(
+                        f"the simulation blew up after {step / character.CONTROL_HZ:.2f} s: start "
+                        "from another pose, or push less"
+                    )
+                body, place = self._scenes.body(), self.props.place(self._scenes)
+                now = state(body, place)
+                if self._served.style is not None:
+                    style = float(self._served.style(seen, now)[0])
+                seen = now
+            error = float(self._task.error_m(body, place)[0])
+            success = error <= self._task.success_m
+            fell = bool(self._task.fell(body, place)[0])
+            held = held + 1 if success else 0
+            if success and not fell:
+                if success_s < 0:
+                    success_s = step / character.CONTROL_HZ
+                precision = error if precision < 0 else min(precision, error)
+            frame = self._frame(step, body, style)
+            terms = self._task.reward_terms(body, place)
+            frame.reward_terms.extend(terms[0].tolist())
+            frame.reward = float((terms * self._weights).sum())
+            frame.error_m, frame.success, frame.fell = error, success, fell
+            made += 1
+            yield pb.SynthesizeReply(frame=frame)
+            if (fell or held >= self._hold) and not self._to_the_end:
+                break
+        yield pb.SynthesizeReply(
+            summary=pb.SynthesisSummary(
+                frames=made,
+                success=success_s >= 0,
+                fell=fell,
+                success_s=success_s,
+                precision_m=precision,
+            )
+        )
+
+    def _action(self, body: Body, place: Place, step: int) -> Tensor:
+        observation = torch.cat(
+            (state(body, place), self._task.goal_features(body, place)), dim=1
+        )  # fmt: skip
+        action = self._served.act(observation)
+        if self._seed is not None:
+            action = action + self._served.sigma * torch.from_numpy(noise(self._seed, step, 1))
+        return action
+
+    def _disturb(self, time_s: float) -> None:
+        """What is due at this moment: furniture moved, forces on or off."""
+        while self._moves and self._moves[0][0] <= time_s + 1e-9:
+            _, position, yaw = self._moves.pop(0)
+            self.props.move(self._scenes, position, yaw)
+        self._force[0] = 0.0
+        for from_s, to_s, body, force in self._pushes:
+            if from_s <= time_s + 1e-9 < to_s:
+                self._force[0, body, :3] += force
+
+    def _frame(self, step: int, body: Body, style: float | None) -> pb.Frame:
+        qpos, qvel = self._scenes.qpos[0], self._scenes.qvel[0]
+        position, rotation = self.props.pose(self._scenes)
+        frame = pb.Frame(
+            time_s=step / character.CONTROL_HZ,
+            root_position=qpos[:3].tolist(),
+            root_rotation=qpos[3:7].tolist(),
+            joint_position=qpos[7:].tolist(),
+            joint_velocity=qvel[6:].tolist(),
+            object_position=position,
+            object_rotation=rotation,
+        )
+        if style is not None:
+            frame.style_score = style
+        if self._with_bodies:
+            frame.body_position.extend(body.position[0].flatten().tolist())
+            frame.body_rotation.extend(body_rotations(qpos[None])[0].flatten().tolist())
+        return frame
+
+
+def body_rotations(qpos: Tensor) -> Tensor:
+    """World rotations [n, 15, 4] (w, x, y, z) of the bodies at qpos [n, 43]."""
+    local = kinematics.local_rotations(qpos)
+    found = [local[:, 0]]
+    for body in range(1, len(character.BODIES)):
+        found.append(rotations.multiply(found[character.PARENTS[body]], local[:, body]))
+    return torch.stack(found, dim=1)
+
+
+def _start(start: pb.Start) -> tuple[Numbers, Numbers]:
+    """qpos [43] and qvel [34] of a start; absent: standing at the origin, facing +x."""
+    if start.WhichOneof("how") == "pose":
+        return coordinates(start.pose, "start.pose")
+    stance = start.standing
+    x = number(stance.x, "start.standing.x", -1e3, 1e3)
+    y = number(stance.y, "start.standing.y", -1e3, 1e3)
+    half = 0.5 * number(stance.yaw_rad, "start.standing.yaw_rad", -100.0, 100.0)
+    qpos = character.standing_qpos()
+    qpos[:3] += x, y, _LIFT_M
+    qpos[3:7] = np.cos(half), 0.0, 0.0, np.sin(half)
+    return qpos, np.zeros(character.NV)
+
+
+def _moves(request: pb.SynthesizeRequest) -> list[tuple[float, Numbers, float]]:
+    """(time s, position, yaw) of the furniture's moves, in order."""
+    return sorted(
+        (
+            (
+                number(move.at_s, f"moves[{i}].at_s", 0.0, 1e4),
+                vector(move.position, f"moves[{i}].position", 3),
+                upright(move.rotation, f"moves[{i}].rotation"),
+            )
+            for i, move in enumerate(request.moves)
+        ),
+        key=lambda move: move[0],
+    )
+
+
+def _pushes(request: pb.SynthesizeRequest) -> list[tuple[float, float, int, Numbers]]:
+    """(from s, to s, body's number in the model, force N) of the pushes."""
+    found = []
+    for i, push in enumerate(request.pushes):
+        if push.body not in character.BODIES:
+            raise RequestError(
+                f"pushes[{i}].body: '{push.body}', must be one of {', '.join(character.BODIES)}"
+            )
+        begin = number(push.at_s, f"pushes[{i}].at_s", 0.0, 1e4)
+        length = number(push.seconds, f"pushes[{i}].seconds", 0.0, 60.0)
+        force = vector(push.force, f"pushes[{i}].force", 3, _MAX_FORCE_N)
+        # the world is the model's body 0
+        found.append((begin, begin + length, 1 + character.BODIES.index(push.body), force))
+    return found

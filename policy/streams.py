@@ -1,0 +1,96 @@
+"""The streams that are open: how many there may be, and the end of those that stand still."""
+
+import asyncio
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import grpc
+from prometheus_client import Gauge
+
+from policy.errors import BusyError
+from rpc.errors import RefusedError
+
+
+@dataclass(eq=False)
+class Stream:
+    """One call that goes on; its handler says what it waits for, so that others can end it."""
+
+    task: "asyncio.Task[object]"
+    since: float
+    writing: bool = False
+    """Whether it waits for the client to take a reply, and not for the client to say something."""
+    ended: RefusedError | None = None
+    """Why it was ended from outside."""
+
+    def reads(self) -> None:
+        """It now waits for the client's next message."""
+        self.since, self.writing = time.monotonic(), False
+
+    def writes(self) -> None:
+        """It now waits for the client to take a reply."""
+        self.since, self.writing = time.monotonic(), True
+
+
+class Streams:
+    """The open streams of one kind of call."""
+
+    def __init__(self, what: str, limit: int, gauge: Gauge | None = None) -> None:
+        """`what`: plural, for messages."""
+        self._what, self._limit, self._gauge = what, limit, gauge
+        self._open: set[Stream] = set()
+
+    def __len__(self) -> int:
+        return len(self._open)
+
+    @contextmanager
+    def one(self) -> Iterator[Stream]:
+        """A place for this call; BusyError where there is none. RefusedError if it is ended."""
+        if len(self._open) >= self._limit:
+            raise BusyError(
+                f"{len(self._open)} {self._what} are open and at most {self._limit} may be: "
+                "close one, or ask another server"
+            )
+        task = asyncio.current_task()
+        assert task is not None
+        stream = Stream(task, time.monotonic())
+        # identity: streams are compared by nothing else
+        self._open.add(stream)
+        self._count()
+        try:
+            yield stream
+        except asyncio.CancelledError:
+            if stream.ended is None:
+                raise
+            raise stream.ended from None
+        finally:
+            self._open.discard(stream)
+            self._count()
+
+    def end_idle(self, idle_s: float, stalled_s: float) -> None:
+        """End those that said nothing for idle_s, or took nothing for stalled_s."""
+        now = time.monotonic()
+        for stream in list(self._open):
+            patience = stalled_s if stream.writing else idle_s
+            if now - stream.since > patience:
+                did = "took no reply" if stream.writing else "sent nothing"
+                self._end(
+                    stream,
+                    grpc.StatusCode.DEADLINE_EXCEEDED,
+                    f"the client {did} for {patience:g} s: the stream is closed",
+                )
+
+    def end_all(self, why: str) -> None:
+        """End every one, as UNAVAILABLE."""
+        for stream in list(self._open):
+            self._end(stream, grpc.StatusCode.UNAVAILABLE, why)
+
+    def _end(self, stream: Stream, code: grpc.StatusCode, why: str) -> None:
+        if stream.ended is None:
+            stream.ended = RefusedError(code, why)
+            stream.task.cancel()
+
+    def _count(self) -> None:
+        if self._gauge is not None:
+            self._gauge.set(len(self._open))
