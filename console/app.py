@@ -23,7 +23,7 @@ def parse(arguments: Sequence[str]) -> Any:
     import tyro
 
     from console import commands
-    from console.arguments import ArgumentError, parse_words
+    from console.arguments import parse_words
 
     def sub(kind: type, name: str, default: Any = tyro.MISSING_NONPROP) -> Any:
         if default is tyro.MISSING_NONPROP:
@@ -31,13 +31,27 @@ def parse(arguments: Sequence[str]) -> Any:
         return Annotated[kind, tyro.conf.subcommand(name=name, default=default)]
 
     train = commands.Train(task=tyro.MISSING, experiment=starting_point(arguments))
-    motions = sub(commands.MotionsList, "list") | sub(commands.MotionsCheck, "check")
+    motions = (
+        sub(commands.MotionsImport, "import")
+        | sub(commands.MotionsList, "list")
+        | sub(commands.MotionsCheck, "check")
+        | sub(commands.MotionsPlay, "play")
+    )
+    objects = (
+        sub(commands.ObjectsImport, "import")
+        | sub(commands.ObjectsList, "list")
+        | sub(commands.ObjectsCheck, "check")
+        | sub(commands.ObjectsShow, "show")
+    )
     kinds = (
         sub(commands.Train, "train", train)
         | sub(commands.Evaluate, "evaluate")
+        | sub(commands.Report, "report")
         | sub(commands.Publish, "publish")
         | sub(commands.Video, "video")
+        | sub(commands.Serve, "serve")
         | sub(commands.Style, "style")
+        | sub(commands.Export, "export")
         | sub(commands.Bench, "bench")
         | sub(commands.Doctor, "doctor")
     )
@@ -46,19 +60,17 @@ def parse(arguments: Sequence[str]) -> Any:
     if words[:1] == ["motions"]:
         return parse_words(motions, words[1:], "inhabit motions", description=MOTIONS)
     if words[:1] == ["objects"]:
-        if words[1:2] not in (["list"], ["--help"], ["-h"]):
-            raise ArgumentError("objects: expected one of list; see inhabit objects list --help")
-        rest = [word for word in words[1:] if word != "list"]
-        return parse_words(commands.ObjectsList, rest, "inhabit objects list")
+        return parse_words(objects, words[1:], "inhabit objects", description=OBJECTS)
     settings = (tyro.conf.FlagCreatePairsOff,)
     return parse_words(kinds, words, "inhabit", description=DESCRIPTION, config=settings)
 
 
 DESCRIPTION = (
     "Trains physically simulated characters to sit on furniture they have never seen. "
-    "Besides the commands below: motions list|check, objects list."
+    "Besides the commands below: motions import|list|check|play, objects import|list|check|show."
 )
-MOTIONS = "Motion clips: list them, or check how well they fit the character."
+MOTIONS = "Motion clips: import and list them, or check how well they fit the character."
+OBJECTS = "Furniture: import meshes, list, check and show pieces."
 
 
 def starting_point(arguments: Sequence[str]) -> "Experiment":
@@ -97,6 +109,10 @@ def run(command: Any) -> int:
             from console.evaluate import evaluate_command
 
             return evaluate_command(command)
+        case commands.Report():
+            from console.report.command import report_command
+
+            return report_command(command)
         case commands.Publish():
             from console.publish import publish_command
 
@@ -105,15 +121,33 @@ def run(command: Any) -> int:
             from console.film import video_command
 
             return video_command(command)
+        case commands.Serve():
+            from console.serve import serve_command
+
+            return serve_command(command)
+        case commands.Export():
+            from console.export import export_command
+
+            return export_command(command)
         case commands.Style():
             from console.service import style_command
 
             return style_command(command)
-        case commands.MotionsList() | commands.MotionsCheck():
+        case (
+            commands.MotionsImport()
+            | commands.MotionsList()
+            | commands.MotionsCheck()
+            | commands.MotionsPlay()
+        ):
             from console.motions import motions_command
 
             return motions_command(command)
-        case commands.ObjectsList():
+        case (
+            commands.ObjectsImport()
+            | commands.ObjectsList()
+            | commands.ObjectsCheck()
+            | commands.ObjectsShow()
+        ):
             from console.objects import objects_command
 
             return objects_command(command)

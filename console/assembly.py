@@ -1,7 +1,6 @@
 """Puts an experiment together: layout, learner, style, shards and the fleets of both runners."""
 
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -23,31 +22,47 @@ from policy.errors import CheckpointError
 from rpc.server import ServerConfig
 from world import tasks
 from world.bank import Bank, variants
+from world.boxes import BoxBank, boxes
 from world.character import NU
 from world.config import WorldConfig
 from world.features import OBJECT, STATE
+from world.furniture.bands import Split
 from world.furniture.catalogue import catalogue
+from world.furniture.piece import Affordance, Piece
 from world.motions import load
 from world.motions.library import MotionLibrary, StyleMixture, StyleSource
 from world.shard import Shard
 
 
 @lru_cache(maxsize=2)
-def library(motions: tuple[str, ...], mirror: bool) -> MotionLibrary:
+def library(
+    motions: tuple[str, ...], mirror: bool, task: str = "sit", paces: tuple[float, ...] = ()
+) -> MotionLibrary:
     """The clips of a configuration as tensors; read once in a process."""
-    return load.library(motions, mirror)
+    return load.library(motions, mirror, task, paces)
 
 
 def library_of(world: WorldConfig) -> MotionLibrary:
     """The clips of a world's configuration."""
-    return library(world.motions, world.mirror)
+    return library(world.motions, world.mirror, world.task, world.paces)
 
 
 @lru_cache(maxsize=2)
-def training_bank(world: WorldConfig) -> Bank:
-    """The training furniture of a configuration, compiled once in a process."""
-    pieces = catalogue("train", world.pieces, world.seed)
-    return Bank(variants(pieces, world.scales, world.scale))
+def training_bank(world: WorldConfig) -> Bank | BoxBank:
+    """The training furniture or boxes of a configuration, compiled once in a process."""
+    affordance = tasks.make(world.task).affordance
+    if affordance == "carry":
+        return BoxBank(boxes(world.carry))
+    pieces = pieces_for(affordance, "train", world.pieces, world.seed)
+    return Bank(variants(pieces, world.scales, world.scale), affordance)
+
+
+def pieces_for(
+    affordance: Affordance, split: Split, count: int | None, seed: int
+) -> tuple[Piece, ...]:
+    """Pieces of the catalogue that offer what a task needs; of seats, those of the four classes
+    that every one is meant to be sat on."""
+    return catalogue(split, count, seed, affordance=None if affordance == "sit" else affordance)
 
 
 def layout(experiment: Experiment) -> Layout:
@@ -137,16 +152,6 @@ def notes(experiment: Experiment) -> dict[str, str]:
     return {"experiment": json.dumps(to_json(experiment)), "data_licences": "; ".join(licences)}
 
 
-def kept_state(state: Mapping[str, Any]) -> dict[str, Any]:
-    """A style's flat state with keys that a checkpoint can hold: `a/b` becomes `a:b`."""
-    return {key.replace("/", ":"): value for key, value in state.items()}
-
-
-def style_state(kept: Mapping[str, Any]) -> dict[str, Any]:
-    """The inverse of `kept_state`."""
-    return {key.replace(":", "/"): value for key, value in kept.items()}
-
-
 @dataclass(frozen=True)
 class Trained:
     """A checkpoint, ready to act."""
@@ -173,7 +178,7 @@ def trained(source: Path) -> Trained:
     layout(experiment).require(found.manifest.layout, str(path))
     actor = learner(experiment)
     actor.load_policy_state(found.state["policy"])
-    weights = actor.weights()
+    weights = actor.averaged_weights()
     actor.close()
     return Trained(path, found.manifest, experiment, weights)
 

@@ -12,7 +12,7 @@ import torch
 from rich.table import Table
 from torch import Tensor
 
-from console import assembly, bench_world, machine
+from console import assembly, bench_furniture, bench_serve, bench_world, machine
 from console.commands import Bench, Train
 from console.experiment import PRESETS, Experiment, check, with_learner_threads
 from console.runners import open_runner, style_client
@@ -23,6 +23,7 @@ from learner.config import LoopConfig
 from learner.loop import Loop
 from policy.rollout import Rollout
 from world import streams, tasks
+from world.furniture import collection
 
 #: Whole iterations that issue and design hold this machine class to, samples/s, by preset.
 GOAL_SAMPLES_PER_S = {"fast": 11_500.0, "paper": 7_500.0}
@@ -36,7 +37,14 @@ def bench_command(command: Bench) -> int:
     world = replace(experiment.world, motions=tuple(str(p.resolve()) for p in command.motions))
     experiment = replace(experiment, world=world, scenes=command.scenes or experiment.scenes)
     experiment = check(with_learner_threads(experiment, threads))
-    measure = {"world": world_figures, "learner": learner, "style": style, "train": train}
+    measure = {
+        "world": world_figures,
+        "furniture": furniture,
+        "learner": learner,
+        "style": style,
+        "serve": serve,
+        "train": train,
+    }
     figures = measure[command.part](command, experiment, threads)
     result = {
         "name": command.part,
@@ -58,6 +66,12 @@ def bench_command(command: Bench) -> int:
 def world_figures(command: Bench, experiment: Experiment, _threads: int) -> dict[str, float]:
     """A control step of a shard against the raw batch's, from the same states."""
     return bench_world.measure(experiment, command.seconds)
+
+
+def furniture(command: Bench, experiment: Experiment, threads: int) -> dict[str, float]:
+    """Scenes on any mixture of pieces against scenes on a plain chair."""
+    pieces = collection.pieces(command.objects)
+    return bench_furniture.measure(pieces, experiment.scenes, command.seconds, threads)
 
 
 def learner(command: Bench, experiment: Experiment, _threads: int) -> dict[str, float]:
@@ -101,6 +115,11 @@ def style(command: Bench, experiment: Experiment, _threads: int) -> dict[str, fl
         "transport_of_iteration_ratio": (over_grpc - in_process) / iteration,
         "grpc_to_in_process_ratio": over_grpc / in_process,
     }
+
+
+def serve(command: Bench, experiment: Experiment, _threads: int) -> dict[str, float]:
+    """The policy service on one core against a bare gRPC echo and Ray Serve's gRPC ingress."""
+    return bench_serve.measure(experiment, command.seconds / 3)
 
 
 def train(command: Bench, experiment: Experiment, threads: int) -> dict[str, float]:

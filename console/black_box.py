@@ -11,6 +11,7 @@ from torch import Tensor
 
 from console import recording
 from console.recording import Recording, RecordingError, Take, boxes_of
+from world.box_scene import STAND
 from world.character import CONTROL_HZ
 from world.furniture.piece import Piece
 from world.shard import Shard, Step
@@ -71,16 +72,19 @@ class BlackBox:
             return np.stack([frame[f"physics_{name}"][scene].numpy() for frame in frames])
 
         piece = self._pieces[int(last["variant"][scene])]
+        cargo = piece.category == "box"
         return Take(
             column("qpos"),
             column("qvel"),
             column("ctrl"),
             column("mocap_pos")[:, 0],
             column("mocap_quat")[:, 0],
-            boxes_of(piece),
+            boxes_of(STAND if cargo else piece),
             piece.name,
             1.0,  # the piece's boxes have their scale already
             {},
+            cargo=np.array(piece.boxes[0].half_m) if cargo else np.zeros(0),
+            stand=column("mocap_pos")[-1, 1] if cargo else np.zeros(0),
         )
 
     def state_dict(self) -> dict[str, Tensor]:

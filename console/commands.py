@@ -7,8 +7,12 @@ from typing import Annotated, Literal
 import tyro
 
 from console.experiment import Experiment
+from policy.config import PolicyServiceConfig
 
 Preset = Literal["fast", "paper"]
+Axis = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
+Unit = Literal["m", "cm", "mm", "in", "ft"]
+Protocol = Literal["table1", "table3"]
 
 
 @dataclass(frozen=True)
@@ -63,13 +67,20 @@ class Evaluate:
     trials: int = 4096
     """How many trials; the paper's number is the default."""
     objects: str = "test"
-    """Pieces to sit on: test (never trained on) or train."""
-    perturb: Literal["none"] = "none"
-    """Disturbances during a trial."""
-    near_m: float = 1.0
-    """Closest start."""
-    far_m: float = 10.0
-    """Farthest start."""
+    """Pieces to use: test (never trained on), train, or a file or folder of imported ones."""
+    perturb: Literal["none", "projectiles", "moved"] = "none"
+    """Disturbances: 20 balls of 1.2 kg thrown at the body, or the furniture moved once, as the
+    character comes near."""
+    preset: Protocol = "table1"
+    """Protocol: table1 (1-10 m), or table3, the comparison with kinematic methods (1-5 m)."""
+    near_m: float | None = None
+    """Closest start; default: the preset's."""
+    far_m: float | None = None
+    """Farthest start; default: the preset's."""
+    quality: int = 64
+    """Trials that motion quality is measured on, beside the mocap's; 0: none."""
+    motions: tuple[Path, ...] = ()
+    """Clips that it is compared with; default: those that the policy was trained on."""
     seed: int = 0
     """Of the trials: the same seed is the same trials, whatever the number of threads."""
     threads: int | None = None
@@ -80,6 +91,31 @@ class Evaluate:
     """Write the first trials as a .msgpack recording."""
     record_trials: int = 8
     """How many trials --record keeps."""
+    debug: bool = False
+    """Show the traceback of an error."""
+
+
+@dataclass(frozen=True)
+class Report:
+    """A run as one HTML file: results, replay, pictures, motion quality, curves."""
+
+    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT")]
+    """Run directory (its latest checkpoint) or checkpoint folder."""
+    out: Path | None = None
+    """The file; default: report.html in the run, or NAME-report.html for a checkpoint folder."""
+    trials: int = 96
+    """Trials recorded for the replay and for motion quality; success is of the run's largest
+    evaluation of this checkpoint, where there is one."""
+    objects: str = "test"
+    """Pieces to use: test (never trained on) or train."""
+    perturb: Literal["none", "projectiles", "moved"] = "none"
+    """Disturbances of these trials, as of evaluate."""
+    motions: tuple[Path, ...] = ()
+    """Clips that motion quality is compared with; default: those that the policy was trained on."""
+    seed: int = 0
+    """Of the trials."""
+    threads: int | None = None
+    """Default: the cores there are."""
     debug: bool = False
     """Show the traceback of an error."""
 
@@ -146,10 +182,59 @@ class Style:
     """Certificate chain (PEM), with --tls-key."""
     tls_key: Path | None = None
     """Private key (PEM)."""
+    tls_client_ca: Path | None = None
+    """Clients must show a certificate that one of these (PEM) has signed: mutual TLS."""
     token_file: Path | None = None
     """Clients must send the token in this file."""
+    allow_insecure_remote: bool = False
+    """Listen beyond this machine without TLS and a token (or client certificates)."""
     metrics: str | None = None
     """HOST:PORT of a Prometheus endpoint."""
+    debug: bool = False
+    """Show the traceback of an error."""
+
+
+@dataclass(frozen=True)
+class Serve:
+    """The policy service (gRPC) of one or more runs, until Ctrl-C."""
+
+    sources: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
+    """Runs or checkpoint folders; NAME=RUN gives a name, else its task is the name."""
+    checkpoint: Literal["best", "latest"] = "best"
+    """Of a run: the one to serve, and to take whenever a newer one bears the name."""
+    listen: str = "127.0.0.1:50051"
+    """HOST:PORT; port 0 takes a free one and prints it."""
+    tls_cert: Path | None = None
+    """Certificate chain (PEM), with --tls-key."""
+    tls_key: Path | None = None
+    """Private key (PEM)."""
+    tls_client_ca: Path | None = None
+    """Clients must show a certificate that one of these (PEM) has signed: mutual TLS."""
+    token_file: Path | None = None
+    """Clients must send the token in this file."""
+    allow_insecure_remote: bool = False
+    """Listen beyond this machine without TLS and a token (or client certificates)."""
+    metrics: str | None = None
+    """HOST:PORT of a Prometheus endpoint."""
+    drain_s: float = 10.0
+    """Time for calls in progress to end when told to stop."""
+    max_message_mb: float = 4.0
+    """Largest single message."""
+    service: Annotated[PolicyServiceConfig, tyro.conf.arg(name="")] = PolicyServiceConfig()
+    debug: bool = False
+    """Show the traceback of an error."""
+
+
+@dataclass(frozen=True)
+class Export:
+    """A run's policy as ONNX, normaliser baked in, checked against the original."""
+
+    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT")]
+    """Run directory (its best checkpoint) or checkpoint folder."""
+    out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FILE.onnx")]
+    """The file to write."""
+    checkpoint: Literal["best", "latest"] = "best"
+    """Of a run: which."""
     debug: bool = False
     """Show the traceback of an error."""
 
@@ -167,13 +252,56 @@ class MotionsList:
 
 
 @dataclass(frozen=True)
+class MotionsImport:
+    """Motions of other bodies as clips of the character; 1 if any is refused."""
+
+    paths: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="IN")]
+    """Files or folders: BVH, ASF/AMC, DeepMimic .txt, AMASS .npz, SAMP and MimicKit .pkl, poselib
+    .npy, and clips (.npz) to be mended."""
+    out: Path
+    """The folder of clips to write, for --motions."""
+    map: Path | None = None
+    """JSON that names joints ({"left_knee": "LeftLeg"}), the length unit (unit_m), the upward axis
+    (up: y or z) where files do not tell."""
+    format: str | None = None
+    """Read all files as this format instead of finding out: bvh, acclaim, deepmimic, clip, amass,
+    samp, mimickit or poselib."""
+    replace: bool = False
+    """Write over clips of the same name."""
+    debug: bool = False
+    """Show the traceback of an error."""
+
+
+@dataclass(frozen=True)
 class MotionsCheck:
     """How well clips fit the character: errors, skating, rests; 1 if any is refused."""
 
     paths: tyro.conf.Positional[tuple[Path, ...]] = ()
-    """Files or folders; default: the package's own."""
+    """Files or folders, of clips or of motions to import; default: the package's own."""
+    map: Path | None = None
+    """As of motions import."""
+    format: str | None = None
+    """As of motions import."""
     json: bool = False
     """Print JSON instead."""
+    debug: bool = False
+    """Show the traceback of an error."""
+
+
+@dataclass(frozen=True)
+class MotionsPlay:
+    """Clips in a browser, with what they use and the skeleton they came from."""
+
+    paths: tyro.conf.Positional[tuple[Path, ...]] = ()
+    """Files or folders; default: the package's own."""
+    only: str | None = None
+    """Only clips whose name holds this."""
+    html: Path | None = None
+    """Write the page here, one file that needs nothing else, instead of serving it."""
+    listen: str = "127.0.0.1:0"
+    """HOST:PORT to serve it at; port 0 takes a free one and prints it."""
+    open: bool = True
+    """Open the browser."""
     debug: bool = False
     """Show the traceback of an error."""
 
@@ -182,10 +310,81 @@ class MotionsCheck:
 class ObjectsList:
     """The pieces of furniture, a line each."""
 
-    objects: Literal["train", "test", "all"] = "all"
-    """Which of them."""
+    objects: tyro.conf.Positional[tuple[str, ...]] = ("all",)
+    """train, test, all, or files and folders of imported pieces."""
     json: bool = False
     """Print JSON instead."""
+    debug: bool = False
+    """Show the traceback of an error."""
+
+
+@dataclass(frozen=True)
+class Meshes:
+    """How a mesh is to be understood; by default, as its format says."""
+
+    up: Axis | None = None
+    """The file's axis that points up; default: +y for glTF, else +z."""
+    front: Axis | None = None
+    """The file's axis that the user of the piece faces; default: +z where y is up, else +x."""
+    unit: Unit | None = None
+    """Of the file's coordinates; default: m."""
+    height: float | None = None
+    """Scale the piece to this height, m, instead of a unit."""
+    category: str | None = None
+    """chair, armchair, low-stool, high-stool, sofa, bed or table; default: by its folder's or
+    file's name, else by its shape."""
+    licence: str = "unknown"
+    """Under which terms the meshes may be used, where they do not say so themselves."""
+    credit: str = ""
+    """Who made them, where they do not say so themselves."""
+    sit: str | None = None
+    """X,Y,Z,YAW (m, degrees; piece frame) of the place to sit, instead of looking for one."""
+    threads: int | None = None
+    """Pieces at a time; default: the cores there are."""
+
+
+@dataclass(frozen=True)
+class ObjectsImport:
+    """Make pieces of meshes (OBJ, glTF, STL, PLY, Sweet Home 3D libraries): hulls and places."""
+
+    paths: tyro.conf.Positional[tuple[Path, ...]]
+    """Files or folders."""
+    mesh: Annotated[Meshes, tyro.conf.arg(name="")]
+    out: Path = Path("objects")
+    """Folder for the pieces, a .piece.json each."""
+    json: bool = False
+    """Print JSON instead, as objects check does."""
+    debug: bool = False
+    """Show the traceback of an error."""
+
+
+@dataclass(frozen=True)
+class ObjectsCheck:
+    """What meshes or pieces are as furniture: size, hulls, places; 1 if any is refused."""
+
+    paths: tyro.conf.Positional[tuple[str, ...]]
+    """Meshes, imported pieces, folders of either, or train, test, all."""
+    mesh: Annotated[Meshes, tyro.conf.arg(name="")]
+    json: bool = False
+    """Print JSON instead."""
+    debug: bool = False
+    """Show the traceback of an error."""
+
+
+@dataclass(frozen=True)
+class ObjectsShow:
+    """Pictures of pieces with their places: a contact sheet, or a page to turn them in."""
+
+    objects: tyro.conf.Positional[tuple[str, ...]] = ("test",)
+    """train, test, all, or files and folders of imported pieces."""
+    category: str | None = None
+    """Only this class."""
+    limit: int = 60
+    """At most so many pieces; 0: all."""
+    sheet: Path | None = None
+    """Write the contact sheet here (PNG)."""
+    html: Path | None = None
+    """Write the page here, one file that needs nothing else."""
     debug: bool = False
     """Show the traceback of an error."""
 
@@ -194,7 +393,7 @@ class ObjectsList:
 class Bench:
     """Measure one part against its own limit."""
 
-    part: tyro.conf.Positional[Literal["world", "learner", "style", "train"]]
+    part: tyro.conf.Positional[Literal["world", "furniture", "learner", "style", "serve", "train"]]
     """Which part."""
     preset: Preset = "fast"
     """Network sizes and batch."""
@@ -206,6 +405,8 @@ class Bench:
     """Roughly how long to measure each figure."""
     runner: Literal["local", "ray"] = "local"
     """Of bench train."""
+    objects: tuple[str, ...] = ("train",)
+    """Of bench furniture: train, test, all, or files and folders of imported pieces."""
     motions: tuple[Path, ...] = ()
     """Clips; default: the package's own."""
     json: Path | None = None

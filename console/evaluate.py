@@ -1,88 +1,169 @@
-"""`inhabit evaluate`: the paper's protocol on pieces of furniture, as a table and as JSON."""
+"""`inhabit evaluate`: the paper's protocol on furniture never trained on, as tables and JSON."""
 
 import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 from rich.progress import Progress
-from rich.table import Table
 
-from console import assembly, machine, recording, trials
+from console import assembly, machine, perturbations, recording, trials
+from console.arrangement import boxes
 from console.commands import Evaluate
+from console.evaluation_tables import tables
+from console.protocols import PRESETS
+from console.quality import quality_of
 from console.runs import run_of, write_json
-from console.scores import Protocol, judge, summarise
+from console.scores import Protocol, by_stage, judge, summarise
 from console.screen import screen
+from console.stepping import Trials
+from console.style_judge import judge_of
 from world import tasks
-from world.errors import ChoiceError, ConfigError
-from world.furniture.catalogue import catalogue
-from world.furniture.piece import Piece
+from world.config import WorldConfig
+from world.errors import ChoiceError, ClipError, ConfigError
+from world.furniture import collection
+from world.furniture.piece import Affordance, Piece
+from world.motions.library import MotionLibrary
+from world.tasks.task import HELD
 
-#: The paper's Table 1: success %, time s, precision cm.
-PAPER = {"sit": (90.4, 5.0, 6.7)}
 SPLITS = ("test", "train")
 
 
-def pieces_of(split: str, seed: int) -> tuple[Piece, ...]:
-    """The pieces of a split of the package's catalogue; ChoiceError lists the splits."""
-    if split == "test":
-        return catalogue("test", seed=seed)
-    if split == "train":
-        return catalogue("train", seed=seed)
-    raise ChoiceError("--objects", split, list(SPLITS))
+def pieces_of(objects: str, seed: int, affordance: Affordance = "sit") -> tuple[Piece, ...]:
+    """The pieces of a split of the package's catalogue, or those of imported ones that can be used.
+
+    Raises ChoiceError, which lists the splits, for a path that is not there; PieceError where none
+    of its pieces can be sat or lain on.
+    """
+    if objects == "test":
+        return assembly.pieces_for(affordance, "test", None, seed)
+    if objects == "train":
+        return assembly.pieces_for(affordance, "train", None, seed)
+    if not Path(objects).exists():
+        raise ChoiceError("--objects", objects, [*SPLITS, "a folder of pieces"])
+    return collection.usable(collection.pieces([objects]), affordance, objects)
+
+
+def objects_of(found: assembly.Trained, objects: str, number: int, seed: int) -> tuple[Piece, ...]:
+    """What a policy is tried on in `number` trials: pieces of a split in turn, or a box a trial."""
+    affordance = tasks.make(found.task).affordance
+    if affordance == "carry":
+        if objects != "test":
+            raise ConfigError("--objects: carry draws a box for each trial; leave it out")
+        return boxes(number, seed, found.experiment.world.carry)
+    return pieces_of(objects, 0, affordance)
 
 
 def evaluate_command(command: Evaluate) -> int:
-    """Evaluate, print the table, write the JSON; returns the exit code."""
-    if command.trials < 1 or command.record_trials < 1:
-        raise ConfigError("--trials and --record-trials must be at least 1")
-    if not 0 < command.near_m <= command.far_m:
-        raise ConfigError("--near-m must be above 0 and no more than --far-m")
-    pieces = pieces_of(command.objects, 0)
+    """Evaluate, print the tables, write the JSON; returns the exit code."""
+    check(command)
     found = assembly.trained(command.source)
+    pieces = objects_of(found, command.objects, command.trials, command.seed)
+    library = clips(command, found.experiment.world) if command.quality else None
     output = screen()
     with Progress(console=output, transient=True, disable=not output.is_terminal) as bar:
         row = bar.add_task("trials", total=command.trials)
-        figures, takes = evaluate(
+        figures, results = evaluate(
             found,
             pieces,
             command,
+            library,
             lambda done: bar.update(row, completed=done),
         )
-    output.print(table(figures, found.task))
+    for table in tables(figures):
+        output.print(table)
     run = run_of(found.path)
     if run is not None:
-        name = f"{found.path.name}-{command.objects}-{command.seed}-{command.trials}.json"
-        write_json(run.evaluations / name, figures)
+        write_json(run.evaluations / file_name(found.path.name, figures), figures)
     if command.json is not None:
         write_json(command.json, figures)
     if command.record is not None:
         meta = {"task": found.task, "checkpoint": str(found.path), "seed": command.seed}
-        recording.write(command.record, trials.recording(takes, meta))
+        takes = trials.recording(results, meta)
+        kept = recording.Recording(takes.takes[: command.record_trials], takes.meta)
+        recording.write(command.record, kept)
     return 0
+
+
+def check(command: Evaluate) -> Evaluate:
+    """The command, or ConfigError where its flags make no sense."""
+    near_m, far_m = distances(command)
+    if command.trials < 1 or command.record_trials < 1:
+        raise ConfigError("--trials and --record-trials must be at least 1")
+    if command.quality < 0:
+        raise ConfigError("--quality must be 0 or more")
+    if not 0 < near_m <= far_m:
+        raise ConfigError("--near-m must be above 0 and no more than --far-m")
+    return command
+
+
+def distances(command: Evaluate) -> tuple[float, float]:
+    """Where the trials start, m: the preset's, unless said otherwise."""
+    preset = PRESETS[command.preset]
+    return (
+        preset.near_m if command.near_m is None else command.near_m,
+        preset.far_m if command.far_m is None else command.far_m,
+    )
+
+
+def file_name(checkpoint: str, figures: dict[str, Any]) -> str:
+    """The name of an evaluation's file in its run: what makes it another one."""
+    parts = [checkpoint, figures["objects"]]
+    if figures["perturbation"] != "none":
+        parts.append(figures["perturbation"])
+    if figures["preset"] != "table1":
+        parts.append(figures["preset"])
+    return "-".join([*parts, str(figures["seed"]), str(figures["trials"])]) + ".json"
+
+
+def clips(command: Evaluate, world: WorldConfig) -> MotionLibrary | None:
+    """The yardstick's motions: those named, or those that the policy was trained on where they are
+    still there; None where they are gone."""
+    if command.motions:
+        paths = tuple(str(path) for path in command.motions)
+        return assembly.library(paths, world.mirror, world.task)
+    try:
+        return assembly.library_of(world)
+    except ClipError as error:
+        screen().print(f"no mocap to compare with ({error}); name some with --motions")
+        return None
+
+
+def manifest_of(
+    pieces: Sequence[Piece], command: Evaluate, protocol: Protocol, scale: tuple[float, float]
+) -> Trials:
+    """The trials that a command asks for."""
+    near_m, far_m = distances(command)
+    disturbance = perturbations.draw(
+        command.perturb, command.trials, command.seed, protocol.limit_steps
+    )
+    return trials.manifest(pieces, command.trials, command.seed, near_m, far_m, scale, disturbance)
 
 
 def evaluate(
     found: assembly.Trained,
     pieces: tuple[Piece, ...],
     command: Evaluate,
-    progress: Any = lambda done: None,
+    library: MotionLibrary | None = None,
+    progress: Callable[[int], None] = lambda done: None,
 ) -> tuple[dict[str, Any], trials.Results]:
     """The evaluation JSON of console.md, and what happened in each trial."""
     began = time.perf_counter()
-    protocol = Protocol(success_m=tasks.make(found.task).success_m)
     world = found.experiment.world
-    chosen = trials.manifest(
-        pieces, command.trials, command.seed, command.near_m, command.far_m, world.scale
-    )
+    task = tasks.make(found.task)
+    protocol = Protocol(success_m=task.success_m)
+    chosen = manifest_of(pieces, command, protocol, world.scale)
+    style = judge_of(found) if command.quality else None
+    record = max(command.quality, command.record_trials if command.record else 0)
     results = trials.run(
         world,
         found.weights,
         chosen,
         protocol.steps,
         command.threads or machine.cores(),
-        command.record_trials if command.record else 0,
+        min(record, len(chosen)),
         progress,
     )
-    outcomes = judge(results.error_m, results.fell_at, protocol)
     figures = {
         "task": found.task,
         "checkpoint": str(found.path),
@@ -90,15 +171,51 @@ def evaluate(
         "samples": found.manifest.samples,
         "trials": command.trials,
         "seed": command.seed,
-        "objects": command.objects,
+        # of a folder its name: figures are passed on, paths are not
+        "objects": Path(command.objects).name,
         "perturbation": command.perturb,
-        "start_m": [command.near_m, command.far_m],
-        **summarise(outcomes, [p.name for p in chosen.pieces], chosen.distance_m),
+        "preset": command.preset,
+        "start_m": list(distances(command)),
+        **scored(results, chosen, protocol, task.stages),
+    }
+    if command.quality:
+        tracks = results.tracks[: command.quality]
+        figures["quality"] = quality_of(tracks, world, library, pieces, style, command.seed)
+    return figures | {"wall_s": time.perf_counter() - began}, results
+
+
+def scored(
+    results: trials.Results, chosen: Trials, protocol: Protocol, stages: Sequence[str]
+) -> dict[str, Any]:
+    """What the trials gave, as figures."""
+    outcomes = judge(results.error_m, results.fell_at, protocol)
+    figures = summarise(outcomes, [p.name for p in chosen.pieces], chosen.distance_m)
+    reached = by_stage(results.reached, stages)
+    held = by_stage(outcomes.held[:, None], [HELD])
+    figures |= {
+        "by_stage": reached + held,
         "by_class": by_class(outcomes.success.tolist(), chosen.pieces),
         "broken": results.broken,
-        "wall_s": time.perf_counter() - began,
     }
-    return figures, results
+    what = chosen.disturbance
+    if what.kind == "projectiles":
+        how = what.throwing
+        figures["projectiles"] = {
+            "count": how.count,
+            "mass_kg": how.ball.mass_kg,
+            "radius_m": how.ball.radius_m,
+            "speed_m_s": how.speed_m_s,
+            "thrown_per_trial": float(results.disturbed.mean()),
+        }
+    if what.kind == "moved":
+        how = what.moving
+        figures["moved"] = {
+            "near_m": list(how.near_m),
+            "shift_m": list(how.shift_m),
+            "turn_deg": round(how.turn_rad * 180 / 3.141592653589793, 1),
+            "share_moved": float(results.disturbed.mean()),
+        }
+    return figures
 
 
 def by_class(success: list[bool], pieces: tuple[Piece, ...]) -> list[dict[str, Any]]:
@@ -110,38 +227,3 @@ def by_class(success: list[bool], pieces: tuple[Piece, ...]) -> list[dict[str, A
         {"class": name, "trials": len(hits), "success": sum(hits) / len(hits)}
         for name, hits in sorted(found.items())
     ]
-
-
-def table(figures: dict[str, Any], task: str) -> Table:
-    """The figures in the shape of the paper's Table 1, its row beneath ours."""
-    shown = Table(
-        "", "success %", "95 %", "sustained %", "time s", "precision cm", "falls %",
-        title=f"{task}: {figures['trials']} trials, {figures['objects']} pieces, "
-        f"{figures['start_m'][0]:g}-{figures['start_m'][1]:g} m, {figures['wall_s']:.0f} s",
-        title_justify="left",
-    )  # fmt: skip
-
-    def number(value: float | None, scale: float = 1.0) -> str:
-        return "-" if value is None else f"{scale * value:.1f}"
-
-    low, high = figures["success"]["ci95"]
-    shown.add_row(
-        "all",
-        number(figures["success"]["rate"], 100),
-        f"{100 * low:.1f}-{100 * high:.1f}",
-        number(figures["sustained"]["rate"], 100),
-        number(figures["time_s"]),
-        number(figures["precision_m"], 100),
-        number(figures["falls"], 100),
-    )
-    if task in PAPER:
-        success, seconds, precision = PAPER[task]
-        shown.add_row("paper", f"{success}", "", "", f"{seconds}", f"{precision}", "")
-    shown.add_section()
-    for part in figures["by_distance"]:
-        name = f"{part['from_m']:g}-{part['to_m']:g} m ({part['trials']})"
-        shown.add_row(name, number(part["success"], 100))
-    shown.add_section()
-    for part in figures["by_class"]:
-        shown.add_row(f"{part['class']} ({part['trials']})", number(part["success"], 100))
-    return shown

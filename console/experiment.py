@@ -11,7 +11,7 @@ from typing import Any, Literal
 from console.runs import RunDirectory, RunError
 from discriminator.config import StyleConfig
 from learner.config import LearnerConfig
-from world.config import WorldConfig
+from world.config import StartMixture, WorldConfig
 from world.errors import ConfigError
 
 
@@ -41,12 +41,18 @@ class Experiment:
 
 
 PRESETS: dict[str, Experiment] = {
-    # The measured recipe (docs/recipe.md): learn at a high noise, act at a low one.
+    # The measured recipe (docs/recipe.md).
     "fast": Experiment(
+        world=WorldConfig(
+            starts=StartMixture(clip=0.3, near=0.4, far=0.3),
+            clip_stages=(0.25, 0.6, 0.15),
+            standing=0.3,
+            front=0.7,
+        ),
         ppo=LearnerConfig(
-            sigma=((20e6, 0.06), (36e6, 0.035)),
-            clip=((25e6, 0.3), (40e6, 0.2)),
-            kl_target=((25e6, 0.1), (40e6, 0.05)),
+            sigma=((0.0, 0.05), (6e6, 0.035), (34e6, 0.035), (40e6, 0.024)),
+            clip=((34e6, 0.3), (40e6, 0.2)),
+            kl_target=((34e6, 0.08), (40e6, 0.04)),
             observation_clip=10.0,
             warmup_iterations=15,
         ),

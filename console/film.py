@@ -2,7 +2,7 @@
 
 from console import assembly, machine, recording, trials, video
 from console.commands import Video
-from console.evaluate import pieces_of
+from console.evaluate import objects_of
 from console.recording import Recording
 from world.character import CONTROL_HZ
 from world.errors import ConfigError
@@ -34,7 +34,7 @@ def played(command: Video) -> Recording:
     """A run's policy in the trials of a seed."""
     source = assembly.trained(command.source)
     chosen = trials.manifest(
-        pieces_of(command.objects, 0),
+        objects_of(source, command.objects, command.trials, command.seed),
         command.trials,
         command.seed,
         command.near_m,

@@ -29,8 +29,8 @@ def resident_gb(pid: int | str = "self") -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e9
 
 
-def family_gb() -> float:
-    """Resident memory of this process and all its descendants, GB (shared pages count in each)."""
+def family() -> set[int]:
+    """This process and all its descendants."""
     parents: dict[int, int] = {}
     for stat in Path("/proc").glob("[0-9]*/stat"):
         try:
@@ -38,10 +38,15 @@ def family_gb() -> float:
         except OSError:
             continue  # it has ended
         parents[int(stat.parent.name)] = int(fields[1])
-    family = {os.getpid()}
-    while found := {pid for pid, parent in parents.items() if parent in family} - family:
-        family |= found
-    return sum(resident_gb(pid) for pid in family)
+    known = {os.getpid()}
+    while found := {pid for pid, parent in parents.items() if parent in known} - known:
+        known |= found
+    return known
+
+
+def family_gb() -> float:
+    """Resident memory of this process and all its descendants, GB (shared pages count in each)."""
+    return sum(resident_gb(pid) for pid in family())
 
 
 def processor() -> str:

@@ -16,6 +16,8 @@ from world.scene import compile_scene
 FORMAT = "inhabit-recording"
 VERSION = 1
 ARRAYS = ("qpos", "qvel", "ctrl", "mocap_pos", "mocap_quat", "boxes")
+#: Arrays that recordings of the first version lack.
+MORE = ("balls", "cargo", "stand")
 
 
 class RecordingError(InhabitError):
@@ -40,6 +42,14 @@ class Take:
     piece: str
     scale: float
     meta: dict[str, Any] = field(default_factory=dict)
+    balls: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0, 3)))
+    """[T, k, 3] m: projectiles in the scene, not a number while they are out of it; [0, 0, 3] or
+    [T, 0, 3] without any."""
+    cargo: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    """[3] m: half edges of a box to carry, whose pose then follows the character's coordinates in
+    qpos [T, 50]; [0] without one."""
+    stand: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    """[3] m: the middle of the top of the stand that the box goes to; [0] without a box."""
 
     def __len__(self) -> int:
         return len(self.qpos)
@@ -59,7 +69,11 @@ def model_of(take: Take) -> mujoco.MjModel:
         Box((r[0], r[1], r[2]), (r[3], r[4], r[5]), (r[6], r[7], r[8], r[9])) for r in rows
     )
     piece = Piece(take.piece or "piece", "", boxes, (), 0.0) if boxes else None
-    return compile_scene(piece)
+    cargo = None
+    if len(take.cargo):
+        x, y, z = take.cargo.tolist()
+        cargo = Piece("box", "box", (Box((0.0, 0.0, 0.0), (x, y, z)),), (), 1.0)
+    return compile_scene(piece, cargo=cargo)
 
 
 @dataclass(frozen=True)
@@ -73,7 +87,7 @@ class Recording:
 def write(path: Path, recording: Recording) -> None:
     """Write a recording atomically."""
     takes = [
-        {name: getattr(take, name) for name in (*ARRAYS, "piece", "scale", "meta")}
+        {name: getattr(take, name) for name in (*ARRAYS, *MORE, "piece", "scale", "meta")}
         for take in recording.takes
     ]
     packed = codec.pack(
@@ -110,6 +124,7 @@ def read(path: Path) -> Recording:
                 piece=str(take["piece"]),
                 scale=float(take["scale"]),
                 meta=take["meta"],
+                **{name: np.asarray(take[name], np.float64) for name in MORE if name in take},
             )
             for take in value["takes"]
         ]

@@ -1,6 +1,7 @@
 """From what happened in each trial to the figures of the paper's tables, with intervals."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,7 +43,10 @@ class Outcomes:
     """One entry a trial."""
 
     success: NDArray[np.bool_]
+    held: NDArray[np.bool_]
+    """Within the target for the hold time at a stretch, begun within the limit, before any fall."""
     sustained: NDArray[np.bool_]
+    """Held, and no fall after it."""
     fell: NDArray[np.bool_]
     """Fell within the limit, before or after succeeding."""
     time_s: NDArray[np.float64]
@@ -72,8 +76,9 @@ def judge(error_m: NDArray[np.float32], fell_at: NDArray[np.int64], protocol: Pr
     hold = protocol.hold_steps
     held = (total[:, hold:] - total[:, :-hold]) == hold
     starts = min(protocol.limit_steps, held.shape[1])
-    sustained = held[:, :starts].any(1) & (fell_at >= steps)
-    return Outcomes(success, sustained, fell_at < protocol.limit_steps, time_s, precision)
+    held = held[:, :starts].any(1)
+    sustained = held & (fell_at >= steps)
+    return Outcomes(success, held, sustained, fell_at < protocol.limit_steps, time_s, precision)
 
 
 def wilson(successes: int, trials: int, z: float = Z95) -> tuple[float, float]:
@@ -94,6 +99,16 @@ def proportion(hits: NDArray[np.bool_]) -> dict[str, Any]:
     """`rate` and `ci95` of a column of yes and no."""
     low, high = wilson(int(hits.sum()), len(hits))
     return {"rate": float(hits.mean()) if len(hits) else 0.0, "ci95": [low, high]}
+
+
+def by_stage(reached: NDArray[np.bool_], names: Sequence[str]) -> list[dict[str, Any]]:
+    """Share of the trials that came to each stage of a task, in its order.
+
+    reached: [n, stages], whether each was true once before the trial's end; names: of the stages.
+    """
+    return [
+        {"stage": name, **proportion(column)} for name, column in zip(names, reached.T, strict=True)
+    ]
 
 
 def summarise(

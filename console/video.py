@@ -73,12 +73,19 @@ def require_gl() -> None:
     importlib.reload(importlib.import_module("mujoco.rendering.classic.gl_context"))
 
 
-def draw(take: Take, look: Look, frames: Sequence[int], follow: float) -> Iterator[Image]:
+def draw(
+    take: Take,
+    look: Look,
+    frames: Sequence[int],
+    follow: float,
+    model: mujoco.MjModel | None = None,
+) -> Iterator[Image]:
     """Images [height, width, 3] of the given control steps of one take.
 
     follow: share of the way to the character that the camera makes each image (1: always on it).
+    model: of the take's scene, where it is at hand; its drawing settings are changed.
     """
-    model = model_of(take)
+    model = model_of(take) if model is None else model
     _dress(model, look)
     data = mujoco.MjData(model)
     camera = mujoco.MjvCamera()
@@ -88,8 +95,10 @@ def draw(take: Take, look: Look, frames: Sequence[int], follow: float) -> Iterat
     try:
         centre = None
         for frame in frames:
-            data.qpos[:] = np.nan_to_num(take.qpos[frame])
+            data.qpos[: take.qpos.shape[1]] = np.nan_to_num(take.qpos[frame])
             data.mocap_pos[0], data.mocap_quat[0] = take.mocap_pos[frame], take.mocap_quat[frame]
+            if len(take.stand):
+                data.mocap_pos[1] = take.stand
             mujoco.mj_kinematics(model, data)
             mujoco.mj_camlight(model, data)
             root = np.array([data.qpos[0], data.qpos[1], 0.75])

@@ -14,11 +14,11 @@ WRONG = [
     ("train sit --preset big", "('fast', 'paper')"),
     ("train sit --scenes many", "--scenes: invalid literal for int() with base 10: 'many'"),
     ("train sit --scenes", "Missing value for argument '--scenes'"),
-    ("bench worlds", "('world', 'learner', 'style', 'train')"),
-    ("motions lits", "lits; Available subcommands: list, check"),
+    ("bench worlds", "('world', 'furniture', 'learner', 'style', "),
+    ("motions lits", "lits; Available subcommands: import, list, check"),
     ("motions", "list, check"),
-    ("objects", "expected one of list"),
-    ("objects list --objects some", "('train', 'test', 'all')"),
+    ("objects", "import, list, check, show"),
+    ("objects lits", "lits; Available subcommands: import, list, check, show"),
 ]  # fmt: skip
 
 

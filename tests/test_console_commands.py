@@ -67,6 +67,10 @@ def test_resume_is_exact(run: Path, tmp_path: Path) -> None:
     # As after a crash: lines beyond the checkpoint are written again, not twice.
     with (tmp_path / "split" / "metrics.jsonl").open("a") as file:
         file.write('{"iteration": 3, "samples": 1536}\n')
+    # As a run begun before this setting existed: it has the default.
+    config = json.loads((tmp_path / "split" / "config.json").read_text())
+    del config["experiment"]["ppo"]["average"]
+    (tmp_path / "split" / "config.json").write_text(json.dumps(config))
     assert main(["train", "sit", "--run", split, "--iterations", "4", "--resume"]) == 0
     whole, resumed = tensors(run), tensors(tmp_path / "split")
     assert whole.keys() == resumed.keys()
@@ -102,7 +106,7 @@ def test_init_takes_networks_and_refuses_other_shapes(
 
 def test_bad_arguments_are_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["train", "fly"]) == 2
-    assert "choose one of sit" in said(capsys)
+    assert "choose one of carry, lie, sit" in said(capsys)
     assert main(["train", "sit", "--resume", "--restart", "--run", str(tmp_path)]) == 2
     assert "contradict" in said(capsys)
     assert main(["train", "sit", "--scenes", "100"]) == 2
@@ -177,18 +181,21 @@ def test_evaluate_does_not_depend_on_threads(run: Path, tmp_path: Path) -> None:
     for threads in ("1", "2"):
         out = tmp_path / f"{threads}.json"
         asked = ["evaluate", str(run), "--trials", "140", "--threads", threads, "--json", str(out)]
-        assert main(asked) == 0
+        assert main([*asked, "--quality", "8"]) == 0
         figures.append(json.loads(out.read_text()))
         figures[-1].pop("wall_s")
     assert figures[0] == figures[1]
     assert {"success", "sustained", "falls", "by_object", "by_distance"} <= set(figures[0])
+    assert {"by_stage", "quality", "preset"} <= set(figures[0])
+    assert figures[0]["quality"]["policy"]["style_reward"] > 0
+    assert figures[0]["quality"]["mocap"]["nearest_mocap"]["median"] > 0
     assert list((run / "evaluations").glob("*.json"))
 
 
 def test_lists_and_checks(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["objects", "list", "--json"]) == 0
     pieces = json.loads(capsys.readouterr().out)
-    assert len(pieces) == 72 and {"piece", "category", "size_m", "sit"} <= set(pieces[0])
+    assert len(pieces) == 410 and {"piece", "category", "size_m", "sit"} <= set(pieces[0])
     (tmp_path / "broken.npz").write_bytes(b"nothing of the kind")
     assert main(["motions", "check", str(tmp_path), "--json"]) == 1
     report = json.loads(capsys.readouterr().out)[0]

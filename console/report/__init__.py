@@ -1,0 +1,1 @@
+"""`inhabit report`: a run as one HTML file that needs nothing else."""

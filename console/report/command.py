@@ -1,0 +1,176 @@
+"""Puts a run's report together: its record, a fresh set of recorded trials, the page."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.progress import Progress
+
+from console import assembly
+from console.commands import Evaluate, Report
+from console.evaluate import check, clips, evaluate, objects_of
+from console.experiment import to_json
+from console.quality import style_rewards
+from console.recorders import read_metrics
+from console.report import page, pictures
+from console.report.scene3d import drawable
+from console.runs import RunDirectory, run_of, write_text
+from console.scores import Outcomes, Protocol, judge
+from console.screen import screen
+from console.stepping import Track
+from console.style_judge import StyleJudge, judge_of
+from console.trials import Results
+from world import tasks
+from world.errors import ConfigError
+from world.furniture.piece import Piece
+
+
+def report_command(command: Report) -> int:
+    """Write the page; returns the exit code."""
+    found = assembly.trained(command.source)
+    run = run_of(found.path)
+    folder = found.path if run is None else run.path
+    # a published policy's folder is left as it is
+    out = command.out or (run.path / "report.html" if run else Path(f"{folder.name}-report.html"))
+    task = tasks.make(found.task)
+    pieces = objects_of(found, command.objects, command.trials, command.seed)
+    asked = evaluation_of(command)
+    output = screen()
+    with Progress(console=output, transient=True, disable=not output.is_terminal) as bar:
+        row = bar.add_task("trials", total=command.trials)
+        library = clips(asked, found.experiment.world)
+        figures, results = evaluate(
+            found, pieces, asked, library, lambda done: bar.update(row, completed=done)
+        )
+    protocol = Protocol(success_m=task.success_m)
+    known = evaluations(folder, run)
+    own = ("trials of this report", figures)
+    main = headline([figures for _, figures in known], figures)
+    draws = pictures.can_draw()
+    judge_style = judge_of(found)
+    content = page.Report(
+        title=f"inhabit {found.task}: {folder.name}",
+        told=f"Checkpoint {found.path.name}, {found.manifest.samples / 1e6:.1f} M samples.",
+        main=main,
+        evaluations=(*known, own),
+        metrics=tuple(read_metrics(folder / "metrics.jsonl")),
+        quality=figures.get("quality"),
+        trials=tuple(shown(results, protocol, judge_style, draws)),
+        pictures=pictures_of(main, pieces) if draws else {},
+        settings=to_json(found.experiment) | {"world": settings_of(found)},
+    )
+    text = page.page(content)
+    write_text(out, text)
+    print(f"{out}: {len(text) / 1e6:.1f} MB, {command.trials} trials")
+    return 0
+
+
+def evaluation_of(command: Report) -> Evaluate:
+    """The trials that a report records, as `evaluate` would be asked for them."""
+    if command.trials < 3:
+        raise ConfigError("--trials must be at least 3: the best, a median and the worst")
+    return check(
+        replace(
+            Evaluate(command.source),
+            trials=command.trials,
+            quality=command.trials,
+            objects=command.objects,
+            perturb=command.perturb,
+            motions=command.motions,
+            seed=command.seed,
+            threads=command.threads,
+        )
+    )
+
+
+def settings_of(found: assembly.Trained) -> dict[str, Any]:
+    """The world's settings; of the clips' files their names alone, a report is passed on."""
+    world = to_json(found.experiment.world)
+    return world | {"motions": [Path(path).name for path in found.experiment.world.motions]}
+
+
+def evaluations(folder: Path, run: RunDirectory | None) -> list[tuple[str, dict[str, Any]]]:
+    """Names and figures of the evaluations that lie in a run or beside a published policy."""
+    files = sorted(run.evaluations.glob("*.json")) if run else [folder / "evaluation.json"]
+    found = []
+    for file in files:
+        try:
+            figures = json.loads(file.read_text())
+            if {"success", "sustained", "by_object", "by_distance", "start_m"} <= set(figures):
+                found.append((file.stem, figures))
+        except (OSError, ValueError):
+            continue
+    return found
+
+
+def headline(known: Sequence[dict[str, Any]], own: dict[str, Any]) -> dict[str, Any]:
+    """Of the undisturbed evaluations of this checkpoint the one with the most trials."""
+    same = [
+        figures
+        for figures in known
+        if figures.get("iteration") == own["iteration"]
+        and figures["perturbation"] == own["perturbation"]
+        and figures["start_m"] == own["start_m"]
+        and figures["objects"] == own["objects"]
+    ]
+    return max([own, *same], key=lambda figures: figures["trials"])
+
+
+def order(outcomes: Outcomes, error_m: np.ndarray) -> list[int]:
+    """Trials from best to worst: sustained, then reached, sooner; of the others, nearer."""
+    upright = np.where(np.isfinite(error_m), error_m, np.inf).min(1)
+    late = np.where(outcomes.success, outcomes.time_s, 1e3 + upright)
+    rank = np.where(outcomes.sustained, 0, np.where(outcomes.success, 1, 2))
+    fell = outcomes.fell.astype(int)
+    return np.lexsort((late, fell, rank)).tolist()
+
+
+def shown(
+    results: Results, protocol: Protocol, judge_style: StyleJudge | None, draws: bool
+) -> list[page.Shown]:
+    """The best, a median and the worst of the recorded trials."""
+    outcomes = judge(results.error_m, results.fell_at, protocol)
+    ranked = order(outcomes, results.error_m)
+    picked = {"best": ranked[0], "median": ranked[len(ranked) // 2], "worst": ranked[-1]}
+    found = []
+    for name, trial in picked.items():
+        track = results.tracks[trial]
+        about = described(track, outcomes, trial)
+        data = drawable(track) | {
+            "about": about,
+            "success_m": protocol.success_m,
+            "fell": track.take.meta["fell_at_step"] is not None,
+        }
+        if judge_style is not None:
+            rewards = style_rewards(judge_style, track)
+            data["style"] = [round(float(x), 3) for x in rewards]
+        strip = pictures.filmstrip(track) if draws else None
+        found.append(page.Shown(name, about, data, strip))
+    return found
+
+
+def described(track: Track, outcomes: Outcomes, trial: int) -> str:
+    """What happened in a trial, in a line."""
+    if outcomes.sustained[trial]:
+        result = f"there after {outcomes.time_s[trial]:.1f} s, and stays"
+    elif outcomes.success[trial]:
+        result = f"there after {outcomes.time_s[trial]:.1f} s, but does not stay"
+    else:
+        result = f"never nearer than {100 * np.nanmin(track.error_m[: track.steps]):.0f} cm"
+    if outcomes.fell[trial]:
+        result += ", falls"
+    distance = track.take.meta["distance_m"]
+    return f"trial {trial}, {track.take.piece} from {distance:.1f} m: {result}"
+
+
+def pictures_of(main: dict[str, Any], pieces: Sequence[Piece]) -> dict[str, str]:
+    """Pictures of the pieces of an evaluation."""
+    wanted = {part["object"] for part in main["by_object"]}
+    return {
+        piece.name: pictures.of_piece(piece)
+        for piece in pieces
+        if piece.name in wanted and piece.category != "box"
+    }

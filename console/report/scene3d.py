@@ -1,0 +1,106 @@
+"""A recorded trial as what the page's viewer draws: shapes on bodies, and bodies over time."""
+
+import base64
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from console.stepping import Track
+from world import character
+from world.scene import PROJECTILE_BODY
+
+#: Positions travel as whole millimetres, rotations as parts of 32767, both in 16 bits.
+_PER_M, _UNIT = 1000.0, 32767.0
+#: Where the viewer puts what is not in the scene: the end of the range, m.
+_AWAY_M = -32.0
+_KINDS = {
+    int(mujoco.mjtGeom.mjGEOM_SPHERE): "sphere",
+    int(mujoco.mjtGeom.mjGEOM_CAPSULE): "capsule",
+    int(mujoco.mjtGeom.mjGEOM_CYLINDER): "cylinder",
+    int(mujoco.mjtGeom.mjGEOM_BOX): "box",
+    int(mujoco.mjtGeom.mjGEOM_MESH): "mesh",
+}
+
+
+def drawable(track: Track) -> dict[str, Any]:
+    """JSON of a track: hz, frames, shapes, root path and, in base64, poses [T, B, 7] int16."""
+    model, take = track.model, track.take
+    shapes, bodies = shapes_of(model)
+    poses = body_poses(track)[:, bodies]
+    return {
+        "hz": character.CONTROL_HZ,
+        "frames": len(take),
+        "shapes": shapes,
+        "bodies": len(bodies),
+        "root": bodies.index(model.body(character.BODIES[0]).id),
+        "poses": packed(poses),
+        "error": [round(float(x), 3) for x in track.error_m],
+        "end": track.steps,
+    }
+
+
+def shapes_of(model: mujoco.MjModel) -> tuple[list[dict[str, Any]], list[int]]:
+    """The visible shapes but the floor, each with the place of its body in the list of bodies."""
+    shapes: list[dict[str, Any]] = []
+    bodies: list[int] = []
+    for geom in range(model.ngeom):
+        kind = _KINDS.get(int(model.geom_type[geom]))
+        rgba = model.geom_rgba[geom]
+        if kind is None or rgba[3] == 0.0:
+            continue
+        body = int(model.geom_bodyid[geom])
+        if body not in bodies:
+            bodies.append(body)
+        shape: dict[str, Any] = {
+            "kind": kind,
+            "body": bodies.index(body),
+            "size": _rounded(model.geom_size[geom]),
+            "pos": _rounded(model.geom_pos[geom]),
+            "quat": _rounded(model.geom_quat[geom]),
+            "rgb": _rounded(rgba[:3]),
+        }
+        if kind == "mesh":
+            shape |= _mesh(model, int(model.geom_dataid[geom]))
+        shapes.append(shape)
+    return shapes, bodies
+
+
+def body_poses(track: Track) -> NDArray[np.float64]:
+    """Positions (m) and rotations (w, x, y, z) of all bodies of a track's model, [T, nbody, 7]."""
+    model, take = track.model, track.take
+    data = mujoco.MjData(model)
+    poses = np.zeros((len(take), model.nbody, 7))
+    balls = [i for i in range(model.nbody) if model.body(i).name.startswith(PROJECTILE_BODY)]
+    for frame in range(len(take)):
+        data.qpos[: take.qpos.shape[1]] = np.nan_to_num(take.qpos[frame])
+        data.mocap_pos[0], data.mocap_quat[0] = take.mocap_pos[frame], take.mocap_quat[frame]
+        if len(take.stand):
+            data.mocap_pos[1] = take.stand
+        mujoco.mj_kinematics(model, data)
+        poses[frame, :, :3], poses[frame, :, 3:] = data.xpos, data.xquat
+        for ball, at in zip(balls, take.balls[frame] if balls else (), strict=True):
+            poses[frame, ball, :3] = np.where(np.isnan(at), _AWAY_M, at)
+    return poses
+
+
+def packed(poses: NDArray[np.float64]) -> str:
+    """Poses [T, B, 7] as base64 of little-endian int16."""
+    whole = np.concatenate(
+        (np.clip(poses[..., :3] * _PER_M, -_UNIT, _UNIT), poses[..., 3:] * _UNIT), axis=-1
+    )
+    return base64.b64encode(whole.round().astype("<i2").tobytes()).decode()
+
+
+def _mesh(model: mujoco.MjModel, mesh: int) -> dict[str, list[float]]:
+    start, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+    first, faces = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+    return {
+        "vertices": _rounded(model.mesh_vert[start : start + count].ravel()),
+        "faces": model.mesh_face[first : first + faces].ravel().tolist(),
+    }
+
+
+def _rounded(values: NDArray[np.float64]) -> list[float]:
+    return [round(float(x), 4) for x in values]
