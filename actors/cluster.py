@@ -77,7 +77,7 @@ def _start(cpus: int, object_store_bytes: int) -> None:
                 return
             except Exception as error:
                 ray.shutdown()
-                if last or "timed out" not in str(error):
+                if last or "timed out" not in str(error).lower():
                     raise
 
 

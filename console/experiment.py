@@ -41,7 +41,7 @@ class Experiment:
 
 
 PRESETS: dict[str, Experiment] = {
-    # The measured recipe (docs/recipe.md).
+    # The recipe of docs/recipe.md: measured in pieces, not yet run from start to end.
     "fast": Experiment(
         world=WorldConfig(
             starts=StartMixture(clip=0.3, near=0.4, far=0.3),
