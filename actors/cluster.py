@@ -2,13 +2,14 @@
 
 import os
 import socket
-import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import ray
+from ray._private import ray_constants, services
 
 from world.errors import InhabitError
 
@@ -19,8 +20,7 @@ _QUIET: dict[str, Any] = {
     "logging_level": "ERROR",
 }
 _ROOT = str(Path(__file__).resolve().parent.parent)
-# Ray turns 127.0.0.1 into the machine's outward address; another address of the loopback stays.
-_LOOPBACK = "127.0.0.2" if sys.platform == "linux" else "127.0.0.1"
+START_S = 180.0
 
 
 class ClusterError(InhabitError):
@@ -33,19 +33,21 @@ def ray_session(
 ) -> Iterator[None]:
     """Ray for the length of a `with`; one that already runs in this process is used and left.
 
-    Without `address`, a private one on this machine with `cpus` slots (bookkeeping: Ray does not
-    pin cores), no dashboard, known to no other machine. With HOST:PORT or 'auto', a cluster.
+    Without `address`, the cluster that a submitted job runs in, else a private Ray on this machine
+    with `cpus` slots (bookkeeping: Ray does not pin cores), no dashboard, on the loopback alone.
+    With HOST:PORT or 'auto', a cluster. Raises ClusterError where it cannot be had.
     """
     if ray.is_initialized():
         yield
         return
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
     os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
+    address = address or os.environ.get("RAY_ADDRESS")
     try:
         if address is None:
             _start(cpus, object_store_bytes)
         else:
-            _require_listener(address)
+            require_listener(address)
             ray.init(address=address, **_QUIET)
     except ClusterError:
         raise
@@ -62,8 +64,8 @@ def ray_session(
 
 
 def _start(cpus: int, object_store_bytes: int) -> None:
-    """A private Ray. It gives itself 30 s to start; a busy machine gets a second try."""
-    with _importable():
+    """A private Ray; one that does not come up in time gets a second try."""
+    with _importable(), _on_loopback(), _patience(START_S):
         for last in (False, True):
             try:
                 ray.init(
@@ -71,7 +73,7 @@ def _start(cpus: int, object_store_bytes: int) -> None:
                     num_gpus=0,
                     include_dashboard=False,
                     object_store_memory=object_store_bytes,
-                    _node_ip_address=_LOOPBACK,
+                    _node_ip_address="127.0.0.1",
                     **_QUIET,
                 )
                 return
@@ -82,21 +84,72 @@ def _start(cpus: int, object_store_bytes: int) -> None:
 
 
 @contextmanager
+def _on_loopback() -> Iterator[None]:
+    """The Ray started inside takes 127.0.0.1 for its address, and so binds every port there alone.
+
+    Otherwise it would turn 127.0.0.1 into the machine's outward address, and listen to everyone.
+    """
+    name = ray_constants.ENABLE_RAY_CLUSTERS_ENV_VAR
+    before = ray_constants.ENABLE_RAY_CLUSTER
+    # Read once, at the import of ray: by now both are needed, one for Ray's own processes.
+    ray_constants.ENABLE_RAY_CLUSTER = False
+    try:
+        with _environment(name, "0"):
+            yield
+    finally:
+        ray_constants.ENABLE_RAY_CLUSTER = before
+
+
+@contextmanager
+def _patience(seconds: float) -> Iterator[None]:
+    """The Ray started inside may take so long to register its node.
+
+    Ray waits 30 s, a constant of its code. Its node registers when its two agents have imported
+    what they need, about 10 s of a core: 45 s were measured on a machine with ten times as much to
+    do as it has cores. Ray asks in a loop, and gives up when a failed answer comes after its 30 s.
+    """
+    ask = services.get_node
+
+    def ask_again(*arguments: Any) -> Any:
+        deadline = time.monotonic() + seconds
+        while True:
+            try:
+                return ask(*arguments)
+            except RuntimeError:
+                if time.monotonic() >= deadline:
+                    raise
+            time.sleep(0.2)
+
+    services.get_node = ask_again
+    try:
+        yield
+    finally:
+        services.get_node = ask
+
+
+@contextmanager
 def _importable() -> Iterator[None]:
     """The rooms on the path of the processes started inside, wherever this one was started."""
     before = os.environ.get("PYTHONPATH")
-    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [_ROOT, before]))
+    with _environment("PYTHONPATH", os.pathsep.join(filter(None, [_ROOT, before]))):
+        yield
+
+
+@contextmanager
+def _environment(name: str, value: str) -> Iterator[None]:
+    before = os.environ.get(name)
+    os.environ[name] = value
     try:
         yield
     finally:
         if before is None:
-            del os.environ["PYTHONPATH"]
+            del os.environ[name]
         else:
-            os.environ["PYTHONPATH"] = before
+            os.environ[name] = before
 
 
-def _require_listener(address: str) -> None:
-    """Ray itself would try for minutes where nobody listens."""
+def require_listener(address: str) -> None:
+    """ClusterError where nobody listens: Ray itself would try for minutes."""
     host, colon, port = address.removeprefix("ray://").rpartition(":")
     if not colon:
         return

@@ -1,4 +1,4 @@
-"""A fleet of Ray actors that yields the local fleet's numbers, also when actors die or hang.
+"""A fleet of Ray actors that yields the local fleet's numbers, also when actors die, hang or lag.
 
 Rollouts come back as one object-store reference an actor. Measured on two cores, two actors of 256
 scenes, horizon 8 (2.8 MB in all): 7 ms an iteration so, 11 to 27 ms as streams of 2 to 8 chunks; in
@@ -15,6 +15,8 @@ import ray
 from ray.exceptions import GetTimeoutError, RayActorError, RayError, RayTaskError
 from torch import Tensor
 
+from actors.collection import Collection, Job
+from actors.errors import FleetError
 from actors.local import divide, merge, split
 from actors.ray_actor import (
     Arrays,
@@ -24,14 +26,16 @@ from actors.ray_actor import (
     to_tensors,
     unpack_rollout,
 )
+from actors.shares import consecutive, longest, shares, state_of
 from policy.rollout import Rollout
 from world.errors import InhabitError
 
 LOG = logging.getLogger("inhabit.actors")
-
-
-class FleetError(InhabitError):
-    """Actors that keep failing; the message has the last cause."""
+_MEMORY = 0.3  # weight of the newest measurement of an actor's speed
+_FORGIVEN = 0.03  # of what one without work is slower, with each rollout
+_SLOWEST = 20.0  # times the others' cost: one that was away for a while is not slow for ever
+_GAIN = 1.25  # a division that would be so much quicker, so often in a row, is taken
+_PATIENCE = 3
 
 
 @dataclass(frozen=True)
@@ -44,30 +48,47 @@ class FleetConfig:
     """Seconds that an actor may take to start and compile its scenes"""
     rollout_s: float = 120.0
     """Seconds that a rollout may take before its actor counts as hung and is replaced"""
+    late_s: float = 1.0
+    """Least lateness at which others collect an actor's part as well as it: the first counts"""
+    late_factor: float = 2.0
+    """How often the time of the others an actor may take before it is late"""
     restarts: int = 3
     """Failures in a row of the same actor that are mended; the next one ends the run"""
 
 
-@dataclass
-class _Member:
-    """One shard's actor of the moment, and where it stood after its last whole rollout."""
+@dataclass(eq=False)
+class Member:
+    """One actor of the moment."""
 
     index: int
-    scenes: range
     handle: Any
     built: Any
-    state: Arrays | None = None
-    """None: as built"""
-    failures: int = 0
+    """The call that starts it; None once it has started"""
+    asked_s: float
     pid: int = 0
+    cost_s: float | None = None
+    """Seconds that it takes for a block"""
+    scenes: range = range(0)
+    """Its own part"""
+    holds: bool = False
+    """Whether its worker stands where the state of that part does"""
+    overtaken: Any = None
+    """A call whose answer nobody waits for any more"""
+    failures: int = 0
+
+    @property
+    def ready(self) -> bool:
+        return self.built is None and self.overtaken is None
 
 
 class RayFleet:
     """Actors that own all scenes between them; needs `actors.cluster.ray_session`.
 
-    An actor that dies, or exceeds its deadline, is replaced; the replacement takes up the shard's
-    state from before the rollout and collects it again, with the same weights: since all randomness
-    is a function of (seed, scene, clock), the bits are those of an undisturbed run.
+    The part of an actor that dies, hangs or lags is collected again by the others, or by its
+    replacement where there are none, from the state before the rollout and with the same weights:
+    since all randomness is a function of (seed, scene, clock), the bits are those of an undisturbed
+    run, whoever delivers first. Replacements join when they have started; from then on, and where
+    some are slower than others, parts are as large as makes all end at the same time.
     """
 
     def __init__(
@@ -84,78 +105,79 @@ class RayFleet:
         self.horizon = horizon
         self.restarts = 0
         """actors replaced so far"""
+        self.helped = 0
+        """parts that were late, and given to others as well"""
         self._make_shard, self._seed, self._block = make_shard, seed, block
-        self._members: list[_Member] = []
-        self._alive = workers
+        self._scenes = range(scenes)
+        self._unequal = 0
         # Ray restarts actors by itself only without their state: the fleet does it instead.
         self._actor: Any = ray.remote(
             num_cpus=self.config.cpus_per_actor, max_restarts=0, max_task_retries=0
         )(RolloutActor)
+        self._members: list[Member] = []
+        ranges = divide(scenes, block, workers)
+        #: State of all scenes after the last rollout; empty: as built.
+        self._states: dict[range, Arrays] = {owned: {} for owned in ranges}
         try:
-            for index, owned in enumerate(divide(scenes, block, workers)):
-                handle, built = self._start(owned, None)
-                self._members.append(_Member(index, owned, handle, built))
+            for index, owned in enumerate(ranges):
+                member = Member(index, None, None, 0.0, scenes=owned)
+                self._start(member)
+                self._members.append(member)
             for member in self._members:
-                self._await_built(member)
+                self._await_started(member)
+                member.holds = True
         except BaseException:
             self.close()
             raise
 
     def collect(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> Rollout:
         """One rollout of all scenes, in order; FleetError if an actor fails time and again."""
-        published = ray.put(to_arrays(weights))
-        arguments = (published, version, self.horizon, sigma)
-        waiting = {m.index: self._ask(m, arguments) for m in self._members}
-        replaced: set[int] = set()
-        parts: list[Rollout] = []
-        while waiting:
-            due = min(deadline for _, deadline in waiting.values())
-            refs = {ref: index for index, (ref, _) in waiting.items()}
-            ready, _ = ray.wait(list(refs), timeout=max(0.0, due - time.monotonic()))
-            # Ready ones are there, or have failed; the overdue get no more time.
-            patience = None if ready else 0
-            for index in [refs[ref] for ref in ready] or self._overdue(waiting):
-                member, (ref, _) = self._members[index], waiting[index]
-                try:
-                    # The build comes first: if it failed, so did the rollout, less tellingly.
-                    member.pid = ray.get(member.built, timeout=patience)
-                    packed, state = ray.get(ref, timeout=patience)
-                except (RayError, GetTimeoutError) as error:
-                    self._replace(member, explain(error, self.config.rollout_s))
-                    replaced.add(index)
-                    waiting[index] = self._ask(member, arguments, extra_s=self.config.start_s)
-                    continue
-                member.state, member.failures = state, 0
-                parts.append(unpack_rollout(packed))
-                del waiting[index]
-        self._alive = len(self._members) - len(replaced)
-        return Rollout.join(parts)
+        self._welcome()
+        self._divide_again()
+        arguments = (ray.put(to_arrays(weights)), version, self.horizon, sigma)
+        asked = Collection(self._scenes, self._block, self.config.late_s, self.config.late_factor)
+        for member in self._members:
+            if member.ready and member.scenes:
+                self._ask(asked, member, member.scenes, arguments)
+        asked.owe_the_rest()
+        while not asked.complete:
+            self._give(asked, arguments)
+            self._wait(asked)
+        for job in asked.jobs.values():
+            job.member.overtaken, job.member.holds = job.reference, False
+        self.helped += asked.helped
+        self._states = {scenes: state for scenes, (_, state) in asked.results.items()}
+        return Rollout.join([unpack_rollout(packed) for packed, _ in asked.results.values()])
 
     def alive(self) -> int:
-        """Actors that took part in the last collection from its start to its end."""
-        return self._alive
+        """Actors that have started and are not known to have failed since."""
+        return sum(member.built is None for member in self._members)
 
     def pids(self) -> list[int]:
-        """Process ids of the actors, in scene order."""
+        """Process ids of the actors, each on its own node."""
         return [member.pid for member in self._members]
+
+    def division(self) -> list[int]:
+        """Scenes of each actor; 0 for one that is not there, or too slow to be of use."""
+        return [len(member.scenes) for member in self._members]
 
     def state_dict(self) -> dict[str, Any]:
         """All scenes' state, as the local fleet gives it."""
-        states: list[Arrays] = [
-            m.state if m.state is not None else cast(Arrays, ray.get(m.handle.state.remote()))
-            for m in self._members
-        ]
-        copies = [{k: v.clone() for k, v in to_tensors(state).items()} for state in states]
-        return merge(copies, [m.scenes for m in self._members])
+        owners = {m.scenes: m for m in self._members}
+        states = {
+            scenes: state or cast(Arrays, ray.get(owners[scenes].handle.state.remote()))
+            for scenes, state in sorted(self._states.items(), key=lambda item: item[0].start)
+        }
+        copies = [{k: v.clone() for k, v in to_tensors(s).items()} for s in states.values()]
+        return merge(copies, list(states))
 
     def load_state_dict(self, state: Mapping[str, Any]) -> None:
         """Restore what either fleet's `state_dict` gave, over any number of actors."""
-        parts = split(state, [m.scenes for m in self._members])
-        for member, part in zip(self._members, parts, strict=True):
-            member.state = to_arrays(part)
-            member.built = member.handle.build.remote(member.state)
+        ranges = sorted(self._states, key=lambda scenes: scenes.start)
+        parts = split(state, ranges)
+        self._states = {r: to_arrays(part) for r, part in zip(ranges, parts, strict=True)}
         for member in self._members:
-            self._await_built(member)
+            member.holds = False
 
     def close(self) -> None:
         """End the actors' processes."""
@@ -163,36 +185,174 @@ class RayFleet:
             ray.kill(member.handle, no_restart=True)
         self._members = []
 
-    def _start(self, scenes: range, state: Arrays | None) -> tuple[Any, Any]:
-        handle = self._actor.remote(self._make_shard, scenes, self._seed, self._block)
-        return handle, handle.build.remote(state)
+    def _start(self, member: Member) -> None:
+        """A new actor in the member's place; it joins when it has started."""
+        # One that has no scenes yet makes some, and so reads its clips and compiles its furniture.
+        scenes = member.scenes or range(self._block)
+        member.handle = self._actor.remote(self._make_shard, scenes, self._seed, self._block)
+        member.built = member.handle.build.remote(None)
+        member.asked_s = time.monotonic()
+        member.cost_s, member.holds, member.overtaken = None, False, None
 
-    def _ask(self, member: _Member, arguments: tuple, extra_s: float = 0.0) -> tuple[Any, float]:
-        reference = member.handle.rollout.remote(*arguments)
-        return reference, time.monotonic() + self.config.rollout_s + extra_s
+    def _await_started(self, member: Member) -> None:
+        while member.built is not None:
+            self._started(member, self.config.start_s)
 
-    def _overdue(self, waiting: Mapping[int, tuple[Any, float]]) -> list[int]:
+    def _started(self, member: Member, timeout: float | None = None) -> None:
+        """Let it join when it has started; replace it if it could not, or not within `timeout`."""
+        try:
+            member.pid = ray.get(member.built, timeout=timeout)
+            member.built = None
+        except (RayError, GetTimeoutError) as error:
+            self._replace(member, explain(error, self.config.start_s))
+
+    def _welcome(self) -> None:
+        """Take up the actors that have started, or answered at last, since the last rollout."""
+        for member in self._members:
+            if member.built is not None and _there(member.built):
+                self._started(member)
+            if member.overtaken is not None and _there(member.overtaken):
+                try:
+                    packed, _ = ray.get(member.overtaken)
+                    self._measure(member, unpack_rollout(packed))
+                    member.overtaken = None
+                except RayError as error:
+                    self._replace(member, explain(error, self.config.rollout_s))
+            elif member.overtaken is not None and self._hung(member.asked_s):
+                self._replace(member, f"no answer within {self.config.rollout_s:g} s (hung)")
+
+    def _hung(self, asked_s: float) -> bool:
+        return time.monotonic() - asked_s > self.config.rollout_s
+
+    def _divide_again(self) -> None:
+        """Give the actors that are ready other parts, where some have none or the gain is large."""
+        ready = [m for m in self._members if m.ready]
+        if not ready:
+            return
+        known = sorted(m.cost_s for m in ready if m.cost_s is not None) or [1.0]
+        for member in ready:
+            if not member.scenes and member.cost_s is not None:
+                # Slow for the moment, perhaps: it is tried again after a while.
+                member.cost_s = min(member.cost_s, _SLOWEST * known[0])
+                member.cost_s += _FORGIVEN * (known[0] - member.cost_s)
+        costs = [known[len(known) // 2] if m.cost_s is None else m.cost_s for m in ready]
+        counts = shares(len(self._scenes) // self._block, costs)
+        now = [len(m.scenes) // self._block for m in ready]
+        slow = longest(now, costs) > _GAIN * longest(counts, costs)
+        self._unequal = self._unequal + 1 if slow else 0
+        whole = sum(now) * self._block == len(self._scenes)
+        new = any(m.cost_s is None and not m.scenes for m in ready)
+        if whole and not new and self._unequal < _PATIENCE:
+            return
+        self._unequal = 0
+        for member in self._members:
+            if not member.ready:
+                member.scenes = range(0)
+        for member, owned in zip(ready, consecutive(counts, self._block), strict=True):
+            if member.scenes != owned:
+                member.scenes, member.holds = owned, False
+                member.handle.own.remote(owned)
+
+    def _ask(
+        self,
+        asked: Collection,
+        member: Member,
+        scenes: range,
+        arguments: tuple,
+        failures: int = 0,
+    ) -> None:
+        own = member.holds and scenes == member.scenes
+        fresh = any(not state for state in self._states.values())
+        state = None if own else {} if fresh else state_of(scenes, self._states)
+        reference = member.handle.part.remote(scenes, state, *arguments)
+        member.asked_s = time.monotonic()
+        asked.ask(reference, member, scenes, failures)
+
+    def _give(self, asked: Collection, arguments: tuple) -> None:
+        """Parts that are owed to those with nothing to do."""
+        busy = {id(job.member) for job in asked.jobs.values()}
+        helpers = sum(m.ready for m in self._members)
+        for member in self._members:
+            idle = member.ready and id(member) not in busy
+            # One that has delivered is sure to live; if none has, all are tried.
+            sound = id(member) in asked.sound or not asked.jobs
+            if asked.owed and idle and sound:
+                scenes, failures = asked.take(helpers)
+                self._ask(asked, member, scenes, arguments, failures)
+
+    def _wait(self, asked: Collection) -> None:
+        """Until something happens: an answer, an actor that has started, a deadline."""
+        starting = {m.built: m for m in self._members if m.built is not None}
         now = time.monotonic()
-        return [index for index, (_, deadline) in waiting.items() if deadline <= now]
+        due = [job.asked_s + self.config.rollout_s for job in asked.jobs.values()]
+        if not asked.jobs:
+            due += [m.asked_s + self.config.start_s for m in starting.values()]
+        due += [asked.late_at_s] if asked.late_at_s is not None else []
+        references = [*asked.jobs, *starting]
+        ready, _ = ray.wait(references, timeout=max(0.0, min(due, default=now) - now))
+        if ready:  # whatever else is there, at once
+            ready, _ = ray.wait(references, num_returns=len(references), timeout=0)
+        for reference in ready:
+            if reference in starting:
+                member = starting[reference]
+                self._started(member)
+                asked.sound |= {id(member)} if member.built is None else set()
+            else:
+                self._answered(asked, asked.jobs[reference])
+        asked.look_for_late(time.monotonic())
+        if ready:
+            return
+        for job in list(asked.jobs.values()):
+            if self._hung(job.asked_s):
+                self._failed(asked, job, explain(GetTimeoutError(), self.config.rollout_s))
+        if not asked.jobs:
+            for member in starting.values():
+                if time.monotonic() - member.asked_s > self.config.start_s:
+                    self._replace(member, explain(GetTimeoutError(), self.config.start_s))
 
-    def _await_built(self, member: _Member) -> None:
-        while True:
-            try:
-                member.pid = ray.get(member.built, timeout=self.config.start_s)
-                return
-            except (RayError, GetTimeoutError) as error:
-                self._replace(member, explain(error, self.config.start_s))
+    def _answered(self, asked: Collection, job: Job) -> None:
+        member = job.member
+        try:
+            packed, state = ray.get(job.reference)
+        except RayError as error:
+            self._failed(asked, job, explain(error, self.config.rollout_s))
+            return
+        used = asked.answer(job, packed, state)
+        if job.scenes == member.scenes:
+            member.holds = used
+        member.failures = 0
+        self._measure(member, unpack_rollout(packed))
 
-    def _replace(self, member: _Member, cause: str) -> None:
-        """Another actor in the member's place, at the state before the rollout."""
+    def _failed(self, asked: Collection, job: Job, cause: str) -> None:
+        failures = asked.fail(job)
+        self._replace(job.member, cause, job.scenes, failures)
+
+    def _measure(self, member: Member, rollout: Rollout) -> None:
+        """Its speed, by its own clock: what others made it wait for does not count."""
+        cost = sum(rollout.seconds.values()) / (rollout.scenes / self._block)
+        old = cost if member.cost_s is None else member.cost_s
+        member.cost_s = old + _MEMORY * (cost - old)
+
+    def _replace(
+        self, member: Member, cause: str, scenes: range | None = None, failures: int = 0
+    ) -> None:
+        """Another actor in the member's place; FleetError where that has been tried enough."""
+        scenes = scenes or member.scenes
         member.failures += 1
-        name = f"actor {member.index} (scenes {member.scenes.start} to {member.scenes.stop - 1})"
-        if member.failures > self.config.restarts:
-            raise FleetError(f"{name} failed {member.failures} times in a row: {cause}")
+        failures = max(failures, member.failures)
+        name = f"actor {member.index}"
+        if scenes:
+            name += f" (scenes {scenes.start} to {scenes.stop - 1})"
+        if failures > self.config.restarts:
+            raise FleetError(f"{name} failed {failures} times in a row: {cause}")
         LOG.warning("%s is replaced: %s", name, cause)
         ray.kill(member.handle, no_restart=True)
         self.restarts += 1
-        member.handle, member.built = self._start(member.scenes, member.state)
+        self._start(member)
+
+
+def _there(reference: Any) -> bool:
+    return bool(ray.wait([reference], timeout=0)[0])
 
 
 def explain(error: Exception, deadline_s: float) -> str:

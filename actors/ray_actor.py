@@ -30,6 +30,7 @@ class RolloutActor:
         self._make_shard = make_shard
         self._scenes, self._seed, self._block = scenes, seed, block
         self._worker: Worker | None = None
+        self._guest: Worker | None = None
 
     def build(self, state: Arrays | None) -> int:
         """Make the worker once, take up `state` where there is one; returns the process id."""
@@ -47,6 +48,43 @@ class RolloutActor:
         worker = self._built()
         rollout = worker.rollout(to_tensors(weights), version, horizon, sigma)
         return pack_rollout(rollout), to_arrays(worker.state_dict())
+
+    def part(
+        self,
+        scenes: range,
+        state: Arrays | None,
+        weights: Arrays,
+        version: int,
+        horizon: int,
+        sigma: float,
+    ) -> tuple[dict[str, Any], Arrays]:
+        """As `rollout`, of any scenes, from `state`.
+
+        None: from where this actor's worker of these scenes stands. Empty: from their beginning.
+        """
+        worker = self._worker_of(scenes, fresh=state == {})
+        if state:
+            worker.load_state_dict(to_tensors(state))
+        rollout = worker.rollout(to_tensors(weights), version, horizon, sigma)
+        return pack_rollout(rollout), to_arrays(worker.state_dict())
+
+    def _worker_of(self, scenes: range, fresh: bool) -> Worker:
+        """One of two workers that are kept, the own and that of another actor's scenes."""
+        for worker in (self._worker, self._guest):
+            if (
+                worker is not None
+                and worker.scenes == scenes
+                and not (fresh and worker.shard.clock)
+            ):
+                return worker
+        made = Worker(self._make_shard(scenes), scenes, self._seed, self._block)
+        self._guest = made
+        return made
+
+    def own(self, scenes: range) -> None:
+        """From now on these scenes are this actor's own; a worker of others is let go."""
+        worker = self._worker_of(scenes, fresh=False) if scenes else None
+        self._worker, self._guest, self._scenes = worker, None, scenes
 
     def state(self) -> Arrays:
         """The worker's state, for a checkpoint before the first rollout."""

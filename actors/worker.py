@@ -10,6 +10,7 @@ from torch import Tensor
 from policy.acting import Policy
 from policy.networks import log_density
 from policy.rollout import Rollout
+from world.precision import decide
 from world.streams import normal
 
 
@@ -96,7 +97,7 @@ class Worker:
     ) -> Rollout:
         """Act for `horizon` steps; [T, n, ..] of this shard's scenes."""
         if self._policy is None:
-            self._policy = Policy(weights)
+            self._policy = Policy(weights, decide("cpu"))
         else:
             self._policy.load(weights)
         states, goals, actions, means, log_probs = [], [], [], [], []

@@ -1,10 +1,13 @@
 """The `inhabit` command: reads flags, runs one command, and maps errors to exit codes."""
 
 import contextlib
+import importlib
 import os
 import sys
 import traceback
 from collections.abc import Sequence
+from functools import reduce
+from operator import or_
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,38 +34,27 @@ def parse(arguments: Sequence[str]) -> Any:
         return Annotated[kind, tyro.conf.subcommand(name=name, default=default)]
 
     train = commands.Train(task=tyro.MISSING, experiment=starting_point(arguments))
-    motions = (
-        sub(commands.MotionsImport, "import")
-        | sub(commands.MotionsList, "list")
-        | sub(commands.MotionsCheck, "check")
-        | sub(commands.MotionsPlay, "play")
-    )
-    objects = (
-        sub(commands.ObjectsImport, "import")
-        | sub(commands.ObjectsList, "list")
-        | sub(commands.ObjectsCheck, "check")
-        | sub(commands.ObjectsShow, "show")
-    )
-    kinds = (
-        sub(commands.Train, "train", train)
-        | sub(commands.Evaluate, "evaluate")
-        | sub(commands.Report, "report")
-        | sub(commands.Publish, "publish")
-        | sub(commands.Video, "video")
-        | sub(commands.Serve, "serve")
-        | sub(commands.Style, "style")
-        | sub(commands.Export, "export")
-        | sub(commands.Bench, "bench")
-        | sub(commands.Doctor, "doctor")
-    )
+
+    def union(entries: Sequence[commands.Entry]) -> Any:
+        kinds = [
+            sub(e.flags, e.name, *([train] if e.flags is commands.Train else [])) for e in entries
+        ]
+        return reduce(or_, kinds)
+
     words = list(arguments)
     # Two words deep: tyro would name these `motions:list`.
     if words[:1] == ["motions"]:
-        return parse_words(motions, words[1:], "inhabit motions", description=MOTIONS)
+        return parse_words(
+            union(commands.MOTIONS), words[1:], "inhabit motions", description=MOTIONS
+        )
     if words[:1] == ["objects"]:
-        return parse_words(objects, words[1:], "inhabit objects", description=OBJECTS)
+        return parse_words(
+            union(commands.OBJECTS), words[1:], "inhabit objects", description=OBJECTS
+        )
     settings = (tyro.conf.FlagCreatePairsOff,)
-    return parse_words(kinds, words, "inhabit", description=DESCRIPTION, config=settings)
+    return parse_words(
+        union(commands.COMMANDS), words, "inhabit", description=DESCRIPTION, config=settings
+    )
 
 
 DESCRIPTION = (
@@ -97,69 +89,13 @@ def value_of(arguments: Sequence[str], flag: str) -> str | None:
 
 def run(command: Any) -> int:
     """Run one parsed command; returns its exit code."""
-    # Imported one by one: `doctor` must work where training would not.
     from console import commands
 
-    match command:
-        case commands.Train():
-            from console.train import train
-
-            return train(command)
-        case commands.Evaluate():
-            from console.evaluate import evaluate_command
-
-            return evaluate_command(command)
-        case commands.Report():
-            from console.report.command import report_command
-
-            return report_command(command)
-        case commands.Publish():
-            from console.publish import publish_command
-
-            return publish_command(command)
-        case commands.Video():
-            from console.film import video_command
-
-            return video_command(command)
-        case commands.Serve():
-            from console.serve import serve_command
-
-            return serve_command(command)
-        case commands.Export():
-            from console.export import export_command
-
-            return export_command(command)
-        case commands.Style():
-            from console.service import style_command
-
-            return style_command(command)
-        case (
-            commands.MotionsImport()
-            | commands.MotionsList()
-            | commands.MotionsCheck()
-            | commands.MotionsPlay()
-        ):
-            from console.motions import motions_command
-
-            return motions_command(command)
-        case (
-            commands.ObjectsImport()
-            | commands.ObjectsList()
-            | commands.ObjectsCheck()
-            | commands.ObjectsShow()
-        ):
-            from console.objects import objects_command
-
-            return objects_command(command)
-        case commands.Bench():
-            from console.bench import bench_command
-
-            return bench_command(command)
-        case commands.Doctor():
-            from console.doctor import doctor_command
-
-            return doctor_command(command)
-    raise AssertionError(f"no command for {type(command).__name__}")
+    entries = (*commands.COMMANDS, *commands.MOTIONS, *commands.OBJECTS)
+    module, _, function = next(e.function for e in entries if e.flags is type(command)).partition(
+        ":"
+    )
+    return getattr(importlib.import_module(module), function)(command)
 
 
 def exit_code(error: BaseException) -> int:

@@ -7,13 +7,13 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from console.perturbations import Disturbance
 from world import box_scene, character, streams
 from world.bank import Bank, scaled
 from world.boxes import BoxBank, Layout, resting
 from world.config import CarryConfig
 from world.furniture.piece import Affordance as Offered
 from world.furniture.piece import Piece
+from world.perturbations import Disturbance
 from world.scenes import Scenes
 from world.tasks import Place
 from world.tasks.task import Affordance
@@ -24,8 +24,6 @@ _CARRY = 104
 _CLEAR_M = 0.8
 #: Bands of size by which boxes are told apart in the figures.
 _BANDS = (0.5, 0.75, 1.0, 1.25, 1.5)
-#: A box is moved with its stand while its centre is this near to its place on it, m.
-_ON_STAND_M = 0.1
 
 
 def boxes(trials: int, seed: int, config: CarryConfig) -> tuple[Piece, ...]:
@@ -96,15 +94,7 @@ class Stacked:
         """The first stands of the scenes `ids` [m] put elsewhere, boxes on them too; the places
         then."""
         part = self._layout.rows(ids)
-        start = torch.cat((point, part.start[:, 2:]), dim=1)
-        down = torch.zeros_like(start)
-        down[:, 2] = self._bank.half[ids, 2]
-        scenes.move_furniture(ids, start - down, facing)
-        pose = scenes.free_qpos[ids, :7].float()
-        resting_on = (pose[:, :3] - part.start).norm(dim=1) < _ON_STAND_M
-        moved = resting(start, facing, part.target)
-        still = torch.cat((moved.position, moved.rotation), dim=1)[resting_on]
-        scenes.set_free(ids[resting_on], 0, still, moved.velocity[resting_on])
+        moved = self._bank.shift(scenes, ids, ids, part, point, facing)
         for name in ("position", "rotation", "start", "start_yaw"):
             getattr(self._layout, name)[ids] = getattr(moved, name)
         return scenes.now(self._bank.place(ids, self._layout.rows(ids)), ids)

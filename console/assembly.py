@@ -25,13 +25,16 @@ from world.bank import Bank, variants
 from world.boxes import BoxBank, boxes
 from world.character import NU
 from world.config import WorldConfig
+from world.errors import ConfigError
 from world.features import OBJECT, STATE
+from world.furniture import collection
 from world.furniture.bands import Split
 from world.furniture.catalogue import catalogue
 from world.furniture.piece import Affordance, Piece
 from world.motions import load
 from world.motions.library import MotionLibrary, StyleMixture, StyleSource
 from world.shard import Shard
+from world.symmetry import symmetry
 
 
 @lru_cache(maxsize=2)
@@ -53,8 +56,37 @@ def training_bank(world: WorldConfig) -> Bank | BoxBank:
     affordance = tasks.make(world.task).affordance
     if affordance == "carry":
         return BoxBank(boxes(world.carry))
-    pieces = pieces_for(affordance, "train", world.pieces, world.seed)
-    return Bank(variants(pieces, world.scales, world.scale), affordance)
+    return Bank(variants(training_pieces(world)[0], world.scales, world.scale), affordance)
+
+
+def training_pieces(world: WorldConfig) -> tuple[tuple[Piece, ...], str]:
+    """The furniture to train on, and a line on what of it the task cannot use, if anything.
+
+    Raises PieceError for a path without pieces, or where none has a place for the task;
+    ConfigError for furniture that is held out, or for a task that uses none.
+    """
+    affordance = tasks.make(world.task).affordance
+    if affordance == "carry":
+        if world.objects:
+            raise ConfigError("--objects: carry draws its boxes itself; leave it out")
+        return (), ""
+    found: list[Piece] = []
+    for name in world.objects or ("train",):
+        if name == "train":
+            found += pieces_for(affordance, "train", world.pieces, world.seed)
+        elif name in collection.SPLITS:
+            raise ConfigError(
+                f"--objects {name}: the test pieces are held out; choose train or a path"
+            )
+        else:
+            found += collection.pieces([name])
+    usable = collection.usable(found, affordance, ", ".join(world.objects))
+    taken = {id(piece) for piece in usable}
+    idle = [piece.name for piece in found if id(piece) not in taken]
+    if not idle:
+        return usable, ""
+    few = ", ".join(idle[:4]) + (", ..." if len(idle) > 4 else "")
+    return usable, f"{len(idle)} of {len(found)} pieces have no place to {affordance}: {few}"
 
 
 def pieces_for(
@@ -79,7 +111,10 @@ def layout(experiment: Experiment) -> Layout:
 
 def learner(experiment: Experiment) -> Learner:
     """A fresh learner."""
-    return Learner(layout(experiment).observation, NU, experiment.ppo, experiment.seed)
+    sides = symmetry(tasks.make(experiment.world.task))
+    return Learner(
+        layout(experiment).observation, NU, experiment.ppo, experiment.seed, symmetry=sides
+    )
 
 
 @dataclass(frozen=True)

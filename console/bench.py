@@ -12,7 +12,7 @@ import torch
 from rich.table import Table
 from torch import Tensor
 
-from console import assembly, bench_furniture, bench_serve, bench_world, machine
+from console import assembly, bench_endurance, bench_furniture, bench_serve, bench_world, machine
 from console.commands import Bench, Train
 from console.experiment import PRESETS, Experiment, check, with_learner_threads
 from console.runners import open_runner, style_client
@@ -44,6 +44,8 @@ def bench_command(command: Bench) -> int:
         "style": style,
         "serve": serve,
         "train": train,
+        "endurance": endurance,
+        "scaling": scaling,
     }
     figures = measure[command.part](command, experiment, threads)
     result = {
@@ -164,6 +166,18 @@ def train(command: Bench, experiment: Experiment, threads: int) -> dict[str, flo
     }
 
 
+def endurance(command: Bench, experiment: Experiment, threads: int) -> dict[str, float]:
+    """Memory of every process over a training of so many seconds."""
+    return bench_endurance.measure(experiment, command.runner, threads, command.seconds)
+
+
+def scaling(command: Bench, experiment: Experiment, _threads: int) -> dict[str, float]:
+    """What the learner takes in from 1 to 200 stand-in actors, and what overlapping gains."""
+    from console import bench_scaling  # needs Ray, which the others can do without
+
+    return bench_scaling.measure(experiment, command.seconds)
+
+
 def limits(command: Bench, experiment: Experiment, threads: int) -> dict[str, float]:
     """Seconds an iteration of each part, with nothing beside it.
 
@@ -187,7 +201,7 @@ def policy_alone(experiment: Experiment, command: Bench) -> float:
     from policy.acting import Policy
 
     student = assembly.learner(experiment)
-    policy = Policy(student.weights())
+    policy = Policy(student.weights(), student.precision)
     student.close()
     rollout = made_up(experiment)
     ids = torch.arange(experiment.block)

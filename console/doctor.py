@@ -1,6 +1,5 @@
 """`inhabit doctor`: what this machine has of what training needs, and what to do about the rest."""
 
-import importlib.metadata
 import json
 import os
 import platform
@@ -8,23 +7,12 @@ import shutil
 import socket
 import tempfile
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
-from typing import Literal
 
 from console.commands import Doctor
+from console.finding import Finding
 from console.machine import cores, memory_gb, versions
-
-Verdict = Literal["ok", "mind", "bad"]
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One thing looked at: `bad` keeps training from working, `mind` costs something."""
-
-    name: str
-    verdict: Verdict
-    detail: str
 
 
 def check_python() -> Finding:
@@ -60,7 +48,7 @@ def check_precision() -> Finding:
     """Which number format the networks run in, and why."""
     import torch
 
-    from policy.precision import decide
+    from world.precision import decide
 
     device = "cuda" if torch.cuda.is_available() else "cpu"
     return Finding("precision", "ok", f"{device}: {decide(device).reason}")
@@ -77,10 +65,27 @@ def check_simulator() -> Finding:
     return Finding("simulator", "ok", f"mujoco.batch steps ({mujoco.__version__})")
 
 
-def check_motions() -> Finding:
+def check_motions(paths: tuple[Path, ...] = ()) -> Finding:
+    """Clips that can be read, and their terms."""
     from console.motions import clips
 
-    return Finding("motions", "ok", f"{len(clips(()))} clips come with the package")
+    found = clips(paths)
+    minutes = sum(clip.seconds for clip in found) / 60
+    terms = ", ".join(sorted({clip.licence for clip in found}))
+    where = "found" if paths else "come with the package"
+    detail = f"{len(found)} clips, {minutes:.0f} minutes, {where}; licence: {terms}"
+    return Finding("motions", "ok", detail)
+
+
+def check_policies() -> Finding:
+    """Trained policies beside the package or in this folder."""
+    root = Path(__file__).resolve().parent.parent
+    found = sorted(
+        {p.parent for d in {root, Path.cwd()} for p in d.glob("pretrained/*/manifest.json")}
+    )
+    if not found:
+        return Finding("policies", "mind", "none here: `inhabit train sit` makes one")
+    return Finding("policies", "ok", "trained: " + ", ".join(str(path) for path in found))
 
 
 def check_rendering() -> Finding:
@@ -99,8 +104,23 @@ def check_ffmpeg() -> Finding:
     return Finding("ffmpeg", "ok", imageio_ffmpeg.get_ffmpeg_version())
 
 
-def check_ray() -> Finding:
-    return Finding("ray", "ok", importlib.metadata.version("ray"))
+def check_ray(address: str | None) -> Finding:
+    from console.doctor_cluster import find_ray
+
+    return find_ray(address)
+
+
+def check_service(name: str, address: str, *tls: Path | None) -> Finding:
+    from console.doctor_cluster import find_service
+
+    return find_service(name, address, *tls)
+
+
+def check_rate(seconds: float) -> Finding:
+    """Samples/s of a few seconds' training."""
+    from console.doctor_rate import estimate
+
+    return estimate(seconds)
 
 
 def check_port() -> Finding:
@@ -126,9 +146,9 @@ CHECKS: tuple[Callable[[], Finding], ...] = (
     check_precision,
     check_simulator,
     check_motions,
+    check_policies,
     check_rendering,
     check_ffmpeg,
-    check_ray,
     check_port,
     check_disk,
 )
@@ -136,12 +156,15 @@ CHECKS: tuple[Callable[[], Finding], ...] = (
 
 def examine(checks: tuple[Callable[[], Finding], ...] = CHECKS) -> list[Finding]:
     """Every finding; a check that itself fails becomes a bad finding with its reason."""
-    findings = []
+    findings: list[Finding] = []
     for check in checks:
         try:
             findings.append(check())
         except Exception as error:  # a doctor examines what is broken: nothing may stop it
-            name = check.__name__.removeprefix("check_")
+            function = check.func if isinstance(check, partial) else check
+            name = getattr(function, "__name__", "check").removeprefix("check_")
+            if name == "service" and isinstance(check, partial):
+                name = check.args[0]
             reason = str(error).splitlines()[0] if str(error) else type(error).__name__
             findings.append(Finding(name, "bad", reason))
     return findings
@@ -149,12 +172,47 @@ def examine(checks: tuple[Callable[[], Finding], ...] = CHECKS) -> list[Finding]
 
 def as_json(findings: list[Finding]) -> list[dict[str, str]]:
     """The findings as JSON values."""
-    return [asdict(finding) for finding in findings]
+    kept = ("name", "verdict", "detail")
+    return [{key: getattr(finding, key) for key in kept} for finding in findings]
+
+
+def checks_of(command: Doctor) -> tuple[Callable[[], Finding], ...]:
+    """What the flags ask to be looked at: always the machine, services where they are named."""
+    asked: list[Callable[[], Finding]] = [
+        partial(check_motions, command.motions) if check is check_motions else check
+        for check in CHECKS
+    ]
+    asked.append(partial(check_ray, command.address))
+    tls = (command.tls_ca, command.tls_cert, command.tls_key)
+    for name, address in (("style", command.style), ("policy", command.policy)):
+        if address:
+            asked.append(partial(check_service, name, address, *tls))
+    if command.seconds > 0:
+        asked.append(partial(check_rate, command.seconds))
+    return tuple(asked)
+
+
+def following(findings: list[Finding], command: Doctor) -> str:
+    """The line to type next."""
+    bad = [finding.name for finding in findings if finding.verdict == "bad"]
+    if bad:
+        return f"mend first: {', '.join(bad)}"
+    words = ["inhabit train sit"]
+    ray = next((f for f in findings if f.name == "ray"), None)
+    slots = None if ray is None else ray.slots
+    if slots:
+        actors = max(1, slots - 1)
+        words.append(f"--runner ray --actors {actors} --scenes {max(512, 64 * actors)}")
+        words += [f"--address {command.address}"] if command.address else []
+        words += [f"--style-service.address {command.style}"] if command.style else []
+    words += [f"--motions {' '.join(map(str, command.motions))}"] if command.motions else []
+    return " ".join(words)
 
 
 def doctor_command(command: Doctor) -> int:
     """Print the findings; 1 if anything is bad."""
-    findings = examine()
+    findings = examine(checks_of(command))
+    findings.append(Finding("next", "ok", following(findings, command)))
     if command.json:
         print(json.dumps(as_json(findings), indent=2))
     else:

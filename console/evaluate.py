@@ -7,7 +7,7 @@ from typing import Any
 
 from rich.progress import Progress
 
-from console import assembly, machine, perturbations, recording, trials
+from console import assembly, machine, recording, trials
 from console.arrangement import boxes
 from console.commands import Evaluate
 from console.evaluation_tables import tables
@@ -18,7 +18,7 @@ from console.scores import Protocol, by_stage, judge, summarise
 from console.screen import screen
 from console.stepping import Trials
 from console.style_judge import judge_of
-from world import tasks
+from world import perturbations, tasks
 from world.config import WorldConfig
 from world.errors import ChoiceError, ClipError, ConfigError
 from world.furniture import collection

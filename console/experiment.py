@@ -31,6 +31,12 @@ class Experiment:
     """Where the networks train; auto: the CPU, which is all that is built so far."""
     simulator: Literal["mujoco"] = "mujoco"
     """What steps the scenes."""
+    overlap: bool = False
+    """Actors act while the learner learns, by a policy one update old; for clusters."""
+    max_policy_lag: int = 1
+    """Samples by a policy older than so many updates are dropped and counted."""
+    max_style_lag: int = 1
+    """Likewise samples scored by a discriminator so many trainings behind."""
     clone_passes: int = 8
     """Passes of regression on the clips before the first iteration; 0: start from nothing."""
     clone_samples: int = 40_000
@@ -144,6 +150,13 @@ def check(experiment: Experiment) -> Experiment:
         raise ConfigError(
             f"--scenes {experiment.scenes} is no multiple of --block {experiment.block}: choose "
             f"{max(1, round(experiment.scenes / experiment.block)) * experiment.block}"
+        )
+    if min(experiment.max_policy_lag, experiment.max_style_lag) < 0:
+        raise ConfigError("--max-policy-lag and --max-style-lag must be 0 or above")
+    if experiment.overlap and experiment.max_policy_lag < 1:
+        raise ConfigError(
+            "--overlap learns from a policy one update old, --max-policy-lag 0 drops every such"
+            " sample: leave one of them out"
         )
     return experiment
 

@@ -17,9 +17,7 @@ from numpy.typing import NDArray
 from console import serving
 from console.commands import Export
 from policy import description
-from policy.acting import Policy
 from policy.networks import hidden_widths
-from policy.precision import Precision
 from policy.served import ACTIONS, STATE_WIDTH, Served
 from world.errors import InhabitError
 
@@ -171,10 +169,7 @@ def compare(served: Served, file: Path) -> Difference:
         for part in observation.split([STATE_WIDTH, served.width - STATE_WIDTH], dim=1)
     )
     action, target = session.run(["action", "target"], {"state": state, "goal": goal})
-    # in float32 also where the policy itself would act in bf16
-    own = Policy(served.weights, Precision("cpu", None, "as ONNX Runtime computes"))(
-        *observation.split([STATE_WIDTH, served.width - STATE_WIDTH], dim=1)
-    )
+    own = policy(*observation.split([STATE_WIDTH, served.width - STATE_WIDTH], dim=1))
     wanted = served.servoes.targets(own)
     return Difference(
         float(np.abs(np.asarray(action) - own.numpy()).max()),

@@ -10,7 +10,7 @@ import numpy as np
 from rich.progress import Progress
 from rich.table import Table
 
-from console import machine
+from console import machine, objects_drop
 from console.commands import Meshes, ObjectsCheck, ObjectsImport, ObjectsList, ObjectsShow
 from console.screen import screen
 from world.errors import ChoiceError, ConfigError, PieceError
@@ -42,15 +42,34 @@ def objects_command(command: Command) -> int:
 
 def check(command: ObjectsCheck) -> int:
     """Print what the pieces and meshes are; 1 if any is refused."""
+    if not 0.0 <= command.drop <= 60.0:
+        raise ConfigError(f"--drop {command.drop:g}: choose seconds from 0 (no drop) to 60")
     rows: list[dict[str, Any]] = []
+    found: list[Piece | None] = []
     for name in command.paths:
         path = Path(name)
         if name in collection.SPLITS or name.endswith(".json") or _has_pieces(path):
-            rows += [listed(piece) for piece in collection.pieces([name])]
+            pieces = collection.pieces([name])
+            found += pieces
+            rows += [listed(piece) for piece in pieces]
         else:
-            rows += [outcome_row(o) for o in made([path], command.mesh)]
+            outcomes = made([path], command.mesh)
+            found += [outcome.piece() for outcome in outcomes]
+            rows += [outcome_row(outcome) for outcome in outcomes]
+    if command.drop:
+        _drop(rows, found, command)
     report(rows, command.json)
+    if command.drop and not command.json:
+        objects_drop.summarise(rows, screen())
     return int(any(row["refused"] for row in rows))
+
+
+def _drop(rows: list[dict[str, Any]], found: list[Piece | None], command: ObjectsCheck) -> None:
+    """Add to each row what became of a ragdoll on its piece."""
+    pieces = [piece for piece in found if piece is not None]
+    done = iter(objects_drop.drops(pieces, command.drop, command.mesh.threads or machine.cores()))
+    for row, piece in zip(rows, found, strict=True):
+        row["drops"] = [] if piece is None else next(done)
 
 
 def _has_pieces(path: Path) -> bool:

@@ -1,5 +1,6 @@
 """Episodes as `.msgpack`: full simulator states at every control step, enough to see them again."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,11 +12,13 @@ from numpy.typing import NDArray
 from rpc import codec
 from world.errors import InhabitError
 from world.furniture.piece import Box, Piece
-from world.scene import compile_scene
+from world.scene import PROJECTILE_BODY, Ball, compile_scene
 
 FORMAT = "inhabit-recording"
 VERSION = 1
 ARRAYS = ("qpos", "qvel", "ctrl", "mocap_pos", "mocap_quat", "boxes")
+#: Where a ball is drawn that is out of the scene, m: each coordinate.
+AWAY_M = -32.0
 #: Arrays that recordings of the first version lack.
 MORE = ("balls", "cargo", "stand")
 
@@ -57,9 +60,13 @@ class Take:
 
 def boxes_of(piece: Piece | None) -> NDArray[np.float64]:
     """The boxes of a piece as rows [k, 10]; none for an empty scene."""
-    if piece is None:
-        return np.zeros((0, 10))
-    return np.array([[*box.centre_m, *box.half_m, *box.quat] for box in piece.boxes])
+    return rows_of(piece.boxes if piece is not None else ())
+
+
+def rows_of(boxes: Sequence[Box]) -> NDArray[np.float64]:
+    """Boxes as rows [k, 10]."""
+    rows = [[*box.centre_m, *box.half_m, *box.quat] for box in boxes]
+    return np.array(rows, np.float64).reshape(-1, 10)
 
 
 def model_of(take: Take) -> mujoco.MjModel:
@@ -73,7 +80,22 @@ def model_of(take: Take) -> mujoco.MjModel:
     if len(take.cargo):
         x, y, z = take.cargo.tolist()
         cargo = Piece("box", "box", (Box((0.0, 0.0, 0.0), (x, y, z)),), (), 1.0)
-    return compile_scene(piece, cargo=cargo)
+    ball = Ball(radius_m=float(take.meta.get("ball_radius_m", Ball().radius_m)))
+    return compile_scene(piece, (ball,) * take.balls.shape[1], cargo)
+
+
+def pose(model: mujoco.MjModel, data: mujoco.MjData, take: Take, frame: int) -> None:
+    """Put everything of a take's scene where it was at a control step, and compute the bodies'
+    poses; coordinates that are no numbers count as 0."""
+    data.qpos[: take.qpos.shape[1]] = np.nan_to_num(take.qpos[frame])
+    data.mocap_pos[0], data.mocap_quat[0] = take.mocap_pos[frame], take.mocap_quat[frame]
+    if len(take.stand):
+        data.mocap_pos[1] = take.stand
+    for index, at in enumerate(take.balls[frame] if take.balls.shape[1] else ()):
+        joint = model.body(f"{PROJECTILE_BODY}{index}").jntadr[0]
+        address = int(model.jnt_qposadr[joint])
+        data.qpos[address : address + 3] = np.where(np.isnan(at), AWAY_M, at)
+    mujoco.mj_kinematics(model, data)
 
 
 @dataclass(frozen=True)

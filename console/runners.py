@@ -6,14 +6,18 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 
 from actors.local import LocalFleet
+from actors.processes import ProcessFleet
 from console import assembly
 from console.commands import Train
+from console.commands.training import StyleAddress
 from console.experiment import Experiment
 from console.runs import RunDirectory
+from console.style_service import attached
 from discriminator.client import StyleClient
 from discriminator.process import start_process
 from learner.protocols import Fleet, Style
 from rpc.channel import ChannelConfig
+from world.errors import ConfigError
 from world.starts import KINDS
 
 
@@ -39,8 +43,11 @@ def open_runner(
 
     say: gets a line for what goes wrong and is mended, such as a service that died.
     """
+    if command.style_service.address and command.runner != "ray":
+        raise ConfigError("--style-service.address is for many processes: add --runner ray")
     if command.runner == "ray":
-        with ray_runner(experiment, run, workers, command.address, say) as runner:
+        address, style = command.address, command.style_service
+        with ray_runner(experiment, run, workers, address, say, style) as runner:
             yield runner
     else:
         with local_runner(experiment, run, workers) as runner:
@@ -49,8 +56,9 @@ def open_runner(
 
 @contextmanager
 def local_runner(experiment: Experiment, run: RunDirectory, workers: int) -> Iterator[Runner]:
-    """Everything in this process, a thread a worker."""
-    fleet = LocalFleet(assembly.make_shard(experiment, run), *_shape(experiment, workers))
+    """Everything in this process, but for workers beyond the first: a process each."""
+    kind = LocalFleet if workers == 1 else ProcessFleet
+    fleet = kind(assembly.make_shard(experiment, run), *_shape(experiment, workers))
     try:
         yield Runner(fleet, assembly.discriminator(experiment), KINDS)
     finally:
@@ -64,13 +72,15 @@ def ray_runner(
     workers: int,
     address: str | None,
     say: Callable[[str], None],
+    style: StyleAddress,
 ) -> Iterator[Runner]:
-    """Ray actors, and the style service in a process of its own."""
+    """Ray actors, and the style service in a process of its own, or at an address."""
     from actors.cluster import ray_session  # a second that the local runner can do without
     from actors.fleet import RayFleet
 
     with ExitStack() as stack:
-        client = stack.enter_context(style_client(experiment, run, say))
+        found = attached(style, experiment, say) if style.address else None
+        client = stack.enter_context(found or style_client(experiment, run, say))
         stack.enter_context(ray_session(workers, address))
         fleet = RayFleet(assembly.make_shard(experiment, run), *_shape(experiment, workers))
         stack.callback(fleet.close)

@@ -19,14 +19,15 @@ def style_command(command: Style) -> int:
     torch.set_num_threads(1)
     run = RunDirectory(command.source)
     server = listening(command)
-    style, _ = build(assembly.style_service(read_experiment(run), server))
+    state = _text(command.state)
+    style, journal = build(assembly.style_service(read_experiment(run), server, state))
     try:
         checkpoint = checkpoint_folder(run.path)
     except RunError:
         checkpoint = None  # a run that has just begun: the service begins with it
     if checkpoint is not None:
         style.load_state_dict(read(checkpoint, ("style",)).state["style"])
-    service = start(style, server)
+    service = start(style, server, journal=journal)
     print(f"style service of {run.path} at {service.address}, version {style.version}", flush=True)
     service.run()
     return 0
@@ -42,6 +43,7 @@ def listening(command: Style | Serve) -> ServerConfig:
         token_file=_text(command.token_file),
         allow_insecure_remote=command.allow_insecure_remote,
         metrics=command.metrics or "",
+        health=command.health or "",
     )
 
 

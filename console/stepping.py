@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from console.arrangement import arranged, sized
-from console.perturbations import Disturbance, Mover, Thrower
 from console.recording import Take, boxes_of
 from policy.acting import Policy
 from world import character, tasks
 from world.box_scene import STAND
 from world.config import WorldConfig
 from world.furniture.piece import Piece
+from world.perturbations import Disturbance, Mover, Thrower
 from world.scenes import Scenes
 from world.tasks import Place
 from world.tasks.task import state as state_of

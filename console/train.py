@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
+from pathlib import Path
 from types import FrameType
 from typing import Any
 
@@ -30,10 +31,12 @@ from learner.config import LoopConfig
 from learner.loop import Loop
 from learner.ppo import Learner
 from policy.checkpoint import read
-from policy.run_checkpoints import RunCheckpoints
+from policy.run_checkpoints import RunCheckpoints, read_newest
+from policy.transfer import adopt
 from world import tasks
 from world.cloning import pairs
 from world.errors import ConfigError
+from world.furniture import collection
 
 INTERRUPTED = 130
 
@@ -65,8 +68,15 @@ def resolve(command: Train) -> Experiment:
     world = replace(world, episode_s=world.episode_s or tasks.make(command.task).episode_s)
     if command.motions:
         world = replace(world, motions=tuple(str(path.resolve()) for path in command.motions))
+    if command.objects:
+        world = replace(world, objects=tuple(_furniture(name) for name in command.objects))
     experiment = replace(command.experiment, world=world)
     return check(with_learner_threads(experiment, command.threads or machine.cores()))
+
+
+def _furniture(name: str) -> str:
+    """A split's name as it is, anything else as a whole path."""
+    return name if name in collection.SPLITS else str(Path(name).resolve())
 
 
 def workers(command: Train, experiment: Experiment) -> int:
@@ -97,7 +107,9 @@ def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
         raise RunError(f"{run.path} exists: add --resume or --restart, or name another --run")
     if command.init:
         checkpoint_folder(command.init)
-    assembly.library_of(experiment.world)  # clips that cannot be read are found before the run is
+    # furniture of no use and clips that cannot be read are found before the run is
+    assembly.training_pieces(experiment.world)
+    assembly.library_of(experiment.world)
     run.create()
     run.write_config(
         {
@@ -127,6 +139,8 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
         display = stack.enter_context(open_display(f"{command.task} {run.path}", goal))
         stopped = stack.enter_context(interrupts(display.note))
         display.note(f"run {run.path}")
+        if left_out := assembly.training_pieces(experiment.world)[1]:
+            display.note(left_out)
         runner = stack.enter_context(
             open_runner(command, experiment, run, workers(command, experiment), display.note)
         )
@@ -143,7 +157,14 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
             runner.style,
             sinks,
             checkpoints,
-            LoopConfig(command.iterations, command.samples, command.checkpoint_every),
+            LoopConfig(
+                command.iterations,
+                command.samples,
+                command.checkpoint_every,
+                overlap=experiment.overlap,
+                max_policy_lag=experiment.max_policy_lag,
+                max_style_lag=experiment.max_style_lag,
+            ),
             list(tasks.make(command.task).terms),
             runner.starts,
         )
@@ -167,16 +188,25 @@ def begin(
     """Put the loop where it starts from: a checkpoint, another run's networks, or the clips."""
     learner = loop.learner
     if command.resume:
-        path = checkpoint_folder(run.path)
-        loop.load_state_dict(read(path, layout=assembly.layout(experiment)).state)
+        found, damaged = read_newest(run.checkpoints, assembly.layout(experiment))
+        for line in damaged:
+            note(line)
+        loop.load_state_dict(found.state)
         dropped = truncate_metrics(run.metrics, learner.version)
-        note(f"resumed from {path}" + (f", {dropped} lines of metrics dropped" if dropped else ""))
+        lines = f", {dropped} lines of metrics dropped" if dropped else ""
+        note(f"resumed from {found.path}{lines}")
     elif command.init:
         path = checkpoint_folder(command.init)
-        learner.load_policy_state(
-            read(path, ("policy",), assembly.layout(experiment)).state["policy"]
-        )
-        note(f"networks and normalisers from {path}")
+        found, mine = read(path, ("policy",)), assembly.layout(experiment)
+        state, theirs = found.state["policy"], found.manifest.layout
+        if theirs.task == mine.task:
+            mine.require(theirs, str(path))
+        else:
+            alike = tasks.make(command.task).alike
+            state = adopt(state, theirs, mine, alike, str(path))
+        learner.load_policy_state(state)
+        other = "" if theirs.task == mine.task else f", of the task {theirs.task}"
+        note(f"networks and normalisers from {path}{other}")
     elif experiment.clone_passes:
         began = time.perf_counter()
         errors = clone_clips(learner, experiment)

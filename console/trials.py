@@ -9,13 +9,12 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from console import perturbations
-from console.perturbations import Disturbance
 from console.recording import Recording, Take
 from console.stepping import Driver, PolicyDriver, Track, Trials, step_chunk
-from world import character, streams
+from world import character, perturbations, streams
 from world.config import WorldConfig
 from world.furniture.piece import Piece
+from world.perturbations import Disturbance
 
 #: Trials stepped together: fixed, so that no figure depends on the number of threads.
 CHUNK = 128

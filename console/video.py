@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from console.recording import Recording, Take, model_of
+from console.recording import Recording, Take, model_of, pose
 from world.character import CONTROL_HZ
 from world.errors import InhabitError
 
@@ -95,11 +95,7 @@ def draw(
     try:
         centre = None
         for frame in frames:
-            data.qpos[: take.qpos.shape[1]] = np.nan_to_num(take.qpos[frame])
-            data.mocap_pos[0], data.mocap_quat[0] = take.mocap_pos[frame], take.mocap_quat[frame]
-            if len(take.stand):
-                data.mocap_pos[1] = take.stand
-            mujoco.mj_kinematics(model, data)
+            pose(model, data, take, frame)
             mujoco.mj_camlight(model, data)
             root = np.array([data.qpos[0], data.qpos[1], 0.75])
             # A smoothed camera: it follows the walk, not each step.
@@ -120,8 +116,16 @@ def _dress(model: mujoco.MjModel, look: Look) -> None:
     model.vis.headlight.specular[:] = 0.1
 
 
-def film(recording: Recording, out: Path, look: Look = Look()) -> int:
-    """Write every take after the other as mp4 at the control rate; returns the frames written."""
+def film(
+    recording: Recording,
+    out: Path,
+    look: Look = Look(),
+    model: mujoco.MjModel | None = None,
+) -> int:
+    """Write every take after the other as mp4 at the control rate; returns the frames written.
+
+    model: of the takes' scene, where it is at hand.
+    """
     import imageio_ffmpeg
 
     require_gl()
@@ -141,7 +145,7 @@ def film(recording: Recording, out: Path, look: Look = Look()) -> int:
     try:
         writer.send(None)
         for take in recording.takes:
-            for image in draw(take, look, range(len(take)), 0.15):
+            for image in draw(take, look, range(len(take)), 0.15, model):
                 writer.send(np.ascontiguousarray(image))
                 count += 1
         writer.close()

@@ -34,13 +34,20 @@ class StyleNetwork(nn.Module):
         return self.with_activations(x)[0]
 
     def with_activations(self, x: Tensor) -> tuple[Tensor, list[Tensor]]:
-        """Logits [n], and the hidden activations [n, width] whose signs are the ReLU masks."""
+        """Logits [n], and the hidden activations [n, width] whose signs are the ReLU masks.
+
+        Under autocast the body computes in its format, the head in float32: a logit needs more than
+        eight bits.
+        """
         *body, head = self.linears
         hidden: list[Tensor] = []
         for layer in body:
             x = functional.relu(functional.linear(x, layer.weight, layer.bias), inplace=True)
             hidden.append(x)
-        return functional.linear(x, head.weight, head.bias).squeeze(-1), hidden
+        with torch.autocast(x.device.type, enabled=False):
+            return functional.linear(x.to(head.weight.dtype), head.weight, head.bias).squeeze(
+                -1
+            ), hidden
 
     def input_gradient(self, hidden: list[Tensor]) -> Tensor:
         """d logit / d x, [n, 2F], in closed form from the ReLU masks of `hidden`.
@@ -52,4 +59,4 @@ class StyleNetwork(nn.Module):
         gradient = head.weight
         for layer, activation in zip(reversed(body), reversed(hidden), strict=True):
             gradient = (gradient * (activation.detach() > 0)) @ layer.weight
-        return gradient
+        return gradient.to(head.weight.dtype)

@@ -15,6 +15,7 @@ from discriminator.pairing import check_rollout, next_states
 from discriminator.protocols import MocapSampler, StyleScores
 from discriminator.replay import Replay
 from world.errors import LayoutError
+from world.precision import Precision, decide
 
 BLOCK = 512  # rows per forward pass: activations stay in the cache
 TRAINING = 2  # keeps the random stream of training apart from that of insertions
@@ -35,13 +36,16 @@ class Discriminator:
         seed: int,
         object_mask: Tensor | None = None,
         replay_path: Path | None = None,
+        precision: Precision | None = None,
     ) -> None:
         """Fix the normaliser from the mocap and draw the network from `seed`.
 
         object_mask: [F] bool, the features that describe the object; left out of the input
         where `config.object_features` is off (then it is needed: StyleError without it).
         replay_path: see Replay.
+        precision: what the network computes in; default: what pays on this processor.
         """
+        self.precision = precision or decide("cpu")
         self.config, self.mocap, self.seed = config, mocap, seed
         states, _ = mocap.sample(config.normaliser_samples, normaliser.FIRST_COUNTER)
         self.width = states.shape[-1]
@@ -159,9 +163,10 @@ class Discriminator:
         counter = version * config.steps_per_iteration + step
         mocap = self._mocap_rows(self.mocap.sample(config.batch, counter))
         # Mocap first: the penalty takes the leading rows, which are mocap alone.
-        logits, hidden = self.network.with_activations(torch.cat([mocap, *policy]))
+        with self.precision.context():
+            logits, hidden = self.network.with_activations(torch.cat([mocap, *policy]))
+            gradient = self.network.input_gradient([h[: config.penalty_batch] for h in hidden])
         on_mocap, on_policy = logits[: len(mocap)], logits[len(mocap) :]
-        gradient = self.network.input_gradient([h[: config.penalty_batch] for h in hidden])
         classified = loss.classification(on_policy, on_mocap)
         penalty = config.gradient_penalty * loss.gradient_penalty(gradient)
         regular = loss.regularisation(self.network, config.logit_regulariser, config.weight_decay)
@@ -172,7 +177,7 @@ class Discriminator:
 
     def logits(self, rows: Tensor) -> Tensor:
         """Logits [n] of rows of network input [n, inputs], without a gradient."""
-        with torch.no_grad():
+        with torch.no_grad(), self.precision.context():
             return torch.cat([self.network(block) for block in rows.split(BLOCK)])
 
     def _rows(self, states: Tensor, end_index: Tensor, end_states: Tensor) -> Tensor:

@@ -56,6 +56,9 @@ class LearnerConfig:
     """Gradient norm that the critic's is clipped to."""
     bound_weight: float = 10.0
     """Weight of the squared excess of a mean action over 1, summed over its components."""
+    mirror_weight: float = 0.0
+    """Weight of the mirror loss: where the critic thinks much better of a state than of its mirror
+    image, the action in the image is drawn to the image of the action; 0: none."""
     average: float = 0.98
     """Share that the averaged actor, which evaluation and serving act with, keeps of itself an
     iteration; 0: the last actor."""
@@ -82,3 +85,9 @@ class LoopConfig:
     """A full checkpoint every so many iterations, and one at the end."""
     episode_window: int = 1024
     """Episode statistics are means over so many of the last episodes."""
+    overlap: bool = False
+    """Actors act while the learner learns: their policy is one update old."""
+    max_policy_lag: int = 1
+    """Rollouts by a policy older than so many updates are dropped and counted."""
+    max_style_lag: int = 1
+    """Likewise those that were scored by a discriminator so many trainings behind."""

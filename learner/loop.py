@@ -3,20 +3,41 @@
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
 
 import torch
 
 from learner.config import LoopConfig
 from learner.episodes import EpisodeWindow
 from learner.errors import TrainingError
+from learner.gathering import Gathered, Gathering
 from learner.ppo import Learner
-from learner.protocols import Checkpointer, Fleet, Recorder, State, Style
+from learner.protocols import Checkpointer, Fleet, Recorder, State, Style, StyleScores
 from learner.returns import mixed_reward
+from policy.rollout import Rollout
+
+# Rollouts too old to be learned from, one after the other, that end a run: it would never go on.
+STALE_IN_A_ROW = 8
+
+
+@dataclass(frozen=True)
+class _Scored:
+    """The style reward of a rollout, and the training that goes on meanwhile."""
+
+    scores: StyleScores
+    training: Future[tuple[dict[str, float], float]]
+    lag: int
+    """trainings that the discriminator was behind"""
+    seconds: float
 
 
 class Loop:
-    """Wires a learner to its fleet and style; the same numbers whatever stands behind them."""
+    """Wires a learner to its fleet and style; the same numbers whatever stands behind them.
+
+    In lockstep (lag 0) actors wait for the learner and the learner for them. Overlapped (lag 1)
+    they act while it learns. Both are reproducible, and resume exactly.
+    """
 
     def __init__(
         self,
@@ -31,6 +52,7 @@ class Loop:
     ) -> None:
         self.learner = learner
         self.fleet = fleet
+        self.gathering = Gathering(fleet, config.overlap)
         self.style = style
         self.recorder = recorder
         self.checkpointer = checkpointer
@@ -39,6 +61,8 @@ class Loop:
         self.episodes = EpisodeWindow(config.episode_window, starts)
         self.seconds = 0.0
         self.best_score = -math.inf
+        self.batches = 0
+        """rollouts scored so far: the ids by which the style knows them"""
         # The discriminator trains beside the update; on its own thread its numbers are the same.
         self._background = ThreadPoolExecutor(
             1, "style", initializer=torch.set_num_threads, initargs=(1,)
@@ -60,33 +84,29 @@ class Loop:
         """One iteration; returns its metrics."""
         began = time.perf_counter()
         learner, config = self.learner, self.learner.config
-        version, sigma = learner.version, learner.sigma
+        version = learner.version
 
-        rollout = self.fleet.collect(learner.weights(), version, sigma)
-        gathered = time.perf_counter()
+        gathered, style, dropped = self._gather()
+        rollout = gathered.rollout
+        scored = time.perf_counter()
 
         metrics: dict[str, float] = {}
-        style_reward, training = None, None
-        if self.style is not None:
-            scores = self.style.score(
-                version, rollout.states, rollout.end_index, rollout.end_states, rollout.valid
-            )
-            style_reward = scores.reward
-            metrics |= scores.metrics
-            metrics["lag/style"] = float(version - scores.version)
+        style_reward, style_s = None, 0.0
+        if style is not None:
+            style_reward, style_s = style.scores.reward, style.seconds
+            metrics |= style.scores.metrics
+            metrics["lag/style"] = float(style.lag)
             metrics["reward/style"] = float(style_reward[rollout.valid].mean())
-            training = self._background.submit(_timed_train, self.style, scores.version)
-        scored = time.perf_counter()
+        gather_s = scored - began - style_s
 
         rewards = mixed_reward(
             rollout.rewards, style_reward, config.task_weight, config.style_weight
         )
-        metrics |= learner.update(rollout, rewards, sigma)
+        metrics |= learner.update(rollout, rewards, gathered.sigma)
         updated = time.perf_counter()
 
-        style_s = scored - gathered
-        if training is not None:
-            trained, train_s = training.result()
+        if style is not None:
+            trained, train_s = style.training.result()
             metrics |= trained
             style_s += train_s
 
@@ -104,16 +124,53 @@ class Loop:
                 "rate/samples_per_s": rollout.samples / (ended - began),
                 "rate/world_s": rollout.seconds.get("world", 0.0),
                 "rate/policy_s": rollout.seconds.get("policy", 0.0),
-                "rate/gather_s": gathered - began,
+                "rate/gather_s": gather_s,
                 "rate/style_s": style_s,
                 "rate/update_s": updated - scored,
                 "rate/iteration_s": ended - began,
                 "reward/task": float(rollout.rewards[rollout.valid].mean()),
                 "lag/policy": float(version - rollout.version),
-                "actors/alive": float(self.fleet.alive()),
-                "dropped/samples": float((~rollout.valid).sum()),
+                "actors/alive": float(gathered.alive),
+                "dropped/samples": float((~rollout.valid).sum() + dropped),
             }
         )
+
+    def _gather(self) -> tuple[Gathered, _Scored | None, int]:
+        """The next rollout whose policy and style reward are within the bounds of the config.
+
+        Returns also how many samples were beyond them, which nobody learns from. The discriminator
+        is trained on whatever it scored.
+        """
+        version, stale = self.learner.version, 0
+        for _ in range(STALE_IN_A_ROW):
+            gathered = self.gathering.next(self.learner.weights(), version, self.learner.sigma)
+            rollout = gathered.rollout
+            if version - rollout.version <= self.config.max_policy_lag:
+                style = self._score(rollout)
+                if style is None or style.lag <= self.config.max_style_lag:
+                    return gathered, style, stale
+                style.training.result()
+            stale += rollout.samples
+        raise TrainingError(
+            f"iteration {version + 1}: {STALE_IN_A_ROW} rollouts in a row are older than"
+            f" --max-policy-lag {self.config.max_policy_lag} or were scored by a discriminator"
+            f" older than --max-style-lag {self.config.max_style_lag}: raise the bounds, or find"
+            " out who is late"
+        )
+
+    def _score(self, rollout: Rollout) -> _Scored | None:
+        """Score a rollout once, and begin the training that follows it."""
+        if self.style is None:
+            return None
+        began = time.perf_counter()
+        batch, self.batches = self.batches, self.batches + 1
+        scores = self.style.score(
+            batch, rollout.states, rollout.end_index, rollout.end_states, rollout.valid
+        )
+        seconds = time.perf_counter() - began
+        training = self._background.submit(_timed_train, self.style, scores.version)
+        # Every batch is followed by one training: by the clock of batches none is missing.
+        return _Scored(scores, training, batch - scores.version, seconds)
 
     def _finished(self) -> bool:
         iterations, samples = self.config.iterations, self.config.samples
@@ -134,7 +191,8 @@ class Loop:
             "policy": self.learner.policy_state(),
             "training": {
                 "learner": self.learner.state_dict(),
-                "fleet": self.fleet.state_dict(),
+                **self.gathering.state_dict(),
+                "batches": self.batches,
                 "episodes": self.episodes.state_dict(),
                 "seconds": self.seconds,
                 "best_score": self.best_score if math.isfinite(self.best_score) else None,
@@ -147,7 +205,9 @@ class Loop:
         training = state["training"]
         self.learner.load_policy_state(state["policy"])
         self.learner.load_state_dict(training["learner"])
-        self.fleet.load_state_dict(training["fleet"])
+        self.gathering.load_state_dict(training)
+        # Absent where an older run counted them by its iterations.
+        self.batches = int(training.get("batches", self.learner.version))
         self.episodes.load_state_dict(training["episodes"])
         self.seconds = float(training["seconds"])
         best = training["best_score"]
@@ -157,6 +217,7 @@ class Loop:
 
     def close(self) -> None:
         """Let go of threads; the fleet and the style are their owner's."""
+        self.gathering.close()
         self._background.shutdown()
         self.learner.close()
 

@@ -3,7 +3,7 @@
 import copy
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor, nn
@@ -12,15 +12,28 @@ from learner.config import LearnerConfig, piecewise
 from learner.optimiser import adam, adam_state, load_adam_state, set_rate, steps_taken
 from learner.protocols import State
 from learner.returns import advantages, explained_variance
-from learner.surrogate import clipped_surrogate, kl_fixed_sigma, next_rate, soft_bound
+from learner.surrogate import (
+    clipped_surrogate,
+    kl_fixed_sigma,
+    mirror_loss,
+    next_rate,
+    soft_bound,
+)
 from policy.acting import publish
 from policy.networks import Actor, Critic, log_density
 from policy.normaliser import Normaliser, NormaliserConfig, ValueNormaliser
-from policy.precision import Precision, decide
 from policy.rollout import Rollout, successors
+from world.precision import Precision, decide
+from world.reflection import Symmetry
 
 # Rows of one value inference: fixed, so that rounding does not depend on the number of threads.
 VALUE_BLOCK = 1024
+
+# Differences of value, in standard deviations of the returns: how much better a state must look
+# than its image for the mirror loss to be half as strong as it can be, and how fast it comes on.
+# Without a margin it draws a gait, and a turn at a seat that may go either way, to the middle
+# between left and right: docs/recipe.md has the figures.
+MIRROR_MARGIN, MIRROR_WIDTH = 0.25, 0.08
 
 # Gradient steps over which the actor's rate rises. Adam's first steps move every weight by the
 # whole rate, whatever the gradient: measured on a cloned actor, a KL of 0.4 in four of them.
@@ -37,6 +50,19 @@ class Batch:
     log_probs: Tensor
     advantages: Tensor
     targets: Tensor
+    mirrored: "Mirrored | None" = None
+
+
+@dataclass(frozen=True)
+class Mirrored:
+    """The same samples with left and right exchanged, [n, ..]."""
+
+    observations: Tensor
+    """normalised"""
+    means: Tensor
+    """the images of the acting policy's means"""
+    gates: Tensor
+    """in (0, 1): near 1 where the critic thinks much better of the sample than of its image"""
 
 
 class Learner:
@@ -49,7 +75,10 @@ class Learner:
         config: LearnerConfig,
         seed: int = 0,
         precision: Precision | None = None,
+        symmetry: Symmetry | None = None,
     ) -> None:
+        """symmetry: of observations and actions, for the mirror loss; none: no such loss."""
+        self.symmetry = symmetry if config.mirror_weight else None
         self.config = config
         self.seed = seed
         self.precision = precision or decide("cpu")
@@ -90,6 +119,8 @@ class Learner:
         raw = torch.cat((rollout.states, rollout.goals), -1)
         observations = self.normaliser(raw)
         batch, explained = self._prepare(rollout, rewards, observations)
+        if self.symmetry is not None and not self.warmup_left:
+            batch = replace(batch, mirrored=self._mirror(self.symmetry, rollout, raw, batch))
         critic = self._pool.submit(self._update_critic, batch)
         actor = self._pool.submit(self._update_actor, batch, sigma)
         metrics = {"ppo/value_explained": explained, "ppo/sigma": sigma}
@@ -134,12 +165,19 @@ class Learner:
         )
         return batch, explained_variance(value, returns)
 
+    def _mirror(self, symmetry: Symmetry, rollout: Rollout, raw: Tensor, batch: Batch) -> Mirrored:
+        """The images of a batch's samples; raw: observations [T+1, N, d] before normalisation."""
+        images = self.normaliser(symmetry.observation(raw[:-1][rollout.valid]))
+        better = self._infer_values(batch.observations) - self._infer_values(images)
+        gates = torch.sigmoid((better / self.values.std - MIRROR_MARGIN) / MIRROR_WIDTH)
+        return Mirrored(images, symmetry.action(batch.means), gates)
+
     def _infer_values(self, observations: Tensor) -> Tensor:
         """Values [..] of normalised observations [.., d], in fixed blocks over the threads."""
 
         def block(rows: Tensor) -> Tensor:
             with torch.no_grad(), self.precision.context():
-                return self.critic(rows).float()
+                return self.critic(rows)
 
         flat = observations.reshape(-1, observations.shape[-1])
         blocks = list(self._pool.map(block, flat.split(VALUE_BLOCK)))
@@ -180,7 +218,7 @@ class Learner:
             for rows in epoch:
                 with self.precision.context():
                     values = self.critic(batch.observations[rows])
-                loss = (values.float() - batch.targets[rows]).square().mean()
+                loss = (values - batch.targets[rows]).square().mean()
                 losses.append(float(loss.detach()))
                 _step(self.critic, self.critic_optimiser, loss, self.config.critic_grad_norm)
         return {
@@ -193,7 +231,7 @@ class Learner:
         config = self.config
         target = piecewise(config.kl_target, self.samples)
         clip = piecewise(config.clip, self.samples)
-        losses, bounds, clipped, kls = [], [], [], []
+        losses, bounds, clipped, mirrors, kls = [], [], [], [], []
         skipped = 0
         epochs = [] if self.warmup_left else self._minibatches(len(batch.targets), 1)
         for epoch in epochs:
@@ -201,7 +239,6 @@ class Learner:
             for rows in epoch:
                 with self.precision.context():
                     means = self.actor(batch.observations[rows])
-                means = means.float()
                 kl = float(kl_fixed_sigma(means.detach(), batch.means[rows], sigma))
                 kls.append(kl)
                 if kl > config.kl_skip * target:
@@ -210,15 +247,17 @@ class Learner:
                 log_ratio = log_density(batch.actions[rows], means, sigma) - batch.log_probs[rows]
                 surrogate = clipped_surrogate(log_ratio, batch.advantages[rows], clip)
                 bound = soft_bound(means)
+                mirror = self._mirror_loss(batch, rows, sigma)
                 ramp = min(1.0, (steps_taken(self.actor_optimiser) + 1) / RAMP_STEPS)
                 set_rate(self.actor_optimiser, ramp * self.actor_rate)
                 _step(
                     self.actor,
                     self.actor_optimiser,
-                    surrogate + config.bound_weight * bound,
+                    surrogate + config.bound_weight * bound + config.mirror_weight * mirror,
                     config.actor_grad_norm,
                 )
                 losses.append(float(surrogate.detach()))
+                mirrors.append(float(mirror.detach()))
                 bounds.append(float(bound.detach()))
                 outside = (log_ratio.detach().exp() - 1.0).abs() > clip
                 clipped.append(float(outside.float().mean()))
@@ -233,9 +272,19 @@ class Learner:
             "ppo/learning_rate": self.actor_rate,
             "ppo/surrogate": _mean(losses),
             "ppo/bound": _mean(bounds),
+            **({"ppo/mirror": _mean(mirrors)} if batch.mirrored else {}),
             "ppo/skipped": float(skipped),
             "rate/actor_s": time.perf_counter() - began,
         }
+
+    def _mirror_loss(self, batch: Batch, rows: Tensor, sigma: float) -> Tensor:
+        """Of every other row, which is plenty and costs half."""
+        image, some = batch.mirrored, rows[::2]
+        if image is None:
+            return torch.zeros(())
+        with self.precision.context():
+            means = self.actor(image.observations[some])
+        return mirror_loss(means, image.means[some], image.gates[some], sigma)
 
     def policy_state(self) -> State:
         """Networks and normalisers: what acting, serving and `--init` need."""

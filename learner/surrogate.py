@@ -2,6 +2,7 @@
 
 import torch
 from torch import Tensor
+from torch.nn import functional
 
 
 def clipped_surrogate(log_ratio: Tensor, advantages: Tensor, clip: float) -> Tensor:
@@ -19,6 +20,16 @@ def soft_bound(means: Tensor) -> Tensor:
 def kl_fixed_sigma(means: Tensor, old_means: Tensor, sigma: float) -> Tensor:
     """Mean KL of two Gaussians with one sigma, ½ |Δmean|² / sigma²: [n, a], [n, a] -> []."""
     return 0.5 * (means - old_means).square().sum(-1).mean() / sigma**2
+
+
+def mirror_loss(means: Tensor, wanted: Tensor, gate: Tensor, sigma: float) -> Tensor:
+    """Mean over n of gate · Huber((means − wanted) / sigma), summed over components.
+
+    [n, a], [n, a], [n] -> []. Linear beyond one sigma: who is far off must not drown the rest.
+    """
+    apart = (means - wanted) / sigma
+    huber = functional.huber_loss(apart, torch.zeros_like(apart), reduction="none")
+    return (gate * huber.sum(-1)).mean()
 
 
 def next_rate(rate: float, kl: float, target: float, bounds: tuple[float, float]) -> float:

@@ -7,7 +7,7 @@ from torch import Tensor
 
 from policy.networks import Actor, hidden_widths
 from policy.normaliser import Normaliser, normalise
-from policy.precision import Precision, decide
+from world.precision import FLOAT32, Precision
 
 ACTOR, NORMALISER = "actor.", "normaliser."
 
@@ -21,8 +21,8 @@ def publish(actor: Actor, normaliser: Normaliser) -> dict[str, Tensor]:
 class Policy:
     """Mean actions from states and goals; rebuilt or refilled from published weights."""
 
-    def __init__(self, weights: Mapping[str, Tensor], precision: Precision | None = None) -> None:
-        self.precision = precision or decide("cpu")
+    def __init__(self, weights: Mapping[str, Tensor], precision: Precision = FLOAT32) -> None:
+        self.precision = precision
         inputs, self.actions, hidden = hidden_widths(dict(weights), ACTOR)
         self.actor = Actor(inputs, self.actions, hidden)
         self.load(weights)
@@ -40,4 +40,4 @@ class Policy:
         """State [n, 114] and goal [n, G] -> mean action [n, 28], float32."""
         observation = normalise(torch.cat((state, goal), -1), self.mean, self.std, self.clip)
         with self.precision.context():
-            return self.actor(observation).float()
+            return self.actor(observation)

@@ -16,7 +16,8 @@ from torch import Tensor
 
 from policy.errors import CheckpointError, LayoutError
 
-FORMAT = 1
+FORMAT = 2
+READABLE = (1, 2)  # the manifest of format 1 has no digest of its own
 MANIFEST = "manifest.json"
 SECTIONS = ("policy", "training", "style")
 State = dict[str, Any]
@@ -121,9 +122,8 @@ def write(path: Path, state: Mapping[str, State], manifest: Manifest) -> Path:
             save_file(_unshared(tensors), file)
             files[file.name] = {"sha256": _digest(file), "bytes": file.stat().st_size}
             _sync(file)
-        text = json.dumps(
-            {"format": FORMAT, **asdict(manifest), "files": files, "values": values}, indent=1
-        )
+        table = {"format": FORMAT, **asdict(manifest), "files": files, "values": values}
+        text = json.dumps(table | {"sha256": _digest_of(table)}, indent=1)
         (partial / MANIFEST).write_text(text)
         _sync(partial / MANIFEST)
         _sync(partial)
@@ -187,9 +187,14 @@ def _read_manifest(path: Path) -> dict[str, Any]:
         raise CheckpointError(f"{path} is no checkpoint: it has no {MANIFEST}") from error
     except (OSError, ValueError) as error:
         raise CheckpointError(f"{file} is damaged: {error}; use an older checkpoint") from error
-    if not isinstance(raw, dict) or raw.get("format") != FORMAT:
+    if not isinstance(raw, dict) or raw.get("format") not in READABLE:
         found = raw.get("format") if isinstance(raw, dict) else None
-        raise LayoutError(f"{file}: format {found}, this version reads format {FORMAT}")
+        known = " and ".join(map(str, READABLE))
+        raise LayoutError(f"{file}: format {found}, this version reads formats {known}")
+    if raw["format"] != 1 and raw.pop("sha256", None) != _digest_of(raw):
+        raise CheckpointError(
+            f"{file} is damaged: not the text that was written; use an older checkpoint"
+        )
     return raw
 
 
@@ -224,6 +229,13 @@ def _unshared(tensors: Mapping[str, Tensor]) -> dict[str, Tensor]:
         own[key] = tensor if fresh else tensor.clone(memory_format=torch.contiguous_format)
         seen.add(own[key].untyped_storage().data_ptr())
     return own
+
+
+def _digest_of(table: Mapping[str, Any]) -> str:
+    """Of JSON values, however they are spaced."""
+    # Through JSON and back, as a reader has them: tuples become lists.
+    text = json.dumps(json.loads(json.dumps(table)), sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _digest(file: Path) -> str:

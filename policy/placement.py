@@ -102,17 +102,22 @@ def custom(shape: pb.Shape, task: Task) -> tuple[Piece, Spot]:
 
 def fill_place(row: Numbers, where: Standing) -> None:
     """Write what a task must know of furniture into a row: world frame."""
-    cos, sin = np.cos(where.yaw), np.sin(where.yaw)
-    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
 
     def world(points: Numbers | Vector) -> Numbers:
-        return np.asarray(points) @ turn.T + where.position
+        return turned(points, where.yaw) + where.position
 
     heading = where.yaw + where.spot.facing_rad
     row[COLUMNS["point"]] = world(where.spot.point_m)
     row[COLUMNS["head"]] = world(where.spot.head_m)
     row[COLUMNS["facing"]] = np.cos(heading), np.sin(heading)
     row[COLUMNS["corners"]] = world(where.piece.corners()).ravel()
+
+
+def turned(points: Numbers | Vector, yaw: float) -> Numbers:
+    """Points [..., 3] turned about z by yaw, rad."""
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(points) @ turn.T
 
 
 def mesh_spot(piece: Piece, furniture: pb.Furniture, task: Task) -> Spot:

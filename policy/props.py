@@ -1,6 +1,7 @@
 """What stands in a simulated scene beside the character: furniture, or a box on its stand."""
 
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Protocol
 
@@ -12,7 +13,7 @@ from torch import Tensor
 from policy.carrying import MASSES_KG, carried
 from policy.errors import RequestError
 from policy.fields import Numbers, number
-from policy.placement import SCALES, Standing, fill_place, mesh_spot, placed, standing
+from policy.placement import SCALES, Standing, fill_place, mesh_spot, placed, standing, turned
 from policy.situations import SITUATION, place_of
 from rpc.v1 import policy_pb2 as pb
 from world import box_scene
@@ -20,7 +21,7 @@ from world.boxes import BoxBank
 from world.furniture.meshes import importing
 from world.furniture.meshes.build import Told
 from world.furniture.piece import Box, Piece
-from world.scene import compile_scene
+from world.scene import Ball, compile_scene
 from world.scenes import Scenes
 from world.tasks import Place, Task
 
@@ -46,6 +47,16 @@ class Props(Protocol):
         """Put it elsewhere: furniture to position [3] m, or the box's first stand below it."""
         ...
 
+    def spot(self) -> tuple[Tensor, Tensor]:
+        """The floor below the place of use, or below the box's first place, [1, 2] m, and where it
+        faces [1, 2] (cosine, sine)."""
+        ...
+
+    def shift(self, scenes: Scenes, point: Tensor, facing: Tensor) -> None:
+        """Put it where its spot is point [1, 2] m and faces facing [1, 2]; a box on its first stand
+        goes along with it."""
+        ...
+
     def pose(self, scenes: Scenes) -> tuple[list[float], list[float]]:
         """Position [3] m and rotation [4] of the object, world."""
         ...
@@ -55,20 +66,30 @@ class Props(Protocol):
         ...
 
 
-def props_of(request: pb.SynthesizeRequest, task: Task) -> Props:
-    """The object of a request; RequestError names what is missing or wrong."""
+def props_of(
+    request: pb.SynthesizeRequest,
+    task: Task,
+    balls: Sequence[Ball] = (),
+    piece: Piece | None = None,
+) -> Props:
+    """The object of a request; RequestError names what is missing or wrong.
+
+    balls: projectiles that its scene has besides. piece: the furniture, at its scale, in the place
+    of the request's shape.
+    """
     if task.affordance == "carry":
         if not request.HasField("box"):
             raise RequestError(f"box: missing, '{task.name}' needs it")
-        return Boxed(request.box)
+        return Boxed(request.box, balls)
     if not request.HasField("furniture"):
         raise RequestError(f"furniture: missing, '{task.name}' needs it")
-    if request.furniture.WhichOneof("shape") == "mesh":
+    if piece is None and request.furniture.WhichOneof("shape") == "mesh":
         piece = piece_of_mesh(request.furniture)
+    if piece is not None:
         where = placed(request.furniture, piece, mesh_spot(piece, request.furniture, task), True)
     else:
         where = standing(request.furniture, task, anywhere=True)
-    return Furnished(where, task)
+    return Furnished(where, task, balls)
 
 
 def piece_of_mesh(furniture: pb.Furniture) -> Piece:
@@ -92,11 +113,11 @@ def piece_of_mesh(furniture: pb.Furniture) -> Piece:
 class Furnished:
     """Furniture to sit or lie on."""
 
-    def __init__(self, where: Standing, task: Task) -> None:
+    def __init__(self, where: Standing, task: Task, balls: Sequence[Ball] = ()) -> None:
         self._where, self._task = where, task
         self._row = torch.zeros(1, SITUATION)
         try:
-            self.model = compile_scene(where.piece)
+            self.model = compile_scene(where.piece, balls)
         except ValueError as error:  # MuJoCo's own word on a model that it does not take
             raise RequestError(f"furniture: cannot be simulated: {error}") from error
 
@@ -117,6 +138,22 @@ class Furnished:
         turned = torch.tensor([[np.cos(yaw), np.sin(yaw)]])
         scenes.move_furniture(_HERE, torch.from_numpy(position)[None], turned)
 
+    def spot(self) -> tuple[Tensor, Tensor]:
+        """See Props."""
+        heading = self._where.yaw + self._where.spot.facing_rad
+        point = self._where.position + turned(self._where.spot.point_m, self._where.yaw)
+        facing = torch.tensor([[np.cos(heading), np.sin(heading)]], dtype=torch.float32)
+        return torch.from_numpy(point[:2]).float()[None], facing
+
+    def shift(self, scenes: Scenes, point: Tensor, facing: Tensor) -> None:
+        """See Props."""
+        cos, sin = facing[0].double().tolist()
+        yaw = float(np.arctan2(sin, cos)) - self._where.spot.facing_rad
+        origin = np.append(point[0].double().numpy(), 0.0)
+        origin = origin - turned(self._where.spot.point_m, yaw)
+        origin[2] = self._where.position[2]
+        self.move(scenes, origin, yaw)
+
     def pose(self, scenes: Scenes) -> tuple[list[float], list[float]]:
         """See Props."""
         half = 0.5 * self._where.yaw
@@ -131,7 +168,7 @@ class Furnished:
 class Boxed:
     """A box to carry, on a stand, and the stand to bring it to."""
 
-    def __init__(self, message: pb.CarriedBox) -> None:
+    def __init__(self, message: pb.CarriedBox, balls: Sequence[Ball] = ()) -> None:
         size, layout = carried(message)
         mass = None
         if message.HasField("mass_kg"):
@@ -140,7 +177,7 @@ class Boxed:
             mass = box_scene.BOX_KG * float(np.prod(size)) / float(np.prod(box_scene.BOX_SIZE_M))
         x, y, z = (0.5 * float(edge) for edge in size)
         piece = Piece("box", "box", (Box((0.0, 0.0, 0.0), (x, y, z)),), (), mass)
-        self._bank, self._layout = BoxBank([piece]), layout
+        self._bank, self._layout = BoxBank([piece], balls), layout
         self.model = self._bank.models[0]
 
     def begin(self, scenes: Scenes) -> None:
@@ -155,6 +192,14 @@ class Boxed:
         """See Props."""
         turned = torch.tensor([[np.cos(yaw), np.sin(yaw)]])
         scenes.move_furniture(_HERE, torch.from_numpy(position)[None], turned)
+
+    def spot(self) -> tuple[Tensor, Tensor]:
+        """See Props."""
+        return self._layout.start[:, :2], self._layout.start_yaw
+
+    def shift(self, scenes: Scenes, point: Tensor, facing: Tensor) -> None:
+        """See Props."""
+        self._layout = self._bank.shift(scenes, _HERE, _HERE, self._layout, point, facing)
 
     def pose(self, scenes: Scenes) -> tuple[list[float], list[float]]:
         """See Props."""

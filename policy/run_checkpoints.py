@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from policy.checkpoint import Layout, Manifest, write
-from policy.errors import CheckpointError
+from policy.checkpoint import Checkpoint, Layout, Manifest, read, write
+from policy.errors import CheckpointError, LayoutError
 
 LATEST, BEST = "latest", "best"
 
@@ -61,6 +61,26 @@ class RunCheckpoints:
             partial.replace(self.directory / name)
         except OSError as error:
             raise CheckpointError(f"cannot name {path} '{name}': {error}") from error
+
+
+def read_newest(directory: Path, layout: Layout) -> tuple[Checkpoint, list[str]]:
+    """The latest checkpoint of a run that is whole, and a line about each newer one that is not.
+
+    Raises the error of the latest one, CheckpointError or LayoutError, where none can be loaded.
+    """
+    numbered = sorted(directory.glob("[0-9]*"), key=lambda path: path.name, reverse=True)
+    latest = directory / LATEST
+    first = [latest.resolve()] if latest.exists() else []
+    older = [path.resolve() for path in numbered if not first or path.name < first[0].name]
+    errors: list[CheckpointError | LayoutError] = []
+    for path in first + older:
+        try:
+            return read(path, layout=layout), [str(error) for error in errors]
+        except (CheckpointError, LayoutError) as error:
+            errors.append(error)
+    if errors:
+        raise errors[0]
+    raise CheckpointError(f"{directory} holds no checkpoint")
 
 
 def resolve(path: Path) -> Path:

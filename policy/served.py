@@ -102,9 +102,6 @@ class Served:
         """Mean actions [n, 28] for rows of (state, goal) [n, width], float32."""
         policy = self.policy
         rows = normalise(observation, policy.mean, policy.std, policy.clip)
-        if policy.precision.autocast is not None:
-            with policy.precision.context():
-                return policy.actor(rows).float()
         *hidden, (weight, bias) = self._layers
         for inner, offset in hidden:
             rows = functional.linear(rows, inner, offset).relu_()

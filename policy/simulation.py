@@ -6,8 +6,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from policy.errors import RequestError
-from policy.fields import Numbers, number, upright, vector
+from policy.disturbances import Disturbances, balls_of, displaced, thrown
+from policy.fields import Numbers, number
 from policy.props import props_of
 from policy.requests import coordinates, noise
 from policy.served import Served
@@ -15,13 +15,13 @@ from rpc.v1 import policy_pb2 as pb
 from world import character, kinematics, rotations
 from world.errors import InhabitError
 from world.features import Body
+from world.furniture.piece import Piece
 from world.scenes import Scenes
 from world.tasks import Place
 from world.tasks.task import state
 
 #: How far above the floor a standing start is set down, m.
 _LIFT_M = 0.002
-_MAX_FORCE_N = 1e4
 DEFAULT_S = 20.0
 
 
@@ -32,10 +32,17 @@ class UnstableError(InhabitError):
 class Simulation:
     """What one Synthesize request asks for; not shared between threads."""
 
-    def __init__(self, request: pb.SynthesizeRequest, served: Served, max_s: float) -> None:
+    def __init__(
+        self,
+        request: pb.SynthesizeRequest,
+        served: Served,
+        max_s: float,
+        piece: Piece | None = None,
+    ) -> None:
         """Compile the scene and set the character down.
 
-        Raises RequestError for what cannot be simulated, naming the field.
+        piece: the furniture, at its scale, in the place of the request's shape. Raises RequestError
+        for what cannot be simulated, naming the field.
         """
         self._served, self._task = served, served.task
         seconds = request.seconds if request.HasField("seconds") else DEFAULT_S
@@ -44,15 +51,14 @@ class Simulation:
         )
         self._to_the_end, self._with_bodies = request.to_the_end, request.bodies
         self._seed = request.seed if request.HasField("seed") else None
-        self.props = props_of(request, self._task)
-        self._moves = _moves(request)
-        self._pushes = _pushes(request)
+        throws, displacement = thrown(request, self.steps), displaced(request)
+        self.balls = balls_of(throws)
+        self.props = props_of(request, self._task, self.balls, piece)
         world = served.world
-        self._scenes = Scenes([self.props.model], world.action_scale, world.action_clip)
-        self._force = self._scenes.batch.bind("xfrc_applied")
+        self.scenes = Scenes([self.props.model], world.action_scale, world.action_clip)
         qpos, qvel = _start(request.start)
         here = torch.zeros(1, dtype=torch.int64)
-        self._scenes.set_down(
+        self.scenes.set_down(
             here,
             torch.from_numpy(qpos)[None],
             torch.from_numpy(qvel)[None],
@@ -61,30 +67,30 @@ class Simulation:
         )
         self._weights = torch.tensor(list(self._task.terms.values()))
         self._hold = round(world.hold_s * character.CONTROL_HZ)
-        self.props.begin(self._scenes)
+        self.props.begin(self.scenes)
+        self.disturbances = Disturbances(request, self.props, self.scenes, throws, displacement)
 
     @torch.inference_mode()
     def frames(self) -> Iterator[pb.SynthesizeReply]:
         """The start, a frame a step, and the summary; UnstableError if the simulation blows up."""
-        body = self._scenes.body()
-        place = self.props.place(self._scenes)
+        body = self.scenes.body()
+        place = self.props.place(self.scenes)
         seen = state(body, place)
         held, success_s, precision, success, fell = 0, -1.0, -1.0, False, False
         made = 0
         for step in range(self.steps + 1):
             style = None
             if step:
-                time_s = (step - 1) / character.CONTROL_HZ
-                self._disturb(time_s)
-                place = self.props.place(self._scenes)
+                self.disturbances.step(step - 1, body)
+                place = self.props.place(self.scenes)
                 action = self._action(body, place, step)
-                self._scenes.act(action)
-                if not bool(self._scenes.finite()[0]):
+                self.scenes.act(action)
+                if not bool(self.scenes.finite()[0]):
                     raise UnstableError(
                         f"the simulation blew up after {step / character.CONTROL_HZ:.2f} s: start "
                         "from another pose, or push less"
                     )
-                body, place = self._scenes.body(), self.props.place(self._scenes)
+                body, place = self.scenes.body(), self.props.place(self.scenes)
                 now = state(body, place)
                 if self._served.style is not None:
                     style = float(self._served.style(seen, now)[0])
@@ -113,6 +119,8 @@ class Simulation:
                 fell=fell,
                 success_s=success_s,
                 precision_m=precision,
+                balls_thrown=self.disturbances.balls_thrown,
+                displaced=self.disturbances.moved,
             )
         )
 
@@ -125,19 +133,9 @@ class Simulation:
             action = action + self._served.sigma * torch.from_numpy(noise(self._seed, step, 1))
         return action
 
-    def _disturb(self, time_s: float) -> None:
-        """What is due at this moment: furniture moved, forces on or off."""
-        while self._moves and self._moves[0][0] <= time_s + 1e-9:
-            _, position, yaw = self._moves.pop(0)
-            self.props.move(self._scenes, position, yaw)
-        self._force[0] = 0.0
-        for from_s, to_s, body, force in self._pushes:
-            if from_s <= time_s + 1e-9 < to_s:
-                self._force[0, body, :3] += force
-
     def _frame(self, step: int, body: Body, style: float | None) -> pb.Frame:
-        qpos, qvel = self._scenes.qpos[0], self._scenes.qvel[0]
-        position, rotation = self.props.pose(self._scenes)
+        qpos, qvel = self.scenes.qpos[0], self.scenes.qvel[0]
+        position, rotation = self.props.pose(self.scenes)
         frame = pb.Frame(
             time_s=step / character.CONTROL_HZ,
             root_position=qpos[:3].tolist(),
@@ -149,6 +147,9 @@ class Simulation:
         )
         if style is not None:
             frame.style_score = style
+        for index, at in enumerate(self.disturbances.balls().tolist()):
+            if at[0] == at[0]:  # not those that wait, which have no place
+                frame.balls.add(number=index, position=at)
         if self._with_bodies:
             frame.body_position.extend(body.position[0].flatten().tolist())
             frame.body_rotation.extend(body_rotations(qpos[None])[0].flatten().tolist())
@@ -176,34 +177,3 @@ def _start(start: pb.Start) -> tuple[Numbers, Numbers]:
     qpos[:3] += x, y, _LIFT_M
     qpos[3:7] = np.cos(half), 0.0, 0.0, np.sin(half)
     return qpos, np.zeros(character.NV)
-
-
-def _moves(request: pb.SynthesizeRequest) -> list[tuple[float, Numbers, float]]:
-    """(time s, position, yaw) of the furniture's moves, in order."""
-    return sorted(
-        (
-            (
-                number(move.at_s, f"moves[{i}].at_s", 0.0, 1e4),
-                vector(move.position, f"moves[{i}].position", 3),
-                upright(move.rotation, f"moves[{i}].rotation"),
-            )
-            for i, move in enumerate(request.moves)
-        ),
-        key=lambda move: move[0],
-    )
-
-
-def _pushes(request: pb.SynthesizeRequest) -> list[tuple[float, float, int, Numbers]]:
-    """(from s, to s, body's number in the model, force N) of the pushes."""
-    found = []
-    for i, push in enumerate(request.pushes):
-        if push.body not in character.BODIES:
-            raise RequestError(
-                f"pushes[{i}].body: '{push.body}', must be one of {', '.join(character.BODIES)}"
-            )
-        begin = number(push.at_s, f"pushes[{i}].at_s", 0.0, 1e4)
-        length = number(push.seconds, f"pushes[{i}].seconds", 0.0, 60.0)
-        force = vector(push.force, f"pushes[{i}].force", 3, _MAX_FORCE_N)
-        # the world is the model's body 0
-        found.append((begin, begin + length, 1 + character.BODIES.index(push.body), force))
-    return found

@@ -56,4 +56,5 @@ def header(simulation: Simulation, served: Served) -> pb.SynthesisHeader:
             for box in simulation.props.boxes()
         ],
         style=served.style is not None,
+        ball_radius_m=simulation.balls[0].radius_m if simulation.balls else 0.0,
     )

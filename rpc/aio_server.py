@@ -19,6 +19,7 @@ from rpc.server import (
     SERVING,
     ServerConfig,
     bind,
+    bind_probe,
     check,
     close_metrics,
     options,
@@ -59,6 +60,11 @@ class AioServer:
         self.health = health.aio.HealthServicer()
         self.stopping = asyncio.Event()
         self._metrics: WSGIServer | None = None
+        self.probe: grpc.aio.Server | None = None
+        self.health_address = ""
+        if config.health:
+            self.probe = grpc.aio.server()
+            self.health_address = bind_probe(self.probe, config.health)
 
     def add(self, add_to_server: Callable[[Any, Any], None], servicer: object) -> None:
         """Add a service by its generated `add_...Servicer_to_server`."""
@@ -92,6 +98,9 @@ class AioServer:
         if self.config.metrics:
             self._metrics = serve_metrics(self.config.metrics, self.registry)
         await self.grpc.start()
+        if self.probe is not None:
+            health_pb2_grpc.add_HealthServicer_to_server(self.health, self.probe)
+            await self.probe.start()
         for name in ["", *services]:
             await self.health.set(name, SERVING)
 
@@ -115,6 +124,8 @@ class AioServer:
             if not stopped.done():
                 await before_the_end()
         await stopped
+        if self.probe is not None:
+            await self.probe.stop(0)
         if self._metrics is not None:
             close_metrics(self._metrics)
             self._metrics = None

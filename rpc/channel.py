@@ -79,7 +79,14 @@ class Channel:
         options: list[tuple[str, int | str]] = [
             ("grpc.initial_reconnect_backoff_ms", 100),
             ("grpc.max_reconnect_backoff_ms", 2000),
-            ("grpc.keepalive_time_ms", 30_000),
+            # What an attempt to connect may take: 20 s by default, of which most is waited in vain
+            # where the network comes back meanwhile.
+            ("grpc.min_reconnect_backoff_ms", 7000),
+            # A connection whose packets vanish is given up after the sum of these two.
+            ("grpc.keepalive_time_ms", 5_000),
+            ("grpc.keepalive_timeout_ms", 4_000),
+            ("grpc.http2.ping_timeout_ms", 4_000),
+            ("grpc.http2.max_pings_without_data", 0),  # any number
             ("grpc.enable_http_proxy", 0),
         ]
         if config.tls_name:

@@ -41,6 +41,9 @@ class ServerConfig:
     """Listen to other machines without TLS and a token."""
     metrics: str = ""
     """HOST:PORT for Prometheus; empty: none."""
+    health: str = ""
+    """HOST:PORT that answers health checks and nothing else, without TLS or token, for probes that
+    have neither, such as Kubernetes'; empty: none."""
     workers: int = 4
     """Calls in progress at a time; more wait."""
     max_message_bytes: int = 4 << 20
@@ -76,6 +79,11 @@ class Server:
         self.health = health.HealthServicer()
         self.stopping = threading.Event()
         self._metrics: WSGIServer | None = None
+        self.probe: grpc.Server | None = None
+        self.health_address = ""
+        if config.health:
+            self.probe = grpc.server(ThreadPoolExecutor(1, thread_name_prefix="probe"))
+            self.health_address = bind_probe(self.probe, config.health)
 
     def start(self, services: Sequence[str]) -> None:
         """Serve the added services, by full name (`rpc.v1.Style`)."""
@@ -85,6 +93,9 @@ class Server:
         if self.config.metrics:
             self._metrics = serve_metrics(self.config.metrics, self.registry)
         self.grpc.start()
+        if self.probe is not None:
+            health_pb2_grpc.add_HealthServicer_to_server(self.health, self.probe)
+            self.probe.start()
         for name in ["", *services]:
             self.health.set(name, SERVING)
 
@@ -101,6 +112,8 @@ class Server:
         self.stopping.set()
         self.health.enter_graceful_shutdown()
         self.grpc.stop(self.config.drain_s).wait()
+        if self.probe is not None:
+            self.probe.stop(0).wait()
         if self._metrics is not None:
             close_metrics(self._metrics)
             self._metrics = None
@@ -122,11 +135,19 @@ def bind(server: grpc.Server | grpc.aio.Server, config: ServerConfig) -> str:
     return f"{listen.rpartition(':')[0]}:{port}"
 
 
+def bind_probe(server: grpc.Server | grpc.aio.Server, address: str) -> str:
+    """Add an open port for health checks alone to a server; the address it got."""
+    return bind(server, ServerConfig(listen=address))
+
+
 def options(config: ServerConfig) -> list[tuple[str, int]]:
     """Channel arguments of every server."""
     return [
         ("grpc.so_reuseport", 0),  # a second server on the port is a mistake
         ("grpc.max_receive_message_length", config.max_message_bytes),
+        # Clients that wait for a long call ask now and then whether the connection lives; by
+        # default they would be sent away after three times.
+        ("grpc.http2.min_recv_ping_interval_without_data_ms", 1_000),
     ]
 
 

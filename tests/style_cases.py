@@ -1,5 +1,9 @@
 """A small mocap and rollouts for the discriminator's tests, in this process or another."""
 
+import os
+import signal
+from pathlib import Path
+
 import torch
 from torch import Tensor
 
@@ -43,6 +47,24 @@ def assert_equal_states(a: dict[str, Tensor], b: dict[str, Tensor]) -> None:
 def make_mocap() -> Mocap:
     """For a service in a process of its own."""
     return Mocap()
+
+
+class Deadly(Mocap):
+    """Kills its process in the middle of the training of version 2, once."""
+
+    def __init__(self, once: str) -> None:
+        self.once = Path(once)
+
+    def sample(self, n: int, counter: int) -> tuple[Tensor, Tensor]:
+        if counter == 2 * SMALL.steps_per_iteration + 1 and not self.once.exists():
+            self.once.touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return super().sample(n, counter)
+
+
+def make_deadly(once: str) -> Deadly:
+    """For a service that dies while it trains."""
+    return Deadly(once)
 
 
 def make_nothing() -> Mocap:

@@ -149,7 +149,7 @@ def test_checkpoints_that_cannot_be_read(
     manifest["layout"]["features"][0][1] = 2
     (folder / "manifest.json").write_text(json.dumps(manifest))
     assert main(["evaluate", str(folder), "--trials", "1"]) == 1
-    assert "features" in said(capsys)
+    assert "damaged" in said(capsys)
     assert main(["evaluate", str(tmp_path / "none")]) == 1
     assert "does not exist" in said(capsys)
     assert main(["train", "sit", "--run", str(tmp_path / "no"), "--resume"]) == 1

@@ -7,12 +7,12 @@ import pytest
 import torch
 from torch import Tensor
 
-from console import perturbations, recording, trials
+from console import recording, trials
 from console.arrangement import boxes
 from console.evaluate import objects_of, pieces_of
 from console.evaluate import scored as scored_trials
 from console.scores import Protocol
-from world import character
+from world import character, perturbations
 from world.config import CarryConfig, WorldConfig
 from world.errors import ChoiceError, ConfigError, PieceError
 from world.furniture.catalogue import catalogue

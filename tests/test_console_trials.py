@@ -8,14 +8,14 @@ import pytest
 import torch
 from torch import Tensor
 
-from console import perturbations, trials
+from console import trials
 from console.commands import Evaluate
 from console.evaluate import distances, manifest_of, scored
 from console.evaluation_tables import results_table
 from console.protocols import published
 from console.scores import Protocol, judge
 from console.stepping import Trials
-from world import character, tasks
+from world import character, perturbations, tasks
 from world.bank import scaled
 from world.config import WorldConfig
 from world.errors import ChoiceError

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from world.errors import ChoiceError
+from world.errors import ChoiceError, PieceError
 from world.furniture import bed, sofa, table
 from world.furniture.bands import cells
 from world.furniture.catalogue import AFFORDING, REGISTRY, SEATS, catalogue, find, whole
@@ -60,8 +60,14 @@ def test_affordances_choose_classes() -> None:
     )
     assert {p.category for p in seats} == set(AFFORDING["sit"])
     assert all(p.sit for p in seats)
-    assert {p.category for p in places} == {"sofa", "bed"}
+    assert [p.category for p in places[:4]] == ["sofa", "bed", "table", "sofa"]
     assert all(p.lie is not None for p in places)
+    # the third table is not the third of its class, but the third that is long enough
+    assert [p for p in places if p.category == "table"] == [
+        p for i in range(61) if (p := find(f"table-test-{i:03d}")).lie is not None
+    ][:3]
+    with pytest.raises(PieceError, match="no table has a place to sit"):
+        catalogue("train", 1, classes=("table",), affordance="sit")
     with pytest.raises(ChoiceError, match="choose one of lie, sit"):
         catalogue("train", 4, affordance="stand")  # pyright: ignore[reportArgumentType]
 
@@ -73,8 +79,10 @@ def test_places_are_on_the_surface(piece: Piece) -> None:
     assert abs(low[2]) < 1e-9
     if piece.category == "table":
         assert not piece.sit
-        assert piece.lie is None
-        return
+        long = piece.size_m[1] >= table.LONG_M and piece.size_m[0] >= table.DEEP_M
+        assert (piece.lie is not None) == long
+        if not long:
+            return
     for place in piece.sit:
         assert on_top(piece, place.point_m)
     assert piece.lie is not None
@@ -100,6 +108,16 @@ def test_a_bed_by_hand() -> None:
     # one sits on either long edge, facing out, 0.18 from it
     assert [round(math.degrees(p.facing_rad)) for p in piece.sit] == [90, -90]
     assert np.allclose([p.point_m[1] for p in piece.sit], [0.27, -0.27])
+
+
+def test_a_long_table_by_hand() -> None:
+    piece = table.build(table.Dimensions(height_m=0.74, depth_m=0.80, width_m=1.80))
+    # the head 0.25 from the end of a top 1.80 long, whose middle is the origin
+    assert piece.lie is not None
+    assert np.allclose(piece.lie.head_m, (0.0, 0.65, 0.74))
+    assert np.allclose(piece.lie.hip_m, (0.0, 0.65 - 0.635, 0.74))
+    assert table.build(table.Dimensions(width_m=1.5)).lie is None
+    assert table.build(table.Dimensions(width_m=1.8, depth_m=0.65)).lie is None
 
 
 def test_a_wide_bed_is_for_two() -> None:

@@ -13,11 +13,10 @@ from learner.errors import TrainingError
 from learner.loop import Loop, require_finite
 from learner.ppo import Learner
 from policy.checkpoint import Layout, read
-from policy.precision import Precision
 from policy.run_checkpoints import RunCheckpoints, resolve
 from tests.point_shard import ACTION, GOAL, STATE, PointShard
+from world.precision import FLOAT32
 
-FLOAT32 = Precision("cpu", None, "float32")
 LAYOUT = Layout("point", (("point", STATE),), (("target", GOAL),), ACTION, (16, 16))
 
 

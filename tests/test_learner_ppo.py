@@ -12,12 +12,11 @@ from learner.ppo import Learner
 from learner.returns import advantages
 from policy.networks import Actor
 from policy.normaliser import Normaliser
-from policy.precision import Precision
 from policy.rollout import Rollout, next_states
 from tests.point_shard import ACTION, GOAL, STATE, PointShard
 from tests.test_worker import next_goals
+from world.precision import FLOAT32
 
-FLOAT32 = Precision("cpu", None, "float32")
 CONFIG = LearnerConfig(
     hidden=(16, 16), warmup_iterations=0, minibatch=64, sigma=((0.0, 0.3),), gamma=0.9, lam=0.8
 )

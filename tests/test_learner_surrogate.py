@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from learner.config import piecewise
-from learner.surrogate import clipped_surrogate, kl_fixed_sigma, next_rate, soft_bound
+from learner.surrogate import clipped_surrogate, kl_fixed_sigma, mirror_loss, next_rate, soft_bound
 
 
 def test_surrogate_by_hand():
@@ -52,3 +52,11 @@ def test_schedule_by_hand():
     for value, expected in zip(found, (0.1, 0.1, 0.075, 0.05, 0.03, 0.02, 0.01, 0.01), strict=True):
         assert math.isclose(value, expected, abs_tol=1e-6)
     assert piecewise(((0.0, 0.1),), 5e7) == 0.1
+
+
+def test_mirror_loss_by_hand():
+    means = torch.tensor([[0.0, 0.1], [0.3, 0.0]])
+    wanted = torch.tensor([[0.05, 0.1], [0.0, -0.1]])
+    # in sigmas of 0.1: (0.5, 0) and (3, 1): Huber 0.125 and 2.5 + 0.5, gated by 1 and 0.5
+    found = mirror_loss(means, wanted, torch.tensor([1.0, 0.5]), 0.1)
+    assert float(found) == pytest.approx((0.125 + 0.5 * 3.0) / 2)

@@ -119,8 +119,12 @@ def call(
         request = pb.SynthesizeRequest(
             task=mutate.task, furniture=chair(), seconds=0.1, start=pb.Start(pose=pose()),
             pushes=[pb.Push(at_s=0.0, seconds=0.1, body="torso", force=[1.0, 0.0, 0.0])],
-            moves=[pb.Move(at_s=0.05, position=[1.0, 0.0, 0.0], rotation=[1.0, 0.0, 0.0, 0.0])],
+            projectiles=pb.Projectiles(seed=number, count=2, mass_kg=1.0, radius_m=0.1),
         )  # fmt: skip
+        if mutate.choice.random() < 0.5:
+            request.moves.add(at_s=0.05, position=[1.0, 0.0, 0.0], rotation=[1.0, 0.0, 0.0, 0.0])
+        else:
+            request.displacement.CopyFrom(pb.Displacement(seed=1, near_m=9.0, shift_m=0.5))
         mutate.message(request)
         return streamed(client.Synthesize(request, timeout=20))[0], 1
     elif number < 7:

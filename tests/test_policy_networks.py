@@ -5,9 +5,7 @@ import torch
 from policy.acting import Policy, publish
 from policy.networks import Actor, Critic, hidden_widths, log_density
 from policy.normaliser import Normaliser
-from policy.precision import Precision
-
-FLOAT32 = Precision("cpu", None, "float32")
+from world.precision import decide
 
 
 def test_shapes_and_small_first_actions():
@@ -17,6 +15,22 @@ def test_shapes_and_small_first_actions():
     assert actor(x).shape == (10, 28)
     assert critic(x).shape == (10,)
     assert actor(x).abs().max() < 0.2
+
+
+def test_under_autocast_only_the_head_keeps_float32():
+    torch.manual_seed(3)
+    actor, x = Actor(143, 28, (64, 32)), torch.randn(10, 143)
+    actor.layers[-1].weight.data.normal_()
+    bf16 = decide("cpu", frozenset({"amx_bf16"}))
+    assert bf16.autocast is torch.bfloat16
+    with bf16.context():
+        means = actor(x)
+        hidden = actor.layers[:-1](x)
+    assert means.dtype is torch.float32 and hidden.dtype is torch.bfloat16
+    head = actor.layers[-1]
+    assert torch.equal(means, torch.nn.functional.linear(hidden.float(), head.weight, head.bias))
+    # the eight bits of a bf16 number would round most of these
+    assert (means.bfloat16().float() != means).float().mean() > 0.9
 
 
 def test_widths_are_read_back_from_weights():
@@ -36,7 +50,7 @@ def test_published_policy_acts_as_the_learners_network():
     torch.manual_seed(2)
     actor, normaliser = Actor(6, 2, (8, 4)), Normaliser(6)
     normaliser.update(torch.randn(100, 6) * 3 + 1)
-    policy = Policy(publish(actor, normaliser), FLOAT32)
+    policy = Policy(publish(actor, normaliser))
     state, goal = torch.randn(5, 4), torch.randn(5, 2)
     expected = actor(normaliser(torch.cat((state, goal), 1))).detach()
     assert torch.equal(policy(state, goal), expected)

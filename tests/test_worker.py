@@ -14,6 +14,7 @@ from policy.normaliser import Normaliser
 from policy.rollout import Rollout, next_states
 from tests.point_shard import ACTION, EDGE, GOAL, LIMIT, STATE, STRIDE, PointShard
 from world.errors import ConfigError
+from world.precision import decide
 from world.streams import normal
 
 
@@ -76,7 +77,7 @@ def next_goals(got: Rollout) -> torch.Tensor:
 
 
 def test_actions_are_the_mean_and_the_streams_noise():
-    got, policy = collect(2), Policy(weights())
+    got, policy = collect(2), Policy(weights(), decide("cpu"))
     for t in (0, 7):
         mean = torch.cat(
             [policy(got.states[t, i : i + 8], got.goals[t, i : i + 8]) for i in range(0, 48, 8)]

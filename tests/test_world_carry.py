@@ -133,7 +133,7 @@ def terms(body: features.Body, where: Place) -> dict[str, float]:
 def test_goal_and_object_features() -> None:
     body = standing(yaw=math.pi / 2)
     where = a_box((0.0, 1.0, 0.7), (0.0, 2.2, 0.7), velocity=(0.0, 0.5, 0.1))
-    assert make("carry").goal.width == 33
+    assert make("carry").goal.width == 36
     goal = Carry().goal_features(body, where)[0]
     root = float(character.standing_qpos()[2])
     # the character looks along +y: what is at +y is ahead

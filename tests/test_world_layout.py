@@ -7,13 +7,13 @@ import pytest
 import torch
 
 from tests.hulls import hulled
-from tests.ragdoll import drop
 from world import layout, seated
 from world.bank import Bank, variants
 from world.character import NU
 from world.errors import PieceError
 from world.furniture.catalogue import find
 from world.layout import Layout
+from world.ragdoll import drop
 from world.scene import compile_scene
 from world.scenes import Scenes
 

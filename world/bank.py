@@ -112,13 +112,15 @@ class Bank:
         found = nearest(right_order)
         return found if left is None else torch.where(left, nearest(left_order), found)
 
-    def lift(self, variant: Tensor, root_m: Tensor, height_m: Tensor) -> Tensor:
+    def lift(self, variant: Tensor, root_m: Tensor, height_m: Tensor, raised: Tensor) -> Tensor:
         """How much higher a character with its root at root_m [m], on a bed height_m [m] high, is
-        on the bed `variant` [m], m: 0 once it stands; 0 on seats, which are chosen by height."""
-        if not self._wide:
-            return torch.zeros_like(root_m)
+        on the bed `variant` [m], m: 0 once it stands. On seats, which are chosen by height, 0 but
+        for those `raised` [m] bool, which are only ever lifted up."""
         down = ((_STANDS_M - root_m) / 0.15).clamp(0.0, 1.0)
-        return down * (self.point[variant, 2] - height_m)
+        lift = down * (self.point[variant, 2] - height_m)
+        if self._wide:
+            return lift
+        return torch.where(raised, lift.clamp_min(0.0), 0.0)
 
     def sunk(self, depth: Tensor, root_m: Tensor, tolerated_m: float) -> Tensor:
         """How much higher still one who lies `depth` [m] deep in a bed is set down, m: [m]; 0 on

@@ -15,6 +15,9 @@ from world.scene import Ball, compile_scene
 from world.scenes import Scenes
 from world.tasks.task import Affordance, BoxState, Place
 
+#: A box is moved with its stand while its centre is this near to its place on it, m.
+_ON_STAND_M = 0.1
+
 
 @dataclass(frozen=True)
 class Layout:
@@ -95,6 +98,28 @@ class BoxBank:
         scenes.move_stand(ids, layout.target - down)
         pose = torch.cat((layout.position, layout.rotation), dim=1)
         scenes.set_free(ids, 0, pose, layout.velocity)
+
+    def shift(
+        self,
+        scenes: Scenes,
+        ids: Tensor,
+        variant: Tensor,
+        layout: Layout,
+        point: Tensor,
+        facing: Tensor,
+    ) -> Layout:
+        """Put the first stands of the scenes `ids` [m] at floor points [m, 2] with yaws facing
+        [m, 2] (cosine, sine), boxes `variant` [m] that rest on them too; the layout [m] then."""
+        start = torch.cat((point, layout.start[:, 2:]), dim=1)
+        down = torch.zeros_like(start)
+        down[:, 2] = self.half[variant, 2]
+        scenes.move_furniture(ids, start - down, facing)
+        pose = scenes.free_qpos[ids, :7].float()
+        on_it = (pose[:, :3] - layout.start).norm(dim=1) < _ON_STAND_M
+        moved = resting(start, facing, layout.target)
+        still = torch.cat((moved.position, moved.rotation), dim=1)[on_it]
+        scenes.set_free(ids[on_it], 0, still, moved.velocity[on_it])
+        return moved
 
     def place(self, variant: Tensor, layout: Layout) -> Place:
         """What the task knows of boxes `variant` [m]; the point of use is the target."""

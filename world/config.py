@@ -49,8 +49,10 @@ class WorldConfig:
     """Add each clip's mirror image."""
     paces: tuple[float, ...] = ()
     """Add each clip at these paces too: 0.9 is a tenth slower."""
+    objects: tuple[str, ...] = ()
+    """Furniture: files or folders of imported pieces, `train`: the package's own; none: those."""
     pieces: int = 60
-    """How many training pieces of furniture."""
+    """How many training pieces of the package's own furniture."""
     scales: int = 6
     """Sizes of each piece, spread over `scale`."""
     scale: tuple[float, float] = (0.8, 1.2)
@@ -60,6 +62,9 @@ class WorldConfig:
     clip_stages: tuple[float, float, float] = (0.3, 0.5, 0.2)
     """Of the starts from a clip: shares of approaching or leaving, sitting down or getting up,
     seated."""
+    raised: float = 0.0
+    """Of the starts from a clip, low over its seat: share that a seat of any greater height is put
+    under, the character raised with it; clips rarely show high stools."""
     standing: float = 0.15
     """Share of the near and far starts from the rest pose instead of a clip's state."""
     near_m: tuple[float, float] = (0.75, 1.6)

@@ -99,7 +99,9 @@ class Starter:
         own = from_clip & (first | (scenes != scenes[0]))
         rows = torch.nonzero(own).flatten()
         along = (frames.head - frames.seat)[:, :2]
-        starts = self._seated_freely(starts, frames.seat[:, 2], along, u[:, 9:-1], rows)
+        # the number for the distance is free where the place is the clip's
+        raised = u[:, 5] < config.raised
+        starts = self._seated_freely(starts, frames.seat[:, 2], raised, along, u[:, 9:-1], rows)
         same = scenes == scenes[0]
         return replace(
             starts,
@@ -123,11 +125,18 @@ class Starter:
         return nothing, nothing
 
     def _seated_freely(
-        self, starts: Starts, height_m: Tensor, along: Tensor, u: Tensor, rows: Tensor
+        self,
+        starts: Starts,
+        height_m: Tensor,
+        raised: Tensor,
+        along: Tensor,
+        u: Tensor,
+        rows: Tensor,
     ) -> Starts:
-        """The starts `rows` with furniture of the clip's height that the character does not stand
-        in, nor sits or lies beside: the first of some candidates, pushed back more and more, or the
-        best of them. along [m, 2] runs from hip to head.
+        """The starts `rows` with furniture of the clip's height, or `raised` [m] bool of a greater
+        one, that the character does not stand in, nor sits or lies beside: the first of some
+        candidates, pushed back more and more, or the best of them. along [m, 2] runs from hip to
+        head.
         """
         if not len(rows):
             return starts
@@ -136,12 +145,15 @@ class Starter:
         # candidate by candidate: [tries, n], flat for the one call that measures them all
         facing = starts.facing[rows].repeat(tries, 1)
         left = _left(starts.facing[rows], along[rows]).repeat(tries)
-        variant = bank.of_height(height_m[rows].repeat(tries), u[rows].T.flatten(), left)
+        own = height_m[rows].repeat(tries)
+        drawn = bank.point[starts.variant[rows], 2].repeat(tries)
+        wanted = torch.where(raised[rows].repeat(tries), torch.maximum(own, drawn), own)
+        variant = bank.of_height(wanted, u[rows].T.flatten(), left)
         point = starts.point[rows].repeat(tries, 1) - back.repeat_interleave(n)[:, None] * facing
         origin, yaw = bank.placed(variant, point, facing)
         # who lies is lifted with the surface: few clips' beds are as high as the catalogue's
         height = starts.qpos[rows, 2].repeat(tries)
-        lift = bank.lift(variant, height, height_m[rows].repeat(tries))
+        lift = bank.lift(variant, height, own, raised[rows].repeat(tries))
         centres = clearance.points(starts.qpos)[rows].repeat(tries, 1, 1)
         centres = torch.cat((centres[..., :2], centres[..., 2:] + lift[:, None, None]), dim=2)
         depth = clearance.depth(centres, origin, yaw, bank, variant)

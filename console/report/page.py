@@ -49,7 +49,6 @@ class Report:
 
 def page(report: Report) -> str:
     """The whole file."""
-    data = resources.files("console.report").joinpath("data")
     sections = (
         _headline(report),
         _replay(report.trials),
@@ -59,16 +58,21 @@ def page(report: Report) -> str:
         _curves(report.metrics),
         _settings(report.settings),
     )
-    takes = json.dumps([shown.data for shown in report.trials], separators=(",", ":"))
+    return document(report.title, sections, [shown.data for shown in report.trials])
+
+
+def document(title: str, sections: Iterable[str], takes: Sequence[Figures]) -> str:
+    """A whole file of sections of HTML, with the takes that its player (`player`) shows."""
+    data = resources.files("console.report").joinpath("data")
     # a closing tag within the data would end the element
-    takes = takes.replace("</", "<\\/")
+    packed = json.dumps(takes, separators=(",", ":")).replace("</", "<\\/")
     return (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8">'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{escape(report.title)}</title>"
+        f"<title>{escape(title)}</title>"
         f"<style>{data.joinpath('page.css').read_text()}</style></head><body>"
         f"{''.join(sections)}"
-        f'<script type="application/json" id="takes">{takes}</script>'
+        f'<script type="application/json" id="takes">{packed}</script>'
         f"<script>{data.joinpath('viewer.js').read_text()}</script></body></html>\n"
     )
 
@@ -116,10 +120,6 @@ def _headline(report: Report) -> str:
 def _replay(trials: Sequence[Shown]) -> str:
     if not trials:
         return ""
-    buttons = "".join(
-        f'<button data-take="{i}" aria-pressed="{str(i == 0).lower()}">{escape(t.name)}</button>'
-        for i, t in enumerate(trials)
-    )
     strips = "".join(
         f'<figure class="strip"><img src="{t.strip}" alt="filmstrip of the {escape(t.name)} trial">'
         f"<figcaption>{escape(t.name)}: {escape(t.about)}</figcaption></figure>"
@@ -128,8 +128,16 @@ def _replay(trials: Sequence[Shown]) -> str:
     )
     if not strips:
         strips = '<p class="soft">No filmstrips: nothing here could draw offscreen.</p>'
+    return f"<h2>Best, median and worst trial</h2>{player([t.name for t in trials])}{strips}"
+
+
+def player(names: Sequence[str]) -> str:
+    """The 3-D player of the document's takes, with a button for each of the names."""
+    buttons = "".join(
+        f'<button data-take="{i}" aria-pressed="{str(i == 0).lower()}">{escape(name)}</button>'
+        for i, name in enumerate(names)
+    )
     return (
-        "<h2>Best, median and worst trial</h2>"
         f'<div id="replay"><div class="row">{buttons}<span class="soft" data-part="about"></span>'
         '</div><canvas data-part="canvas"></canvas>'
         '<div class="row"><button data-part="play">pause</button>'
@@ -140,7 +148,6 @@ def _replay(trials: Sequence[Shown]) -> str:
         '<svg viewBox="0 0 1000 60" preserveAspectRatio="none" data-part="curve"></svg>'
         '<p class="soft">Drag to turn, scroll to come nearer. The curve is the distance from the '
         "target; the dashed line is what counts as success.</p></div>"
-        f"{strips}"
     )
 
 

@@ -7,14 +7,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from console.recording import pose
 from console.stepping import Track
 from world import character
-from world.scene import PROJECTILE_BODY
 
 #: Positions travel as whole millimetres, rotations as parts of 32767, both in 16 bits.
 _PER_M, _UNIT = 1000.0, 32767.0
-#: Where the viewer puts what is not in the scene: the end of the range, m.
-_AWAY_M = -32.0
 _KINDS = {
     int(mujoco.mjtGeom.mjGEOM_SPHERE): "sphere",
     int(mujoco.mjtGeom.mjGEOM_CAPSULE): "capsule",
@@ -72,16 +70,9 @@ def body_poses(track: Track) -> NDArray[np.float64]:
     model, take = track.model, track.take
     data = mujoco.MjData(model)
     poses = np.zeros((len(take), model.nbody, 7))
-    balls = [i for i in range(model.nbody) if model.body(i).name.startswith(PROJECTILE_BODY)]
     for frame in range(len(take)):
-        data.qpos[: take.qpos.shape[1]] = np.nan_to_num(take.qpos[frame])
-        data.mocap_pos[0], data.mocap_quat[0] = take.mocap_pos[frame], take.mocap_quat[frame]
-        if len(take.stand):
-            data.mocap_pos[1] = take.stand
-        mujoco.mj_kinematics(model, data)
+        pose(model, data, take, frame)
         poses[frame, :, :3], poses[frame, :, 3:] = data.xpos, data.xquat
-        for ball, at in zip(balls, take.balls[frame] if balls else (), strict=True):
-            poses[frame, ball, :3] = np.where(np.isnan(at), _AWAY_M, at)
     return poses
 
 

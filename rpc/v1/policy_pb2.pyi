@@ -323,7 +323,7 @@ class ControlReply(_message.Message):
     def __init__(self, sequence: _Optional[int] = ..., action: _Optional[bytes] = ..., target: _Optional[bytes] = ..., version: _Optional[str] = ..., dropped: _Optional[int] = ...) -> None: ...
 
 class SynthesizeRequest(_message.Message):
-    __slots__ = ("task", "furniture", "box", "start", "seconds", "seed", "pushes", "moves", "to_the_end", "bodies")
+    __slots__ = ("task", "furniture", "box", "start", "seconds", "seed", "pushes", "moves", "to_the_end", "bodies", "projectiles", "displacement")
     TASK_FIELD_NUMBER: _ClassVar[int]
     FURNITURE_FIELD_NUMBER: _ClassVar[int]
     BOX_FIELD_NUMBER: _ClassVar[int]
@@ -334,6 +334,8 @@ class SynthesizeRequest(_message.Message):
     MOVES_FIELD_NUMBER: _ClassVar[int]
     TO_THE_END_FIELD_NUMBER: _ClassVar[int]
     BODIES_FIELD_NUMBER: _ClassVar[int]
+    PROJECTILES_FIELD_NUMBER: _ClassVar[int]
+    DISPLACEMENT_FIELD_NUMBER: _ClassVar[int]
     task: str
     furniture: Furniture
     box: CarriedBox
@@ -344,7 +346,9 @@ class SynthesizeRequest(_message.Message):
     moves: _containers.RepeatedCompositeFieldContainer[Move]
     to_the_end: bool
     bodies: bool
-    def __init__(self, task: _Optional[str] = ..., furniture: _Optional[_Union[Furniture, _Mapping]] = ..., box: _Optional[_Union[CarriedBox, _Mapping]] = ..., start: _Optional[_Union[Start, _Mapping]] = ..., seconds: _Optional[float] = ..., seed: _Optional[int] = ..., pushes: _Optional[_Iterable[_Union[Push, _Mapping]]] = ..., moves: _Optional[_Iterable[_Union[Move, _Mapping]]] = ..., to_the_end: _Optional[bool] = ..., bodies: _Optional[bool] = ...) -> None: ...
+    projectiles: Projectiles
+    displacement: Displacement
+    def __init__(self, task: _Optional[str] = ..., furniture: _Optional[_Union[Furniture, _Mapping]] = ..., box: _Optional[_Union[CarriedBox, _Mapping]] = ..., start: _Optional[_Union[Start, _Mapping]] = ..., seconds: _Optional[float] = ..., seed: _Optional[int] = ..., pushes: _Optional[_Iterable[_Union[Push, _Mapping]]] = ..., moves: _Optional[_Iterable[_Union[Move, _Mapping]]] = ..., to_the_end: _Optional[bool] = ..., bodies: _Optional[bool] = ..., projectiles: _Optional[_Union[Projectiles, _Mapping]] = ..., displacement: _Optional[_Union[Displacement, _Mapping]] = ...) -> None: ...
 
 class Start(_message.Message):
     __slots__ = ("standing", "pose")
@@ -386,6 +390,30 @@ class Move(_message.Message):
     rotation: _containers.RepeatedScalarFieldContainer[float]
     def __init__(self, at_s: _Optional[float] = ..., position: _Optional[_Iterable[float]] = ..., rotation: _Optional[_Iterable[float]] = ...) -> None: ...
 
+class Projectiles(_message.Message):
+    __slots__ = ("seed", "count", "mass_kg", "radius_m", "speed_m_s")
+    SEED_FIELD_NUMBER: _ClassVar[int]
+    COUNT_FIELD_NUMBER: _ClassVar[int]
+    MASS_KG_FIELD_NUMBER: _ClassVar[int]
+    RADIUS_M_FIELD_NUMBER: _ClassVar[int]
+    SPEED_M_S_FIELD_NUMBER: _ClassVar[int]
+    seed: int
+    count: int
+    mass_kg: float
+    radius_m: float
+    speed_m_s: float
+    def __init__(self, seed: _Optional[int] = ..., count: _Optional[int] = ..., mass_kg: _Optional[float] = ..., radius_m: _Optional[float] = ..., speed_m_s: _Optional[float] = ...) -> None: ...
+
+class Displacement(_message.Message):
+    __slots__ = ("seed", "near_m", "shift_m")
+    SEED_FIELD_NUMBER: _ClassVar[int]
+    NEAR_M_FIELD_NUMBER: _ClassVar[int]
+    SHIFT_M_FIELD_NUMBER: _ClassVar[int]
+    seed: int
+    near_m: float
+    shift_m: float
+    def __init__(self, seed: _Optional[int] = ..., near_m: _Optional[float] = ..., shift_m: _Optional[float] = ...) -> None: ...
+
 class SynthesizeReply(_message.Message):
     __slots__ = ("header", "frame", "summary")
     HEADER_FIELD_NUMBER: _ClassVar[int]
@@ -397,7 +425,7 @@ class SynthesizeReply(_message.Message):
     def __init__(self, header: _Optional[_Union[SynthesisHeader, _Mapping]] = ..., frame: _Optional[_Union[Frame, _Mapping]] = ..., summary: _Optional[_Union[SynthesisSummary, _Mapping]] = ...) -> None: ...
 
 class SynthesisHeader(_message.Message):
-    __slots__ = ("task", "version", "control_hz", "bodies", "joints", "reward_terms", "boxes", "style")
+    __slots__ = ("task", "version", "control_hz", "bodies", "joints", "reward_terms", "boxes", "style", "ball_radius_m")
     TASK_FIELD_NUMBER: _ClassVar[int]
     VERSION_FIELD_NUMBER: _ClassVar[int]
     CONTROL_HZ_FIELD_NUMBER: _ClassVar[int]
@@ -406,6 +434,7 @@ class SynthesisHeader(_message.Message):
     REWARD_TERMS_FIELD_NUMBER: _ClassVar[int]
     BOXES_FIELD_NUMBER: _ClassVar[int]
     STYLE_FIELD_NUMBER: _ClassVar[int]
+    BALL_RADIUS_M_FIELD_NUMBER: _ClassVar[int]
     task: str
     version: str
     control_hz: float
@@ -414,10 +443,11 @@ class SynthesisHeader(_message.Message):
     reward_terms: _containers.RepeatedScalarFieldContainer[str]
     boxes: _containers.RepeatedCompositeFieldContainer[SolidBox]
     style: bool
-    def __init__(self, task: _Optional[str] = ..., version: _Optional[str] = ..., control_hz: _Optional[float] = ..., bodies: _Optional[_Iterable[_Union[Body, _Mapping]]] = ..., joints: _Optional[_Iterable[_Union[Joint, _Mapping]]] = ..., reward_terms: _Optional[_Iterable[str]] = ..., boxes: _Optional[_Iterable[_Union[SolidBox, _Mapping]]] = ..., style: _Optional[bool] = ...) -> None: ...
+    ball_radius_m: float
+    def __init__(self, task: _Optional[str] = ..., version: _Optional[str] = ..., control_hz: _Optional[float] = ..., bodies: _Optional[_Iterable[_Union[Body, _Mapping]]] = ..., joints: _Optional[_Iterable[_Union[Joint, _Mapping]]] = ..., reward_terms: _Optional[_Iterable[str]] = ..., boxes: _Optional[_Iterable[_Union[SolidBox, _Mapping]]] = ..., style: _Optional[bool] = ..., ball_radius_m: _Optional[float] = ...) -> None: ...
 
 class Frame(_message.Message):
-    __slots__ = ("time_s", "root_position", "root_rotation", "joint_position", "joint_velocity", "object_position", "object_rotation", "body_position", "body_rotation", "style_score", "reward_terms", "reward", "error_m", "success", "fell")
+    __slots__ = ("time_s", "root_position", "root_rotation", "joint_position", "joint_velocity", "object_position", "object_rotation", "body_position", "body_rotation", "style_score", "reward_terms", "reward", "error_m", "success", "fell", "balls")
     TIME_S_FIELD_NUMBER: _ClassVar[int]
     ROOT_POSITION_FIELD_NUMBER: _ClassVar[int]
     ROOT_ROTATION_FIELD_NUMBER: _ClassVar[int]
@@ -433,6 +463,7 @@ class Frame(_message.Message):
     ERROR_M_FIELD_NUMBER: _ClassVar[int]
     SUCCESS_FIELD_NUMBER: _ClassVar[int]
     FELL_FIELD_NUMBER: _ClassVar[int]
+    BALLS_FIELD_NUMBER: _ClassVar[int]
     time_s: float
     root_position: _containers.RepeatedScalarFieldContainer[float]
     root_rotation: _containers.RepeatedScalarFieldContainer[float]
@@ -448,18 +479,31 @@ class Frame(_message.Message):
     error_m: float
     success: bool
     fell: bool
-    def __init__(self, time_s: _Optional[float] = ..., root_position: _Optional[_Iterable[float]] = ..., root_rotation: _Optional[_Iterable[float]] = ..., joint_position: _Optional[_Iterable[float]] = ..., joint_velocity: _Optional[_Iterable[float]] = ..., object_position: _Optional[_Iterable[float]] = ..., object_rotation: _Optional[_Iterable[float]] = ..., body_position: _Optional[_Iterable[float]] = ..., body_rotation: _Optional[_Iterable[float]] = ..., style_score: _Optional[float] = ..., reward_terms: _Optional[_Iterable[float]] = ..., reward: _Optional[float] = ..., error_m: _Optional[float] = ..., success: _Optional[bool] = ..., fell: _Optional[bool] = ...) -> None: ...
+    balls: _containers.RepeatedCompositeFieldContainer[Ball]
+    def __init__(self, time_s: _Optional[float] = ..., root_position: _Optional[_Iterable[float]] = ..., root_rotation: _Optional[_Iterable[float]] = ..., joint_position: _Optional[_Iterable[float]] = ..., joint_velocity: _Optional[_Iterable[float]] = ..., object_position: _Optional[_Iterable[float]] = ..., object_rotation: _Optional[_Iterable[float]] = ..., body_position: _Optional[_Iterable[float]] = ..., body_rotation: _Optional[_Iterable[float]] = ..., style_score: _Optional[float] = ..., reward_terms: _Optional[_Iterable[float]] = ..., reward: _Optional[float] = ..., error_m: _Optional[float] = ..., success: _Optional[bool] = ..., fell: _Optional[bool] = ..., balls: _Optional[_Iterable[_Union[Ball, _Mapping]]] = ...) -> None: ...
+
+class Ball(_message.Message):
+    __slots__ = ("number", "position")
+    NUMBER_FIELD_NUMBER: _ClassVar[int]
+    POSITION_FIELD_NUMBER: _ClassVar[int]
+    number: int
+    position: _containers.RepeatedScalarFieldContainer[float]
+    def __init__(self, number: _Optional[int] = ..., position: _Optional[_Iterable[float]] = ...) -> None: ...
 
 class SynthesisSummary(_message.Message):
-    __slots__ = ("frames", "success", "fell", "success_s", "precision_m")
+    __slots__ = ("frames", "success", "fell", "success_s", "precision_m", "balls_thrown", "displaced")
     FRAMES_FIELD_NUMBER: _ClassVar[int]
     SUCCESS_FIELD_NUMBER: _ClassVar[int]
     FELL_FIELD_NUMBER: _ClassVar[int]
     SUCCESS_S_FIELD_NUMBER: _ClassVar[int]
     PRECISION_M_FIELD_NUMBER: _ClassVar[int]
+    BALLS_THROWN_FIELD_NUMBER: _ClassVar[int]
+    DISPLACED_FIELD_NUMBER: _ClassVar[int]
     frames: int
     success: bool
     fell: bool
     success_s: float
     precision_m: float
-    def __init__(self, frames: _Optional[int] = ..., success: _Optional[bool] = ..., fell: _Optional[bool] = ..., success_s: _Optional[float] = ..., precision_m: _Optional[float] = ...) -> None: ...
+    balls_thrown: int
+    displaced: bool
+    def __init__(self, frames: _Optional[int] = ..., success: _Optional[bool] = ..., fell: _Optional[bool] = ..., success_s: _Optional[float] = ..., precision_m: _Optional[float] = ..., balls_thrown: _Optional[int] = ..., displaced: _Optional[bool] = ...) -> None: ...

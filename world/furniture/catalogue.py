@@ -2,8 +2,9 @@
 
 import re
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import count as counting
 
 import numpy as np
 
@@ -35,8 +36,15 @@ COUNTS: dict[Split, int] = {"train": 60, "test": 12}
 WHOLE: dict[Split, int] = {"train": 350, "test": 60}
 """Pieces of each split of `whole`."""
 
-AFFORDING: dict[Affordance, tuple[str, ...]] = {"sit": (*SEATS, "sofa"), "lie": ("sofa", "bed")}
-"""Classes whose pieces, every one, can be sat or lain on."""
+AFFORDING: dict[Affordance, tuple[str, ...]] = {
+    "sit": (*SEATS, "sofa"),
+    "lie": ("sofa", "bed", "table"),
+}
+"""Classes that can be sat or lain on: every piece of them, and of tables the long ones."""
+
+
+_MOST_PASSED = 200
+"""Pieces of a class in a row without an affordance after which it has none."""
 
 
 def catalogue(
@@ -48,16 +56,18 @@ def catalogue(
 ) -> tuple[Piece, ...]:
     """The first `count` pieces of a split, the classes taking turns, so that any count is balanced.
 
-    The classes are those given, or all that afford to sit or lie, or SEATS. Piece i of a class
-    depends on (seed, class, split, i) alone: a longer catalogue begins with a shorter one. Raises
-    ChoiceError for an unknown class, split or affordance.
+    The classes are those given, or all that afford to sit or lie, or SEATS; with an affordance,
+    pieces without it are passed over. Piece i of a class depends on (seed, class, split, i) alone:
+    a longer catalogue begins with a shorter one. Raises ChoiceError for an unknown class, split or
+    affordance, PieceError for a class of which none has the affordance.
     """
     if affordance is not None:
         _known("affordance", affordance, list(AFFORDING))
     names = classes or (SEATS if affordance is None else AFFORDING[affordance])
     total = COUNTS.get(split, 0) if count is None else count
     _known("split", split, list(SPLITS))
-    return tuple(_piece(names[i % len(names)], split, i // len(names), seed) for i in range(total))
+    turns = [_affording(name, split, seed, affordance) for name in names]
+    return tuple(next(turns[i % len(names)]) for i in range(total))
 
 
 def whole(split: Split, seed: int = 0) -> tuple[Piece, ...]:
@@ -80,6 +90,21 @@ def find(name: str, seed: int = 0) -> Piece:
     category, split, index = parts.groups()
     _known("split", split, list(SPLITS))
     return _piece(category, "train" if split == "train" else "test", int(index), seed)
+
+
+def _affording(
+    category: str, split: Split, seed: int, affordance: Affordance | None
+) -> Iterator[Piece]:
+    """The pieces of a class in turn, only those with the affordance where one is asked for."""
+    passed = 0
+    for index in counting():
+        piece = _piece(category, split, index, seed)
+        wanted = {None: True, "sit": bool(piece.sit), "lie": piece.lie is not None}
+        if wanted[affordance]:
+            passed = 0
+            yield piece
+        elif (passed := passed + 1) > _MOST_PASSED:
+            raise PieceError(f"no {category} has a place to {affordance}")
 
 
 def _piece(category: str, split: Split, index: int, seed: int) -> Piece:

@@ -1,4 +1,4 @@
-"""Tables: dining tables and coffee tables; things are put down on them, and nobody sits or lies.
+"""Tables: dining tables and coffee tables; nobody sits on them, and the long ones can be lain on.
 
 The ranges are ours, set around what these give: dining tables, EN 1729-1 and Neufert, "Architects'
 Data" (0.70-0.78 m high, 0.70 m and more deep); coffee tables, Panero & Zelnik, "Human Dimension and
@@ -11,7 +11,7 @@ import numpy as np
 
 from world.furniture import seat as seats
 from world.furniture.bands import Range, Split, choose, draw
-from world.furniture.piece import Box, Piece, assemble
+from world.furniture.piece import HIP_TO_HEAD_M, Box, Lying, Piece, assemble
 
 DINING: dict[str, Range] = {
     "height_m": (0.70, 0.78),
@@ -32,6 +32,11 @@ COFFEE: dict[str, Range] = {
     "mass_kg": (8.0, 30.0),
 }
 """What is drawn for a coffee table, before any scaling."""
+
+LONG_M, DEEP_M = 1.60, 0.70
+"""A top from this size on carries a person, 1.62 m tall, from head to calf."""
+_HEAD_M = 0.25
+"""From the end of the top to below the head's centre."""
 
 STYLES: dict[Split, tuple[tuple[str, str], ...]] = {
     "train": (
@@ -74,7 +79,16 @@ def build(dimensions: Dimensions) -> Piece:
         low = 0.3 * d.height_m
         shelf = [seats.block((0.0, d.depth_m), (-side, side), (low, low + d.top_m))]
     base = seats.support("legs" if d.base == "shelf" else d.base, top, d.leg_m)
-    return assemble("table", [top.box(), *shelf, *base], (), d.mass_kg)
+    return assemble("table", [top.box(), *shelf, *base], (), d.mass_kg, _lying(d))
+
+
+def _lying(d: Dimensions) -> Lying | None:
+    """Where one lies along the top, in the middle of its depth; None on a smaller one."""
+    if d.width_m < LONG_M or d.depth_m < DEEP_M:
+        return None
+    head = d.width_m / 2 - _HEAD_M
+    x, z = d.depth_m / 2, d.height_m
+    return Lying((x, head - HIP_TO_HEAD_M, z), (x, head, z))
 
 
 def dimensions(rng: np.random.Generator, split: Split, turn: int | None = None) -> Dimensions:

@@ -82,9 +82,7 @@ class MotionLibrary:
         )
         dull = upright & idle & (stage == 0) & (torch.arange(len(idle)) % _IDLE_EVERY != 0)
         has_next &= ~dull
-        if affordance != "sit":
-            # the published policy for sit was trained, and is measured, from all its frames
-            has_next &= torch.cat([torch.from_numpy(segments.usable(c)) for c in both])
+        has_next &= torch.cat([torch.from_numpy(segments.usable(c)) for c in both])
         #: Upright frames that have a successor: locomotion, wherever an object may be, few of them
         #: idle; most of them from clips without a seat, which walk for longer and faster.
         self.upright = _mostly(

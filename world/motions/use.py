@@ -1,7 +1,7 @@
 """What a clip uses, frame by frame as tensors: a seat, a bed or a box, and how far its use is."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import torch
@@ -17,8 +17,6 @@ from world.tasks.task import Affordance
 APPROACH, TRANSITION, CONTACT = 0, 1, 2
 #: Done with it for good: no stage to start at.
 LEFT = -1
-#: Seconds before and after the seated stretch that count as sitting down and getting up.
-_TRANSITION_S = 2.5
 
 
 @dataclass(frozen=True)
@@ -77,12 +75,10 @@ def join_boxes(parts: Sequence[BoxFrames]) -> BoxFrames:
 
 def _seat(clip: Clip) -> Use:
     seat = clip.seat
-    stage = torch.zeros(clip.frames, dtype=torch.int64)
     if seat is None:
-        return _at(clip, None, None, 0.0, stage)
-    margin = round(_TRANSITION_S * clip.fps)
-    stage[max(0, seat.from_frame - margin) : seat.to_frame + margin] = TRANSITION
-    stage[seat.from_frame : seat.to_frame] = CONTACT
+        return _at(clip, None, None, 0.0, torch.zeros(clip.frames, dtype=torch.int64))
+    found = torch.from_numpy(segments.stages(replace(clip, box=None, bed=None)))
+    stage = torch.where(found == segments.LEAVE, APPROACH, found)
     return _at(clip, seat.point_m, seat.point_m, seat.facing_rad, stage)
 
 

@@ -42,6 +42,7 @@ class Lie:
         Feature("facing", 2, _HEADING_FRAME, "cosine, sine"),
         Feature("corners", 24, "root heading's axes, from the target", "m"),
     )
+    alike: ClassVar[dict[str, str]] = {}
     terms: ClassVar[dict[str, float]] = {
         "lie": 0.4,
         "approach": 0.35,

@@ -41,6 +41,7 @@ class Sit:
         Feature("facing", 2, _HEADING_FRAME, "cosine, sine"),
         Feature("corners", 24, "root heading's axes, from the target", "m"),
     )
+    alike: ClassVar[dict[str, str]] = {}
     terms: ClassVar[dict[str, float]] = {
         "sit": 0.5,
         "approach": 0.3,

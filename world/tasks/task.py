@@ -124,6 +124,9 @@ class Task(Protocol):
     episode_s: float
     """Length of a training episode, s."""
     goal: Table
+    alike: ClassVar[dict[str, str]]
+    """Goal features that mean to a policy what another name means in other tasks: by these, and by
+    equal names, one task's networks begin as another's."""
     terms: ClassVar[dict[str, float]]
     """Reward terms by name, with their weights: the task's reward is the weighted sum."""
     stages: ClassVar[tuple[str, ...]]

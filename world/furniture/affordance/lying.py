@@ -16,8 +16,8 @@ DIRECTIONS = 16
 """Headings tried, every 22.5 degrees."""
 WIDEST_M = 1.6
 """An edge farther from the hip than this is not looked for."""
-FROM_EDGE_M = 0.18
-"""From the edge to the pelvis of who sits there."""
+FROM_EDGE_M = 0.26
+"""From the edge to the pelvis of who sits there, the better half of the thighs on the bed."""
 LEVEL_M = 0.08
 """How far upholstery may be from its median and still carry."""
 

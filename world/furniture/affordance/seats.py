@@ -42,6 +42,7 @@ class Zone:
 
 PELVIS = Zone((-0.11, 0.11), (-0.15, 0.15))
 THIGHS = Zone((0.11, 0.33), (-0.17, 0.17))
+KNEES = Zone((0.33, 0.49), (-0.16, 0.16))
 SHINS = Zone((0.50, 0.66), (-0.16, 0.16))
 TRUNK = Zone((-0.10, 0.12), (-0.20, 0.20))
 BACK = Zone((-0.40, -0.12), (-0.16, 0.16))
@@ -108,6 +109,7 @@ def _scored(relief: Relief, spots: Array, heading: float, front_rad: float) -> t
     thighs = seen(relief, spots, THIGHS, heading) - height[:, None]
     held = (np.abs(thighs) < 0.07).mean(axis=1)
     barred = (thighs > 0.09).mean(axis=1)
+    knees = (seen(relief, spots, KNEES, heading) - height[:, None] > 0.09).mean(axis=1)
     shins = seen(relief, spots, SHINS, heading) - height[:, None]
     legroom = (shins < -0.10).mean(axis=1)
     low, high = HEIGHTS_M
@@ -115,6 +117,7 @@ def _scored(relief: Relief, spots: Array, heading: float, front_rad: float) -> t
         (carried > 0.8)
         & (blocked < 0.12)
         & (barred < 0.10)
+        & (knees < 0.10)
         & (legroom > 0.6)
         & (height > low)
         & (height < high)

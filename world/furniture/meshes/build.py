@@ -10,6 +10,7 @@ from world.errors import PieceError
 from world.furniture import affordance
 from world.furniture.affordance import lying, seats
 from world.furniture.affordance.relief import Relief, relief
+from world.furniture.affordance.seats import Zone, seen
 from world.furniture.meshes import decompose
 from world.furniture.meshes.classes import DENSITY_KG_M3, settled
 from world.furniture.meshes.source import Source
@@ -25,6 +26,13 @@ COARSE_M = 0.02
 BULGE_M = 0.07
 """Hulls that stand no higher above a seat than this are the seat's own, and are cut level with
 it."""
+
+SHIFTED_M = 0.14
+"""A place moves along its facing up to this far to where the hulls leave room and carry."""
+ROOM, CARRYING = Zone((-0.14, 0.10), (-0.12, 0.12)), Zone((0.04, 0.20), (-0.12, 0.12))
+"""Where nothing of the hulls may stand above the seat, and where they must carry the thighs."""
+STEP_M, RISEN_M, UNEVEN_M = 0.02, 0.045, 0.025
+"""Of such a move; what stands, and how far from level what carries may be."""
 
 _SAT_ON = ("chair", "armchair", "low-stool", "high-stool", "sofa", "bed")
 _LAIN_ON = ("sofa", "bed")
@@ -99,7 +107,7 @@ def located(
     if told.sit is None:
         parts = _levelled(parts, sit)
     solid = relief(np.array([np.array(h.vertices_m)[list(f)] for h in parts for f in h.faces]))
-    settled_on = tuple(_onto(solid, place) for place in sit)
+    settled_on = tuple(_onto(solid, _moved(solid, place)) for place in sit)
     error = settled_on[0].point_m[2] - sit[0].point_m[2] if sit else None
     piece = Piece(
         name,
@@ -130,6 +138,24 @@ def _levelled(parts: tuple[Hull, ...], sit: tuple[Place, ...]) -> tuple[Hull, ..
         ]
         result.append(decompose.lowered(hull, min(under)) if under else hull)
     return tuple(hull for hull in result if hull is not None)
+
+
+def _moved(solid: Relief, place: Place) -> Place:
+    """The place, moved along its facing as little as gives the pelvis room before the hulls of a
+    back, and the thighs hulls to lie on; as it is where nothing does."""
+    x, y, z = place.point_m
+    cos, sin = math.cos(place.facing_rad), math.sin(place.facing_rad)
+    steps = round(SHIFTED_M / STEP_M)
+    for step in sorted(range(-steps, steps + 1), key=lambda k: (abs(k), -k)):
+        spot = (x + STEP_M * step * cos, y + STEP_M * step * sin)
+        height = affordance.level(solid, spot, place.facing_rad, z)
+        at = np.array([spot])
+        behind = seen(solid, at, ROOM, place.facing_rad)[0] - height
+        below = seen(solid, at, CARRYING, place.facing_rad)[0] - height
+        carried = (np.abs(below) < UNEVEN_M).mean()
+        if abs(height - z) <= MOST_OFF_M and behind.max() < RISEN_M and carried > 0.85:
+            return replace(place, point_m=(*spot, z))
+    return place
 
 
 def _onto(solid: Relief, place: Place) -> Place:

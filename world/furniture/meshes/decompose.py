@@ -69,7 +69,8 @@ def closed(points: Points) -> Hull | None:
 
 
 def lowered(hull: Hull, top_m: float) -> Hull | None:
-    """What of a hull is not above top_m; None where that is nothing solid."""
+    """A hull with what is above top_m cut off or, where nothing is below it, pressed down to it: a
+    seat keeps its whole extent. None where that is nothing solid."""
     points = np.array(hull.vertices_m)
     above = points[:, 2] > top_m
     if not above.any():
@@ -77,7 +78,8 @@ def lowered(hull: Hull, top_m: float) -> Hull | None:
     upper, lower = points[above], points[~above]
     share = (top_m - lower[:, None, 2]) / (upper[None, :, 2] - lower[:, None, 2])
     cut = lower[:, None] + share[..., None] * (upper[None] - lower[:, None])
-    return closed(np.concatenate((lower, cut.reshape(-1, 3))))
+    pressed = np.column_stack((upper[:, :2], np.full(len(upper), top_m)))
+    return closed(np.concatenate((lower, cut.reshape(-1, 3), pressed)))
 
 
 def _thickened(points: Points) -> Points:

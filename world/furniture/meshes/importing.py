@@ -25,7 +25,7 @@ CPU_S = 120
 """Processor time that one piece may take, s."""
 MEMORY_BYTES = 8 * 1024**3
 """Address space that one piece may take."""
-MAKER = 1
+MAKER = 2
 """Number of the way pieces are made; a new one makes cached pieces again."""
 
 

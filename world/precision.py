@@ -26,6 +26,10 @@ class Precision:
         return torch.autocast(self.device, dtype=self.autocast, cache_enabled=False)
 
 
+#: What is served and evaluated: the same on every machine, and small batches gain nothing by less.
+FLOAT32 = Precision("cpu", None, "float32: as on every machine")
+
+
 def cpu_flags(cpuinfo: Path = Path("/proc/cpuinfo")) -> frozenset[str]:
     """Instruction sets of this machine's processor; empty where the system does not list them."""
     try:

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import torch
 
-from console.perturbations import Mover, Thrower, Throwing, draw, launch
 from world import character, features
 from world.bank import Bank
 from world.config import WorldConfig
 from world.furniture.catalogue import catalogue
+from world.perturbations import Mover, Thrower, Throwing, draw, launch
 from world.scenes import Scenes
 
 STAND = torch.from_numpy(character.standing_qpos())

@@ -2,7 +2,7 @@
 
 import torch
 
-from policy.precision import cpu_flags, decide
+from world.precision import cpu_flags, decide
 
 
 def test_bf16_only_where_the_processor_multiplies_it():

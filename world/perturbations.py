@@ -1,4 +1,4 @@
-"""What disturbs a trial: balls thrown at the character, or its furniture moved while it acts."""
+"""What disturbs a scene: balls thrown at the character, or its furniture moved while it acts."""
 
 from dataclasses import dataclass, field
 from typing import Literal

@@ -1,0 +1,164 @@
+"""A fleet of local processes without Ray: a worker each, which share no interpreter.
+
+Threads would do, since torch and the simulator release the interpreter's lock, but each of the
+hundred small operations of a step takes it again: measured on two cores, two threads stepped their
+scenes at half the rate of two processes.
+"""
+
+import copy
+import multiprocessing
+import signal
+from collections.abc import Mapping
+from multiprocessing.connection import Connection
+from typing import Any
+
+from torch import Tensor
+
+from actors.errors import FleetError
+from actors.local import divide, merge, split
+from actors.ray_actor import (
+    Arrays,
+    MakeShard,
+    RolloutActor,
+    to_arrays,
+    to_tensors,
+    unpack_rollout,
+)
+from policy.rollout import Rollout
+
+_PATIENCE_S = 5.0
+"""What a worker that was told to end may take, before it is ended"""
+
+
+class ProcessFleet:
+    """Workers in processes of their own; the numbers are those of `LocalFleet`.
+
+    make_shard is pickled: it and what it returns must be importable. A worker's error is raised
+    by the call that met it; FleetError for one that died.
+    """
+
+    def __init__(
+        self,
+        make_shard: MakeShard,
+        scenes: int,
+        block: int = 64,
+        workers: int = 2,
+        seed: int = 0,
+        horizon: int = 8,
+    ) -> None:
+        self.horizon = horizon
+        self._ranges = divide(scenes, block, workers)
+        # Forking a process whose torch has threads can leave a lock held for ever.
+        context = multiprocessing.get_context("spawn")
+        self._pipes: list[Connection] = []
+        self._processes: list[Any] = []
+        try:
+            for index, owned in enumerate(self._ranges):
+                ours, theirs = context.Pipe()
+                process = context.Process(
+                    target=_serve,
+                    args=(theirs, make_shard, owned, seed, block),
+                    name=f"actor-{index}",
+                    daemon=True,
+                )
+                process.start()
+                theirs.close()
+                self._pipes.append(ours)
+                self._processes.append(process)
+            self._ask_all("build", [(None,)] * workers)
+        except BaseException:
+            self.close()
+            raise
+
+    def collect(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> Rollout:
+        """One rollout of all scenes, in order."""
+        arguments = (to_arrays(weights), version, self.horizon, sigma)
+        answers = self._ask_all("rollout", [arguments] * len(self._pipes))
+        return Rollout.join([unpack_rollout(packed) for packed, _ in answers])
+
+    def alive(self) -> int:
+        """Number of workers whose processes run."""
+        return sum(process.is_alive() for process in self._processes)
+
+    def pids(self) -> list[int]:
+        """Process ids of the workers, in scene order."""
+        return [process.pid for process in self._processes]
+
+    def state_dict(self) -> dict[str, Any]:
+        """All scenes' state, as one shard of them all would hold it."""
+        states: list[Arrays] = self._ask_all("state", [()] * len(self._pipes))
+        return merge([to_tensors(state) for state in states], self._ranges)
+
+    def load_state_dict(self, state: Mapping[str, Any]) -> None:
+        """Restore what `state_dict` gave, by however many workers; LayoutError for other scenes."""
+        parts = split(state, self._ranges)
+        self._ask_all("build", [(to_arrays(part),) for part in parts])
+
+    def close(self) -> None:
+        """End the processes."""
+        for pipe in self._pipes:
+            pipe.close()
+        for process in self._processes:
+            process.join(_PATIENCE_S)
+            if process.is_alive():
+                process.kill()
+                process.join()
+        self._pipes, self._processes = [], []
+
+    def _ask_all(self, what: str, arguments: list[tuple]) -> list[Any]:
+        """Every worker's answer, in scene order; all have answered before the first error rises."""
+        for index, (pipe, given) in enumerate(zip(self._pipes, arguments, strict=True)):
+            try:
+                pipe.send((what, given))
+            except OSError:
+                raise self._lost(index) from None
+        answers = [self._answer(index) for index in range(len(self._pipes))]
+        for answer in answers:
+            if isinstance(answer, Exception):
+                raise answer
+        return answers
+
+    def _answer(self, index: int) -> Any:
+        try:
+            return self._pipes[index].recv()
+        except (EOFError, OSError):
+            return self._lost(index)
+
+    def _lost(self, index: int) -> FleetError:
+        owned, process = self._ranges[index], self._processes[index]
+        process.join(_PATIENCE_S)
+        return FleetError(
+            f"actor {index} (scenes {owned.start} to {owned.stop - 1}) died, exit code"
+            f" {process.exitcode} (killed, out of memory, or crashed): --resume goes on from the"
+            " last checkpoint"
+        )
+
+
+def _serve(pipe: Connection, make_shard: MakeShard, scenes: range, seed: int, block: int) -> None:
+    """Answer requests until the pipe closes; in the worker's process."""
+    # Ctrl-C reaches the whole group: when to stop is for the learner to say.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    actor = RolloutActor(make_shard, scenes, seed, block)
+    while True:
+        try:
+            what, arguments = pipe.recv()
+        except (EOFError, OSError):
+            return
+        try:
+            answer: Any = getattr(actor, what)(*arguments)
+        except Exception as error:
+            answer = _sendable(error)
+        try:
+            pipe.send(answer)
+        except OSError:
+            return
+
+
+def _sendable(error: Exception) -> Exception:
+    """The error itself where it can be made again elsewhere, else its text."""
+    try:
+        copy.copy(error)  # by the same protocol as pickling
+    except Exception:
+        return FleetError(f"{type(error).__name__}: {error}")
+    return error

@@ -1,0 +1,78 @@
+"""The flags of every subcommand, one dataclass each; the docstring under a field is its --help."""
+
+from dataclasses import dataclass
+
+from console.commands.motions import MotionsCheck, MotionsImport, MotionsList, MotionsPlay
+from console.commands.objects import Meshes, ObjectsCheck, ObjectsImport, ObjectsList, ObjectsShow
+from console.commands.play import Play
+from console.commands.serving import Export, Serve, Style, Synthesize
+from console.commands.tools import Bench, Doctor
+from console.commands.training import Evaluate, Publish, Report, Train, Video
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One subcommand: its name, its flags, and the function (module:name) that runs it.
+
+    The function is imported when it is run: `doctor` must work where training would not.
+    """
+
+    name: str
+    flags: type
+    function: str
+
+
+COMMANDS = (
+    Entry("train", Train, "console.train:train"),
+    Entry("evaluate", Evaluate, "console.evaluate:evaluate_command"),
+    Entry("report", Report, "console.report.command:report_command"),
+    Entry("publish", Publish, "console.publish:publish_command"),
+    Entry("video", Video, "console.film:video_command"),
+    Entry("play", Play, "console.play.command:play_command"),
+    Entry("serve", Serve, "console.serve:serve_command"),
+    Entry("style", Style, "console.service:style_command"),
+    Entry("synthesize", Synthesize, "console.synthesize:synthesize_command"),
+    Entry("export", Export, "console.export:export_command"),
+    Entry("bench", Bench, "console.bench:bench_command"),
+    Entry("doctor", Doctor, "console.doctor:doctor_command"),
+)
+MOTIONS = (
+    Entry("import", MotionsImport, "console.motions:motions_command"),
+    Entry("list", MotionsList, "console.motions:motions_command"),
+    Entry("check", MotionsCheck, "console.motions:motions_command"),
+    Entry("play", MotionsPlay, "console.motions:motions_command"),
+)
+OBJECTS = (
+    Entry("import", ObjectsImport, "console.objects:objects_command"),
+    Entry("list", ObjectsList, "console.objects:objects_command"),
+    Entry("check", ObjectsCheck, "console.objects:objects_command"),
+    Entry("show", ObjectsShow, "console.objects:objects_command"),
+)
+
+__all__ = [
+    "COMMANDS",
+    "MOTIONS",
+    "OBJECTS",
+    "Bench",
+    "Doctor",
+    "Entry",
+    "Evaluate",
+    "Export",
+    "Meshes",
+    "MotionsCheck",
+    "MotionsImport",
+    "MotionsList",
+    "MotionsPlay",
+    "ObjectsCheck",
+    "ObjectsImport",
+    "ObjectsList",
+    "ObjectsShow",
+    "Play",
+    "Publish",
+    "Report",
+    "Serve",
+    "Style",
+    "Synthesize",
+    "Train",
+    "Video",
+]

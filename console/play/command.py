@@ -1,0 +1,95 @@
+"""`inhabit play`: a run's policy, a recording or clips in a browser, until Ctrl-C."""
+
+import time
+import webbrowser
+from pathlib import Path
+
+import torch
+
+from console import assembly
+from console.commands.play import Play
+from console.play import recorded, server, stock
+from console.play.controls import Controls
+from console.play.ghost import Ghost
+from console.play.session import Session
+from console.play.source import HZ, Source
+from console.play.view import View
+from policy.served import Served
+from world.errors import ClipError, ConfigError
+
+
+def play_command(command: Play) -> int:
+    """Serve the page until Ctrl-C."""
+    torch.set_num_threads(1)
+    if not command.sources:
+        raise ConfigError("RUN|FILE: name a run, a checkpoint folder, a recording or a clip")
+    files = [word for word in command.sources if Path(word).is_file()]
+    if files and len(command.sources) > 1:
+        raise ConfigError(f"'{files[0]}' is a file: play one file, or runs")
+    view = of_file(command, Path(files[0])) if files else of_runs(command)
+    address = f"http://{view.server.get_host()}:{view.server.get_port()}/"
+    print(f"{view.title} at {address} (Ctrl-C ends)", flush=True)
+    if command.open:
+        webbrowser.open(address)
+    try:
+        run(view)
+    finally:
+        view.server.stop()
+    return 0
+
+
+def run(view: View) -> None:
+    """Let time pass, at the control rate, or slower where the machine is."""
+    before = time.perf_counter()
+    while True:
+        began = time.perf_counter()
+        view.tick(began - before)
+        before = began
+        time.sleep(max(0.0, 1.0 / HZ - (time.perf_counter() - began)))
+
+
+def of_runs(command: Play) -> View:
+    """The page of live policies."""
+    found = stock.load(command.sources, command.checkpoint, command.objects)
+    setup = found.first()
+    session = Session(found.begin(setup), found)
+    title = f"inhabit play: {', '.join(found.policies)}"
+    view = View(server.start(command.listen, command.allow_insecure_remote), session, title)
+    Controls(view, found, setup)
+    view.offer_ghost(lambda: ghost_of(command, found.policy(setup.policy)))
+    view.offer_saving()
+    return view
+
+
+def of_file(command: Play, path: Path) -> View:
+    """The page of a recording or of clips."""
+    found: dict[str, Source] = dict(recorded.read(path))
+    session = Session(next(iter(found.values())))
+    title = f"inhabit play: {path.name}"
+    view = View(server.start(command.listen, command.allow_insecure_remote), session, title)
+    if len(found) > 1:
+        chosen = view.server.gui.add_dropdown("take", tuple(found), order=-1.0)
+        view.on(chosen, lambda _: session.use(found, str(chosen.value)))
+    view.offer_ghost(lambda: ghost_of(command, None))
+    view.offer_saving()
+    return view
+
+
+def ghost_of(command: Play, served: Served | None) -> tuple[Ghost | None, str]:
+    """What finds the nearest mocap, and in which clips; or None, and why.
+
+    The clips are those named, else those that the policy was trained on where they are still there.
+    """
+    torch.set_num_threads(1)
+    if command.motions:
+        paths = tuple(str(path) for path in command.motions)
+        task = "sit" if served is None else served.task.name
+        return Ghost(assembly.library(paths, False, task)), "among the clips named"
+    if served is None:
+        return None, "name clips to compare with: --motions DIR"
+    world = served.world
+    try:
+        ghost = Ghost(assembly.library(world.motions, False, world.task))
+    except ClipError as error:
+        return None, f"the clips of the training are not here ({error}); name some: --motions DIR"
+    return ghost, "among the policy's clips" if world.motions else "among the package's own clips"

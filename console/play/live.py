@@ -1,0 +1,123 @@
+"""A scene that goes on while it is watched, with all of its past."""
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from console.play.scene import Moment, Scene, UnstableError
+from console.play.source import HZ, Curves, Poser
+from console.recording import Take, boxes_of
+from world import character
+from world.box_scene import STAND
+
+#: Frames that are kept: five minutes.
+LIMIT = 300 * HZ
+
+
+class Live:
+    """A scene and its moments; a Source."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.model: mujoco.MjModel = scene.model
+        self.moments: list[Moment] = [scene.now()]
+        self.ended = ""
+        """Why it does not go on, if it does not."""
+        self._poser = Poser(self.model)
+
+    def __len__(self) -> int:
+        return len(self.moments)
+
+    def extend(self) -> bool:
+        """See Source."""
+        if len(self.moments) >= LIMIT:
+            self.ended = f"{LIMIT // HZ} s are recorded: start again, or go on from an earlier one"
+            return False
+        if self.ended:
+            return False
+        try:
+            self.moments.append(self.scene.step())
+        except UnstableError as error:
+            self.ended = str(error)
+            return False
+        return True
+
+    def cut(self, frame: int) -> None:
+        """See Source."""
+        del self.moments[frame + 1 :]
+        self.scene.restore(self.moments[-1], frame)
+        self.ended = ""
+
+    def poses(self, frame: int) -> NDArray[np.float64]:
+        """See Source."""
+        moment = self.moments[frame]
+        physics = {name: value[0].numpy() for name, value in moment.physics.items()}
+        return self._poser.poses(
+            physics["qpos"],
+            physics["mocap_pos"].reshape(-1, 3),
+            physics["mocap_quat"].reshape(-1, 4),
+            moment.balls,
+        )
+
+    def state(self, frame: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """See Source."""
+        physics = self.moments[frame].physics
+        qpos, qvel = physics["qpos"][0].numpy(), physics["qvel"][0].numpy()
+        return qpos[: character.NQ], qvel[: character.NV]
+
+    def curves(self) -> Curves:
+        """See Source."""
+        task, moments = self.scene.task, self.moments
+        terms = np.array([moment.terms for moment in moments], np.float64)
+        style = None
+        if self.scene.served.style is not None:
+            style = np.array([np.nan if m.style is None else m.style for m in moments])
+        return Curves(
+            terms={name: terms[:, i] for i, name in enumerate(task.terms)},
+            style=style,
+            error_m=np.array([moment.error_m for moment in moments]),
+            success_m=task.success_m,
+            fell=np.array([moment.fell for moment in moments]),
+            missing=""
+            if style is not None
+            else "no style score: this checkpoint has no "
+            "discriminator (published policies leave it out)",
+        )
+
+    def take(self) -> Take:
+        """See Source."""
+        setup, piece = self.scene.setup, self.scene.piece
+        cargo = self.scene.task.affordance == "carry"
+
+        def column(name: str) -> NDArray[np.float64]:
+            return np.stack([m.physics[name][0].numpy() for m in self.moments])
+
+        mocap_pos = column("mocap_pos").reshape(len(self), -1, 3)
+        mocap_quat = column("mocap_quat").reshape(len(self), -1, 4)
+        return Take(
+            qpos=column("qpos")[:, : character.NQ + 7 * cargo],
+            qvel=column("qvel")[:, : character.NV + 6 * cargo],
+            ctrl=column("ctrl"),
+            mocap_pos=mocap_pos[:, 0],
+            mocap_quat=mocap_quat[:, 0],
+            boxes=boxes_of(STAND if cargo else piece),
+            piece=piece.name,
+            scale=setup.scale,
+            meta={"distance_m": float(np.hypot(setup.goal.x - setup.start.x,
+                                               setup.goal.y - setup.start.y))},
+            balls=np.stack([m.balls for m in self.moments]),
+            cargo=np.array(piece.boxes[0].half_m) if cargo else np.zeros(0),
+            stand=mocap_pos[-1, 1] if cargo else np.zeros(0),
+        )  # fmt: skip
+
+    def status(self, frame: int) -> str:
+        """See Source."""
+        moment = self.moments[frame]
+        words = [f"{100 * moment.error_m:.0f} cm from the goal"]
+        if moment.style is not None:
+            words.append(f"style {moment.style:.2f}")
+        if moment.fell:
+            words.append("**fallen**")
+        elif moment.success:
+            words.append("**success**")
+        return ", ".join(words)

@@ -1,0 +1,65 @@
+"""What was played as one HTML file: replay in 3-D, what was measured over time, no network."""
+
+import math
+from html import escape
+
+import numpy as np
+from numpy.typing import NDArray
+
+from console.play.source import HZ, Curves, Source
+from console.report.charts import Line, chart
+from console.report.page import document, player
+from console.report.scene3d import drawable
+from console.stepping import Track
+from world.errors import ConfigError
+from world.features import STATE
+
+
+def page(source: Source, title: str, about: str) -> str:
+    """The file's text; ConfigError for what has no goal, which the replay draws."""
+    curves = source.curves()
+    if curves.error_m is None or curves.fell is None:
+        raise ConfigError("only what has a goal can be exported; 'inhabit motions play --html' "
+                          "writes clips")  # fmt: skip
+    fallen = np.flatnonzero(curves.fell)
+    end = int(fallen[0]) if len(fallen) else len(source)
+    nothing = np.zeros((0, STATE.width), np.float32)
+    error = np.nan_to_num(curves.error_m, posinf=99.0).astype(np.float32)
+    track = Track(source.take(), nothing, error, source.model, end)
+    data = drawable(track) | {
+        "about": about,
+        "success_m": curves.success_m,
+        "fell": bool(len(fallen)),
+    }
+    if curves.style is not None:
+        # the viewer has the style of a frame where it has that of the step that leaves it
+        data["style"] = [None if math.isnan(x) else round(float(x), 3) for x in curves.style[1:]]
+    drawn = "".join(
+        chart(name, lines, "s")
+        for name, lines in (
+            ("reward terms, unweighted", [_line(k, v) for k, v in curves.terms.items()]),
+            ("distance from the goal, m", [_line("error", curves.error_m)]),
+            ("style reward", [] if curves.style is None else [_line("style", curves.style)]),
+            ("success", [_line("success", success(curves))]),
+        )
+    )
+    note = f'<p class="soft">{escape(curves.missing)}</p>' if curves.missing else ""
+    sections = (
+        f"<h1>{escape(title)}</h1>",
+        f"<p class='soft'>{escape(about)}</p>",
+        player(["replay"]),
+        f'<h2>Over time</h2><div class="grid-of">{drawn}</div>{note}',
+    )
+    return document(title, sections, [data])
+
+
+def success(curves: Curves) -> NDArray[np.float64]:
+    """[T] 1 where the goal is reached and the character has not fallen; error and falls must be
+    known."""
+    assert curves.error_m is not None and curves.fell is not None
+    return ((curves.error_m <= curves.success_m) & ~curves.fell).astype(np.float64)
+
+
+def _line(name: str, values: NDArray[np.float64]) -> Line:
+    known = np.flatnonzero(np.isfinite(values))
+    return Line(name, tuple((int(i) / HZ, float(values[i])) for i in known))

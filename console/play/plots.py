@@ -1,0 +1,87 @@
+"""What was measured, drawn over the last seconds: reward terms, style, distance and success."""
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from console.play.page import success
+from console.play.source import HZ, Curves
+
+#: How much of the past is drawn, s.
+_SECONDS = 20
+_COLOURS = ("#2f6fb3", "#c8553d", "#3a8f5c", "#8a5bb0", "#b98a1d", "#46888f")
+_HEIGHT = 170
+_SUCCESS = "success"
+_Y: dict[str, viser.uplot.Scale] = {_SUCCESS: {"range": (-0.05, 1.05)}}
+
+
+def series_of(curves: Curves, weights: dict[str, float]) -> dict[str, dict[str, NDArray]]:
+    """The plots: title -> name of a line -> its values [T]."""
+    plots: dict[str, dict[str, NDArray]] = {}
+    if curves.terms:
+        plots["reward terms (weight)"] = {
+            f"{name} ({weights[name]:g})" if name in weights else name: values
+            for name, values in curves.terms.items()
+        }
+    if curves.style is not None:
+        plots["style reward"] = {"style": curves.style}
+    if curves.error_m is not None and curves.fell is not None:
+        limit = np.full(len(curves.error_m), curves.success_m)
+        plots["distance from the goal, m"] = {"distance": curves.error_m, "success below": limit}
+        plots[_SUCCESS] = {"success": success(curves), "fallen": curves.fell.astype(np.float64)}
+    return plots
+
+
+def window(frame: int) -> slice:
+    """The frames that are drawn when `frame` is shown: the last ones up to it."""
+    return slice(max(0, frame + 1 - _SECONDS * HZ), frame + 1)
+
+
+def points(lines: dict[str, NDArray], frames: slice) -> tuple[NDArray, ...]:
+    """Times (s) and the lines' values in the frames where all of them are numbers: one that is not
+    would leave a plot without any line."""
+    values = [line[frames] for line in lines.values()]
+    known = np.isfinite(values).all(axis=0)
+    seconds = np.arange(frames.start, frames.stop) / HZ
+    return (seconds[known], *(line[known] for line in values))
+
+
+class Plots:
+    """The plots of one source, in the folder that is open when they are made."""
+
+    def __init__(
+        self, server: viser.ViserServer, curves: Curves, weights: dict[str, float]
+    ) -> None:
+        self._weights = weights
+        self._parts = []
+        if curves.missing:
+            self._parts.append(server.gui.add_markdown(f"*{curves.missing}*"))
+        self._plots: dict[str, viser.GuiUplotHandle] = {}
+        for title, lines in series_of(curves, weights).items():
+            self._plots[title] = server.gui.add_uplot(
+                data=(np.zeros(1), *(np.zeros(1) for _ in lines)),
+                series=(
+                    {"label": "s"},
+                    *(
+                        {"label": name, "stroke": colour, "width": 1.5}
+                        for name, colour in zip(lines, _COLOURS, strict=False)
+                    ),
+                ),
+                title=title,
+                scales={"x": {"time": False}, "y": _Y.get(title, {"auto": True})},
+                height=_HEIGHT,
+            )
+        self._parts += self._plots.values()
+
+    def draw(self, curves: Curves, frame: int) -> None:
+        """Draw what led up to a frame."""
+        here = window(frame)
+        for title, lines in series_of(curves, self._weights).items():
+            data = points(lines, here)
+            if len(data[0]):
+                self._plots[title].data = data
+
+    def remove(self) -> None:
+        """Take them away."""
+        for part in self._parts:
+            part.remove()

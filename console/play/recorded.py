@@ -1,0 +1,200 @@
+"""What a file holds: a recording's takes, with what can still be measured in them, or clips."""
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from console import motions_play, recording
+from console.motions_page import furniture
+from console.play.source import HZ, Curves
+from console.recording import Take, boxes_of
+from world import character, features, rotations, tasks
+from world.bank import Bank, scaled
+from world.errors import ConfigError, InhabitError
+from world.furniture import catalogue
+from world.motions import load
+from world.motions.clip import Clip
+from world.motions.fit import resampled
+from world.tasks.task import BoxState, Place
+
+_UNKNOWN = "no reward terms: "
+
+
+class Recorded:
+    """A take that was recorded elsewhere; a Source that ends."""
+
+    def __init__(self, take: Take, name: str, curves: Curves) -> None:
+        self.model, self.name = recording.model_of(take), name
+        self._take, self._curves = take, curves
+        self._data = mujoco.MjData(self.model)
+
+    def __len__(self) -> int:
+        return len(self._take)
+
+    def extend(self) -> bool:
+        """See Source."""
+        return False
+
+    def cut(self, frame: int) -> None:
+        """See Source."""
+        raise ConfigError("a recording cannot go on from here: play a run instead")
+
+    def poses(self, frame: int) -> NDArray[np.float64]:
+        """See Source."""
+        recording.pose(self.model, self._data, self._take, frame)
+        found = np.concatenate((self._data.xpos, self._data.xquat), axis=1)
+        found[found[:, 0] <= recording.AWAY_M, :3] = np.nan
+        return found
+
+    def state(self, frame: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """See Source."""
+        take = self._take
+        return take.qpos[frame, : character.NQ], take.qvel[frame, : character.NV]
+
+    def curves(self) -> Curves:
+        """See Source."""
+        return self._curves
+
+    def take(self) -> Take:
+        """See Source."""
+        return self._take
+
+    def status(self, frame: int) -> str:
+        """See Source."""
+        error, fell = self._curves.error_m, self._curves.fell
+        if error is None or fell is None:
+            return ""
+        word = "**fallen**" if fell[frame] else ""
+        if not word and error[frame] <= self._curves.success_m:
+            word = "**success**"
+        return f"{100 * error[frame]:.0f} cm from the goal" + (f", {word}" if word else "")
+
+
+def read(path: Path) -> dict[str, Recorded]:
+    """The takes of a recording, or the clips of a file, by name.
+
+    Raises InhabitError, in one line, for a file that is neither.
+    """
+    if path.suffix == ".msgpack":
+        found = recording.read(path)
+        task = str(found.meta.get("task", ""))
+        takes = {
+            f"{i + 1}: {take.piece or 'nothing'}": Recorded(take, path.stem, measured(take, task))
+            for i, take in enumerate(found.takes)
+            if len(take)
+        }
+        if not takes:
+            raise ConfigError(f"{path} holds no takes")
+        return takes
+    if path.suffix.lower() not in load.READERS:
+        kinds = ", ".join([".msgpack (a recording)", *sorted(load.READERS)])
+        raise ConfigError(
+            f"{path}: cannot be played; choose a run, a checkpoint folder, or a file of {kinds}"
+        )
+    clips = motions_play.clips([str(path)], None)
+    nothing = Curves(missing="a clip has no goal: no reward terms, style score or success")
+    return {
+        f"{i + 1}: {clip.name}": Recorded(take_of(clip), clip.name, nothing)
+        for i, clip in enumerate(clips)
+    }
+
+
+def measured(take: Take, task: str) -> Curves:
+    """Reward terms, error and falls of a take, where its goal can be known."""
+    if task not in tasks.REGISTRY:
+        return Curves(missing=_UNKNOWN + "the recording does not say which task it is of")
+    what = tasks.make(task)
+    try:
+        place = place_of(take, what.affordance)
+    except InhabitError as error:
+        return Curves(missing=f"{_UNKNOWN}{error}")
+    qpos = torch.from_numpy(take.qpos[:, : character.NQ]).float().nan_to_num()
+    qvel = torch.from_numpy(take.qvel[:, : character.NV]).float().nan_to_num()
+    body = features.body(qpos, qvel)
+    terms = what.reward_terms(body, place).double().numpy()
+    return Curves(
+        terms={name: terms[:, i] for i, name in enumerate(what.terms)},
+        error_m=what.error_m(body, place).double().numpy(),
+        success_m=what.success_m,
+        fell=what.fell(body, place).numpy(),
+        missing="no style score: a recording has no discriminator",
+    )
+
+
+def place_of(take: Take, affordance: tasks.Affordance) -> Place:
+    """What the task of a take must know of its object, frame by frame; InhabitError where the take
+    does not tell."""
+    if affordance == "carry":
+        return _box_of(take)
+    piece = scaled(catalogue.find(take.piece), take.scale)
+    rows = boxes_of(piece)
+    if rows.shape != take.boxes.shape or not np.allclose(rows, take.boxes, atol=1e-6):
+        raise ConfigError(f"'{take.piece}' is not the catalogue's piece of that name")
+    if affordance == "lie" and len(piece.sit) > 1:
+        raise ConfigError("a recording does not say from which side the bed was to be used")
+    bank = Bank([piece], affordance)
+    origin = torch.from_numpy(take.mocap_pos).float()
+    yaw = rotations.heading(torch.from_numpy(take.mocap_quat).float())
+    every = torch.zeros(len(take), dtype=torch.int64)
+    facing = rotations.turn(yaw, bank.facing[every])
+    point = origin[:, :2] + rotations.turn(yaw, bank.point[every, :2])
+    return bank.place(every, point, facing)
+
+
+def _box_of(take: Take) -> Place:
+    if not len(take.cargo) or not len(take.stand):
+        raise ConfigError("the recording has no box")
+    pose = torch.from_numpy(take.qpos[:, character.NQ : character.NQ + 7]).float()
+    moving = torch.from_numpy(take.qvel[:, character.NV : character.NV + 3]).float()
+    half = torch.from_numpy(take.cargo).float().expand(len(take), 3)
+    up = torch.tensor([0.0, 0.0, float(take.cargo[2])])
+    target = (torch.from_numpy(take.stand).float() + up).expand(len(take), 3)
+    start = pose[:1, :3].expand(len(take), 3)
+    rotation = rotations.normalise(pose[:, 3:])
+    box = BoxState(pose[:, :3], rotation, moving, half, start, target)
+    return Place(target, rotations.heading(rotation), box.corners(), target, box)
+
+
+def take_of(clip: Clip) -> Take:
+    """A clip as a take, blocks for what it sits or lies on."""
+    clip = resampled(clip)
+    frames = clip.frames
+    qpos, qvel = clip.qpos().astype(np.float64), clip.qvel().astype(np.float64)
+    blocks = [
+        [
+            *block["centre_m"],
+            *block["half_m"],
+            np.cos(block["yaw_rad"] / 2),
+            0.0,
+            0.0,
+            np.sin(block["yaw_rad"] / 2),
+        ]
+        for block in furniture(clip)
+    ]
+    cargo, stand = np.zeros(0), np.zeros(0)
+    if clip.box is not None:
+        qpos = np.concatenate((qpos, clip.box.pose.astype(np.float64)), axis=1)
+        qvel = np.concatenate((qvel, np.zeros((frames, 6))), axis=1)
+        cargo = np.array(clip.box.size_m) / 2
+        stand = _below(clip.box.pose[-1, :3], cargo)
+    return Take(
+        qpos=qpos,
+        qvel=qvel,
+        ctrl=np.zeros((frames, character.NU)),
+        mocap_pos=np.zeros((frames, 3)),
+        mocap_quat=np.tile([1.0, 0.0, 0.0, 0.0], (frames, 1)),
+        boxes=np.array(blocks).reshape(-1, 10),
+        piece=clip.name,
+        scale=1.0,
+        meta={"fps": HZ},
+        cargo=cargo,
+        stand=stand,
+    )
+
+
+def _below(position: NDArray[np.float32], half: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The middle of the top of a stand that a box at position [3] rests on."""
+    return position.astype(np.float64) - np.array([0.0, 0.0, half[2]])

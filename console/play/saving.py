@@ -1,0 +1,32 @@
+"""What is played as bytes to keep: a page, or a recording."""
+
+import tempfile
+from pathlib import Path
+
+from console import recording
+from console.play.live import Live
+from console.play.page import page
+from console.play.player import Player
+from console.play.source import HZ
+from console.recording import Recording
+
+
+def html(player: Player, title: str) -> bytes:
+    """All frames as one HTML file; ConfigError for what has no goal."""
+    about = f"{(player.last + 1) / HZ:.1f} s"
+    if isinstance(player.source, Live):
+        scene = player.source.scene
+        about = f"{scene.task.name}, {scene.piece.name} at {scene.setup.scale:g}, {about}"
+    return page(player.source, title, about).encode()
+
+
+def msgpack(player: Player) -> bytes:
+    """All frames as a recording of one take."""
+    meta: dict[str, object] = {"control_hz": HZ}
+    if isinstance(player.source, Live):
+        scene = player.source.scene
+        meta |= {"task": scene.task.name, "checkpoint": scene.served.version}
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "take.msgpack"
+        recording.write(path, Recording([player.source.take()], meta))
+        return path.read_bytes()

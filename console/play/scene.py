@@ -1,0 +1,164 @@
+"""One policy in one scene, a control step at a time: pushed, pelted, its furniture moved."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from console.play.balls import Thrower
+from console.play.objects import object_of
+from console.play.setup import Pose, Setup, check
+from policy.served import Served
+from world import character
+from world.errors import ChoiceError, InhabitError
+from world.furniture.piece import Piece
+from world.scenes import Scenes
+from world.tasks.task import state
+
+STEP_S = 1.0 / character.CONTROL_HZ
+#: The goal glides to where it is put, this fast: a jump would leave it inside the character.
+_GLIDE_M_S, _GLIDE_RAD_S = 1.5, 2.0
+#: The hardest push, N s: 45 kg at 4.4 m/s.
+MAX_IMPULSE_N_S = 200.0
+_HERE = torch.zeros(1, dtype=torch.int64)
+
+
+class UnstableError(InhabitError):
+    """A simulation that blew up."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """The scene at one control step: enough to see it, to judge it and to go on from it."""
+
+    physics: dict[str, Tensor]
+    """As Scenes.physics gives it, [1, ...]."""
+    state: Tensor
+    """[114]."""
+    balls: NDArray[np.float64]
+    """[k, 3] m; not a number for those that are out of the scene."""
+    goal: Pose
+    """Where the goal is."""
+    terms: NDArray[np.float32]
+    """Reward terms, unweighted, in the task's order."""
+    error_m: float
+    success: bool
+    fell: bool
+    style: float | None
+    """Style reward of the step that led here; None where the policy has no discriminator, and at
+    the start."""
+
+
+class Scene:
+    """A character, its policy and what it uses; not to be shared between threads."""
+
+    def __init__(self, served: Served, piece: Piece, setup: Setup) -> None:
+        """Compile the scene and set the character down. piece: at its scale."""
+        self.served, self.piece = served, piece
+        self.setup = check(setup, piece, served.task.affordance)
+        self.task = served.task
+        world = served.world
+        self._object = object_of(setup, piece, self.task.affordance, world.carry, Thrower.balls())
+        self.model = self._object.model
+        self._scenes = Scenes([self.model], world.action_scale, world.action_clip)
+        self._force = self._scenes.batch.bind("xfrc_applied")
+        self._thrower = Thrower(self._scenes, setup.seed)
+        self._pushes: list[tuple[int, NDArray[np.float64]]] = []
+        self._goal = self._wanted = setup.goal
+        self.time_step = 0
+        self._begin(setup.start)
+
+    def _begin(self, start: Pose) -> None:
+        qpos, half = character.standing_qpos(), 0.5 * start.yaw
+        qpos[:2] = start.x, start.y
+        qpos[3:7] = math.cos(half), 0.0, 0.0, math.sin(half)
+        self._scenes.set_down(
+            _HERE,
+            torch.from_numpy(qpos)[None],
+            torch.zeros(1, character.NV),
+            torch.zeros(1, 3),
+            torch.tensor([[1.0, 0.0]]),
+        )
+        self._object.begin(self._scenes)
+        self._thrower.step(self.time_step, self._scenes.body(), 0.0)
+
+    @property
+    def goal(self) -> Pose:
+        """Where the goal is now."""
+        return self._goal
+
+    def move(self, goal: Pose) -> None:
+        """Have the goal glide to another place, from the next step on."""
+        # the same bounds as at the start
+        self._wanted = check(
+            Setup(self.setup.policy, self.setup.piece, goal=goal), self.piece, self.task.affordance
+        ).goal
+
+    def push(self, impulse_n_s: NDArray[np.float64], body: str) -> None:
+        """Push a body by an impulse [3] N s, world frame, spread over the next step.
+
+        Raises ChoiceError for a body that the character has not.
+        """
+        if body not in character.BODIES:
+            raise ChoiceError("body", body, list(character.BODIES))
+        size = float(np.linalg.norm(impulse_n_s))
+        shrunk = impulse_n_s * min(1.0, MAX_IMPULSE_N_S / max(size, 1e-9))
+        # the world is the model's body 0
+        self._pushes.append((1 + character.BODIES.index(body), shrunk / STEP_S))
+
+    def throw(self) -> None:
+        """Throw a ball at the character, at the next step."""
+        self._thrower.throw(self.time_step)
+
+    @torch.inference_mode()
+    def now(self) -> Moment:
+        """The present moment."""
+        return self._moment(None)
+
+    @torch.inference_mode()
+    def step(self) -> Moment:
+        """Act for 1/30 s; UnstableError where the simulation blows up."""
+        self._goal = self._goal.stepped(self._wanted, _GLIDE_M_S * STEP_S, _GLIDE_RAD_S * STEP_S)
+        self._object.move(self._scenes, self._goal)
+        body, place = self._scenes.body(), self._object.place(self._scenes)
+        self._thrower.step(self.time_step, body, STEP_S)
+        before = state(body, place)
+        self._force[0] = 0.0
+        for index, force in self._pushes:
+            self._force[0, index, :3] += force
+        self._pushes.clear()
+        goal = self.task.goal_features(body, place)
+        self._scenes.act(self.served.act(torch.cat((before, goal), dim=1)))
+        self.time_step += 1
+        if not bool(self._scenes.finite()[0]):
+            raise UnstableError("the simulation blew up: go back and push or move less")
+        return self._moment(before)
+
+    def restore(self, moment: Moment, step: int) -> None:
+        """Go back to a moment of this scene, before the control step `step`; balls are gone."""
+        self._scenes.load_physics(moment.physics)
+        self._goal = self._wanted = moment.goal
+        self._object.move(self._scenes, moment.goal)
+        self._thrower.clear()
+        self._pushes.clear()
+        self.time_step = step
+
+    def _moment(self, before: Tensor | None) -> Moment:
+        body, place = self._scenes.body(), self._object.place(self._scenes)
+        seen = state(body, place)
+        judge = self.served.style
+        error = float(self.task.error_m(body, place)[0])
+        return Moment(
+            physics=self._scenes.physics(),
+            state=seen[0],
+            balls=self._thrower.position().double().numpy(),
+            goal=self._goal,
+            terms=self.task.reward_terms(body, place)[0].numpy(),
+            error_m=error,
+            success=error <= self.task.success_m,
+            fell=bool(self.task.fell(body, place)[0]),
+            style=None if judge is None or before is None else float(judge(before, seen)[0]),
+        )

@@ -1,0 +1,25 @@
+"""Stand-ins for rollout actors, which sleep as long as real ones compute; they need no torch."""
+
+import time
+from typing import Any
+
+import numpy as np
+
+
+class Sleepers:
+    """Any number of actors in one process, a thread each: light enough for hundreds of them.
+
+    What they send is as large as a real rollout, and a fresh object every time.
+    """
+
+    def __init__(self, packed: dict[str, Any]) -> None:
+        self._packed = packed
+
+    def rollout(
+        self, weights: dict[str, np.ndarray], version: int, scene: int, seconds: float
+    ) -> dict[str, Any]:
+        """Sleep so long, and give the rollout of the scenes from `scene` on."""
+        del weights  # that they are here is all
+        time.sleep(seconds)
+        slept = {"world": seconds, "policy": 0.0}
+        return self._packed | {"version": version, "first_scene": scene, "seconds": slept}

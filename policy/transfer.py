@@ -1,0 +1,65 @@
+"""Networks of one task as a beginning for another: what both observe keeps its weights."""
+
+from collections.abc import Iterator, Mapping
+
+import torch
+from torch import Tensor
+
+from policy.checkpoint import Layout, State
+from policy.errors import LayoutError
+
+#: How many samples the old task's moments still count for: the new one's soon outweigh them.
+_REMEMBERED = 2e5
+_FIRST = "layers.0.weight"
+
+
+def adopt(
+    state: State, theirs: Layout, mine: Layout, names: Mapping[str, str], where: str
+) -> State:
+    """The `policy` section of a checkpoint with layout `theirs`, for layout `mine`.
+
+    Observed features are matched by name; `names` says what one of mine is called there. Weights on
+    features that the old task lacked are 0, so that the networks begin by doing what they did.
+
+    Raises LayoutError, naming the first difference, where states, actions or widths differ.
+    """
+    for name in ("features", "actions", "hidden"):
+        if getattr(mine, name) != getattr(theirs, name):
+            raise LayoutError(
+                f"{where}: its {name} differ from this task's, so that nothing of it carries over:"
+                " leave out --init, or choose the same preset and --ppo.hidden"
+            )
+    columns = torch.tensor(list(_columns(theirs, mine, names)))
+    known = columns >= 0
+    found = dict(state)
+    for network in ("actor", "average", "critic"):
+        if network in found:
+            weights = dict(found[network])
+            weights[_FIRST] = _picked(weights[_FIRST].T, columns, known, 0.0).T.contiguous()
+            found[network] = weights
+    moments = found["normaliser"]
+    found["normaliser"] = {
+        "mean": _picked(moments["mean"], columns, known, 0.0),
+        "variance": _picked(moments["variance"], columns, known, 1.0),
+        "count": _picked(moments["count"], columns, known, 0.0).clamp(max=_REMEMBERED),
+    }
+    values = found["values"]
+    found["values"] = {**values, "count": values["count"].clamp(max=_REMEMBERED)}
+    return found
+
+
+def _columns(theirs: Layout, mine: Layout, names: Mapping[str, str]) -> Iterator[int]:
+    """For each number that my networks observe the one of theirs that means the same, or −1."""
+    first, start = {}, 0
+    for name, width in (*theirs.features, *theirs.goal):
+        first[name, width] = start
+        start += width
+    for name, width in (*mine.features, *mine.goal):
+        at = first.get((names.get(name, name), width))
+        yield from range(at, at + width) if at is not None else [-1] * width
+
+
+def _picked(rows: Tensor, columns: Tensor, known: Tensor, default: float) -> Tensor:
+    """Rows by index, `default` where it is not known."""
+    shape = (-1, *[1] * (rows.dim() - 1))
+    return torch.where(known.view(shape), rows[columns.clamp(min=0)], default)

@@ -1,0 +1,36 @@
+"""Whether a service is well, as its health service says."""
+
+import time
+
+import grpc
+from grpc_health.v1 import health_pb2, health_pb2_grpc
+
+from rpc.channel import Channel, ChannelConfig
+from rpc.errors import RpcError
+
+
+def ask_health(config: ChannelConfig, service: str = "", timeout_s: float = 5.0) -> float:
+    """Seconds that a healthy service took to say so; one call, not repeated.
+
+    service: full name (`rpc.v1.Style`); empty: the server as a whole.
+    Raises RpcError with one line where nobody answers, or the answer is not SERVING.
+    """
+    channel = Channel(config, "service")
+    began = time.monotonic()
+    try:
+        request = health_pb2.HealthCheckRequest(service=service)
+        reply = health_pb2_grpc.HealthStub(channel.grpc).Check(request, timeout=timeout_s)
+    except grpc.RpcError as error:
+        code = error.code() if isinstance(error, grpc.Call) else None
+        if code is grpc.StatusCode.NOT_FOUND:
+            raise RpcError(f"{config.address} serves no {service}: is the address right?") from None
+        raise RpcError(
+            f"{config.address} does not answer ({code.name if code else error}):"
+            " is it started, and does it want TLS (give its CA)?"
+        ) from None
+    finally:
+        channel.close()
+    if reply.status != health_pb2.HealthCheckResponse.SERVING:
+        name = health_pb2.HealthCheckResponse.ServingStatus.Name(reply.status)
+        raise RpcError(f"{config.address} answers {name}: it starts or drains")
+    return time.monotonic() - began

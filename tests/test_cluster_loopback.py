@@ -1,0 +1,57 @@
+"""A private Ray listens to no other machine: every listening socket of its processes is local."""
+
+import ipaddress
+import os
+from pathlib import Path
+
+import pytest
+import ray
+
+from actors.cluster import ray_session
+from console.machine import family
+
+
+def sockets_of(pids: set[int]) -> set[str]:
+    """Inodes of the sockets that these processes hold."""
+    found = set()
+    for pid in pids:
+        for link in Path(f"/proc/{pid}/fd").glob("*"):
+            try:
+                target = os.readlink(link)
+            except OSError:
+                continue
+            if target.startswith("socket:["):
+                found.add(target[8:-1])
+    return found
+
+
+def listening(pids: set[int]) -> list[ipaddress.IPv4Address | ipaddress.IPv6Address]:
+    """The addresses on which these processes accept TCP connections."""
+    held, found = sockets_of(pids), []
+    for table in ("tcp", "tcp6"):
+        for row in Path(f"/proc/net/{table}").read_text().splitlines()[1:]:
+            fields = row.split()
+            if fields[3] != "0A" or fields[9] not in held:
+                continue
+            raw = bytes.fromhex(fields[1].partition(":")[0])
+            words = b"".join(raw[i : i + 4][::-1] for i in range(0, len(raw), 4))
+            address = ipaddress.ip_address(words)
+            mapped = getattr(address, "ipv4_mapped", None)
+            found.append(mapped or address)
+    return found
+
+
+def process() -> int:
+    return os.getpid()
+
+
+@pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="needs Linux's /proc")
+def test_every_port_is_on_the_loopback(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("RAY_ADDRESS", raising=False)
+    before = family()
+    with ray_session(cpus=1, object_store_bytes=80 * 2**20):
+        assert ray.get(ray.remote(process).remote()) in family()
+        addresses = listening(family() - before | {os.getpid()})
+        assert len(addresses) >= 5, "the control store, the node's two ports, agents, a worker"
+        assert [a for a in addresses if not a.is_loopback] == []
+    assert "RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER" not in os.environ

@@ -1,0 +1,16 @@
+"""The learner SIGKILLed at random moments and resumed: the bits of a run that never was."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.kill_learner import killed_and_resumed
+
+
+@pytest.mark.parametrize(("runner", "kills"), [("local", 2), ("ray", 1)])
+def test_killed_and_resumed(runner: str, kills: int, tmp_path: Path) -> None:
+    """`python -m tests.kill_learner --kills 50` is the same at length; docs/faults.md has it."""
+    found = killed_and_resumed(tmp_path, kills, 24, seed=1, more=["--runner", runner])
+    assert found.kills == kills
+    assert (found.metrics_lines, found.samples) == (24, 24 * 64)
+    assert found.left_processes == 0, "the killed training leaves no process behind"
