@@ -137,12 +137,13 @@ def test_goal_and_object_features() -> None:
     goal = Carry().goal_features(body, where)[0]
     root = float(character.standing_qpos()[2])
     # the character looks along +y: what is at +y is ahead
+    torch.testing.assert_close(goal[:3], torch.tensor([1.0, 0.0, 0.7 - root]))
     ahead = 1.5 * (1 + math.log(2.2 / 1.5))
-    torch.testing.assert_close(goal[:3], torch.tensor([ahead, 0.0, 0.7 - root]))
-    torch.testing.assert_close(goal[3:6], torch.tensor([1.2, 0.0, 0.0]))
-    torch.testing.assert_close(goal[6:9], torch.tensor([0.5, 0.0, 0.1]))
+    torch.testing.assert_close(goal[3:6], torch.tensor([ahead, 0.0, 0.7 - root]))
+    torch.testing.assert_close(goal[6:9], torch.tensor([1.2, 0.0, 0.0]))
+    torch.testing.assert_close(goal[9:12], torch.tensor([0.5, 0.0, 0.1]))
     # the box' low x, y, z corner: its x is the character's right
-    torch.testing.assert_close(goal[9:12], torch.tensor([-0.25, 0.175, -0.15]))
+    torch.testing.assert_close(goal[12:15], torch.tensor([-0.25, 0.175, -0.15]))
     seen = state(body, where)[0, features.OBJECT]
     torch.testing.assert_close(seen[:3], torch.tensor([1.0, 0.0, 0.7 - root]))
     torch.testing.assert_close(seen[3:], torch.tensor([0.0, -1.0, 0.0, 0.0, 0.0, 1.0]))

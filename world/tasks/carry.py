@@ -52,8 +52,8 @@ class Carry:
         Feature("box_velocity", 3, _HEADING_FRAME, "m/s"),
         Feature("corners", 24, "root heading's axes, from the box", "m"),
     )
-    # Where one walks first; what the box' target means, no other task knows.
-    alike: ClassVar[dict[str, str]] = {"box": "target", "target": ""}
+    # Where one walks first; what the box' target means, no other task knows, nor its size.
+    alike: ClassVar[dict[str, str]] = {"box": "target", "target": "", "corners": ""}
     terms: ClassVar[dict[str, float]] = {
         "walk": 0.15,
         "grasp": 0.2,
