@@ -36,7 +36,7 @@ def brought(scenes: Scenes, state: Tensor, goal: Tensor, place: Place) -> None:
 
 def test_lying_places_are_as_far_as_the_manifest_says() -> None:
     pieces = pieces_of("test", 0, "lie")
-    assert {piece.category for piece in pieces} <= {"sofa", "bed"}
+    assert {piece.category for piece in pieces} == {"sofa", "bed", "table"}
     chosen = trials.manifest(pieces, 12, 0)
     results = trials.drive(LIE, still, chosen, 1, 1, record=12)
     task = make("lie")
