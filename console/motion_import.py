@@ -67,12 +67,18 @@ def line(clip: Clip) -> str:
 
 
 def distinct(paths: list[Path]) -> list[str]:
-    """A name for each file: its own, with its folder's in front where two are called the same."""
-    counts = Counter(path.stem for path in paths)
-    names = [
-        path.stem if counts[path.stem] == 1 else f"{path.resolve().parent.name}_{path.stem}"
-        for path in paths
-    ]
+    """A name for each file: its own, with its folder's in front where two are called the same, and
+    its suffix behind where they lie in one folder."""
+    names = [path.stem for path in paths]
+    for longer in (
+        lambda path: f"{path.resolve().parent.name}_{path.stem}",
+        lambda path: f"{path.resolve().parent.name}_{path.stem}_{path.suffix[1:]}",
+    ):
+        counts = Counter(names)
+        names = [
+            name if counts[name] == 1 else longer(path)
+            for path, name in zip(paths, names, strict=True)
+        ]
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
         raise ClipError(f"two motions are called {twice[0]}; import their folders one by one")

@@ -17,7 +17,7 @@ HIGHEST_M = 0.90
 
 
 def drops(pieces: Sequence[Piece], seconds: float, workers: int) -> list[list[dict[str, Any]]]:
-    """For each piece the drops on its first place, one a scale; none where it has no place."""
+    """For each piece the drops on its places, one a scale and place; none where it has no place."""
     if workers == 1:
         return [_of(piece, seconds) for piece in pieces]
     with ProcessPoolExecutor(workers, get_context("forkserver")) as pool:
@@ -28,9 +28,10 @@ def _of(piece: Piece, seconds: float) -> list[dict[str, Any]]:
     found = []
     for scale in SCALES:
         sized = piece.scaled(scale)
-        if sized.sit and sized.sit[0].point_m[2] <= HIGHEST_M:
-            rest = drop(sized, seconds)
-            found.append({"scale": scale, "rests": rest.rests, **asdict(rest)})
+        for which, place in enumerate(sized.sit):
+            if place.point_m[2] <= HIGHEST_M:
+                rest = drop(sized, seconds, which=which)
+                found.append({"scale": scale, "place": which, "rests": rest.rests, **asdict(rest)})
     return found
 
 
@@ -40,9 +41,9 @@ def summarise(rows: Sequence[dict[str, Any]], output: Console) -> None:
     for name, one in tried:
         if not one["rests"]:
             output.print(
-                f"{name} at scale {one['scale']}: {100 * one['height_error_m']:+.1f} cm from the"
-                f" seat's height, {100 * one['off_m']:.0f} cm off, {100 * one['deepest_m']:.1f} cm"
-                f" deep",
+                f"{name}, place {one['place']}, at scale {one['scale']}:"
+                f" {100 * one['height_error_m']:+.1f} cm from the seat's height,"
+                f" {100 * one['off_m']:.0f} cm off, {100 * one['deepest_m']:.1f} cm deep",
                 markup=False,
             )
     output.print(

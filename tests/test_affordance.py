@@ -8,7 +8,7 @@ import pytest
 from world.furniture.affordance import lying, seats
 from world.furniture.affordance.relief import HEADROOM_M, relief
 from world.furniture.catalogue import find
-from world.furniture.piece import Piece
+from world.furniture.piece import Box, Piece
 from world.furniture.surface import triangles
 
 SEATS = [
@@ -55,6 +55,21 @@ def test_a_long_sofa_has_places_beside_one_another() -> None:
         assert abs(math.degrees(place.facing_rad)) <= 25
     gaps = [math.dist(a.point_m[:2], b.point_m[:2]) for i, a in enumerate(found) for b in found[:i]]
     assert min(gaps) >= seats.APART_M
+
+
+def test_a_broad_arm_is_no_second_seat() -> None:
+    """A sofa whose arms carry as well as its seat, 0.20 m above it."""
+    parts = (
+        Box((0.0, 0.0, 0.21), (0.35, 0.35, 0.21)),
+        Box((-0.32, 0.0, 0.45), (0.03, 1.05, 0.45)),
+        Box((0.0, 0.70, 0.31), (0.35, 0.35, 0.31)),
+        Box((0.0, -0.70, 0.31), (0.35, 0.35, 0.31)),
+    )
+    found = seats.find(relief(triangles(Piece("sofa", "sofa", parts, (), 40.0))))
+    assert [round(place.point_m[2], 2) for place in found] == [0.42]
+    level = (*parts[:2], *(Box((0.0, y, 0.21), (0.35, 0.35, 0.21)) for y in (0.7, -0.7)))
+    found = seats.find(relief(triangles(Piece("sofa", "sofa", level, (), 40.0))))
+    assert len(found) == 3
 
 
 @pytest.mark.parametrize("scale", [0.8, 1.2])

@@ -12,7 +12,7 @@ from console import objects_page, objects_sheet
 from console.app import main
 from console.commands import Meshes
 from console.objects import place_of, told
-from tests.test_meshes import TRIANGLES, built, written
+from tests.test_meshes import TRIANGLES, built, mesh, written
 from world.errors import ChoiceError, ConfigError, PieceError
 from world.furniture import collection
 from world.furniture.catalogue import find
@@ -72,6 +72,29 @@ def test_a_crash_of_the_decomposition_is_that_piece_s_alone(
     assert "exit -11" in importing._death(-11)
     refused = importing.run([replace(job, path=tmp_path / "gone.obj")], 1)
     assert "cannot read" in refused[0].refused
+
+
+@pytest.mark.parametrize(
+    ("bound", "value", "says"),
+    [
+        ("CPU_S", 1, "not done after 1 s of processor time; decimate the mesh"),
+        ("MEMORY_BYTES", 400 << 20, "needs more than 0.39 GiB; decimate the mesh"),
+    ],
+)
+def test_a_mesh_that_costs_too_much_is_ended(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, bound: str, value: int, says: str
+) -> None:
+    """The bounds themselves, on a mesh of 295,000 triangles."""
+    fine = mesh()
+    fine.merge_vertices()
+    while len(fine.faces) < 200_000:
+        fine = fine.subdivide()
+    path = tmp_path / "chair.stl"
+    fine.export(path)
+    monkeypatch.setattr(importing, bound, value)
+    (outcome,) = importing.run(importing.jobs([path], told(Meshes())), 1)
+    assert outcome.document is None
+    assert outcome.refused.endswith(says)
 
 
 def test_a_catalogue_beside_the_files_gives_credit(tmp_path: Path) -> None:

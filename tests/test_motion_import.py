@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from console.app import main
+from console.motion_import import distinct
 from tests import foreign_motions
+from world.errors import ClipError
 from world.motions import clip_file, load
 from world.motions.clip import Clip
 from world.motions.synthetic import library
@@ -62,6 +64,13 @@ def test_import_writes_clips_that_training_reads(
     assert main(["motions", "import", str(bvh), "--out", str(out)]) == 1
     assert "--replace" in capsys.readouterr().err
     assert not list(out.glob("*.partial"))
+
+
+def test_motions_of_one_name_are_told_apart() -> None:
+    paths = [Path(p) for p in ("/m/a/walk.bvh", "/m/b/walk.bvh", "/m/a/turn.bvh", "/m/a/turn.amc")]
+    assert distinct(paths) == ["a_walk", "b_walk", "a_turn_bvh", "a_turn_amc"]
+    with pytest.raises(ClipError, match="two motions are called a_walk_bvh"):
+        distinct([Path("/m/a/walk.bvh"), Path("/n/a/walk.bvh")])
 
 
 def test_a_bad_file_among_good_ones_costs_itself_alone(

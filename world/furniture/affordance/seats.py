@@ -22,6 +22,8 @@ APART_M = 0.55
 """Distance of two places beside each other."""
 KEPT = 0.80
 """Share of the best place's score that another place must have."""
+AS_HIGH_M = 0.10
+"""How far another place may be from the best one's height: seats are level, arms stand above."""
 
 Array = NDArray[np.float64]
 
@@ -195,12 +197,15 @@ def _picked(
     best = float(score.flat[order[0]])
     if not math.isfinite(best):
         return ()
+    first = float(height.flat[order[0]])
     taken: list[tuple[Array, float]] = []
     places: list[Place] = []
     for flat in order:
         d, n = divmod(int(flat), len(spots))
         if score[d, n] < KEPT * best or not math.isfinite(score[d, n]):
             break
+        if abs(float(height[d, n]) - first) > AS_HIGH_M:
+            continue
         spot = spots[n]
         if any(math.hypot(*(spot - other)) < APART_M for other, _ in taken):
             continue

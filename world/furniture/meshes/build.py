@@ -107,7 +107,7 @@ def located(
     if told.sit is None:
         parts = _levelled(parts, sit)
     solid = relief(np.array([np.array(h.vertices_m)[list(f)] for h in parts for f in h.faces]))
-    settled_on = tuple(_onto(solid, _moved(solid, place)) for place in sit)
+    settled_on = tuple(_onto(solid, place) for place in _fitting(solid, sit))
     error = settled_on[0].point_m[2] - sit[0].point_m[2] if sit else None
     piece = Piece(
         name,
@@ -140,9 +140,19 @@ def _levelled(parts: tuple[Hull, ...], sit: tuple[Place, ...]) -> tuple[Hull, ..
     return tuple(hull for hull in result if hull is not None)
 
 
-def _moved(solid: Relief, place: Place) -> Place:
+def _fitting(solid: Relief, sit: tuple[Place, ...]) -> tuple[Place, ...]:
+    """The places that the hulls leave room for, and the first in any case: a piece has one."""
+    found = [_moved(solid, place) for place in sit]
+    return tuple(
+        moved or place
+        for index, (place, moved) in enumerate(zip(sit, found, strict=True))
+        if moved is not None or index == 0
+    )
+
+
+def _moved(solid: Relief, place: Place) -> Place | None:
     """The place, moved along its facing as little as gives the pelvis room before the hulls of a
-    back, and the thighs hulls to lie on; as it is where nothing does."""
+    back, and the thighs hulls to lie on; None where nothing does."""
     x, y, z = place.point_m
     cos, sin = math.cos(place.facing_rad), math.sin(place.facing_rad)
     steps = round(SHIFTED_M / STEP_M)
@@ -155,7 +165,7 @@ def _moved(solid: Relief, place: Place) -> Place:
         carried = (np.abs(below) < UNEVEN_M).mean()
         if abs(height - z) <= MOST_OFF_M and behind.max() < RISEN_M and carried > 0.85:
             return replace(place, point_m=(*spot, z))
-    return place
+    return None
 
 
 def _onto(solid: Relief, place: Place) -> Place:

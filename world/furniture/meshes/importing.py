@@ -25,7 +25,7 @@ CPU_S = 120
 """Processor time that one piece may take, s."""
 MEMORY_BYTES = 8 * 1024**3
 """Address space that one piece may take."""
-MAKER = 2
+MAKER = 3
 """Number of the way pieces are made; a new one makes cached pieces again."""
 
 
@@ -212,7 +212,9 @@ def _processes(waiting: list[tuple[int, Job, str]], workers: int) -> Iterator[tu
             while len(running) < max(1, workers) and (following := next(queue, None)):
                 index, job, digest = following
                 ours, theirs = context.Pipe(duplex=False)
-                process = context.Process(target=_child, args=(theirs, job, digest), daemon=True)
+                bounds = (CPU_S, MEMORY_BYTES)
+                work = (theirs, job, digest, bounds)
+                process = context.Process(target=_child, args=work, daemon=True)
                 process.start()
                 theirs.close()
                 running[ours] = (index, job, process)
@@ -244,10 +246,12 @@ def _death(code: int | None) -> str:
     return f"the decomposition failed (exit {code}); repair or decimate the mesh"
 
 
-def _child(end: Connection, job: Job, digest: str) -> None:
-    """In the process of a job: make the piece within bounds, keep it, and send it back."""
-    resource.setrlimit(resource.RLIMIT_CPU, (CPU_S, CPU_S + 5))
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
+def _child(end: Connection, job: Job, digest: str, bounds: tuple[int, int]) -> None:
+    """In the process of a job: make the piece within bounds (processor time s, bytes), keep it, and
+    send it back."""
+    cpu_s, memory_bytes = bounds
+    resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 5))
+    resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
     # the decomposition writes its progress; the command's output is the parent's alone
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     key, content = digest.split(":")
@@ -258,7 +262,7 @@ def _child(end: Connection, job: Job, digest: str) -> None:
     except InhabitError as error:
         refused = " ".join(str(error).split())
     except MemoryError:
-        refused = f"{job.name}: needs more than {MEMORY_BYTES >> 30} GiB; decimate the mesh"
+        refused = f"{job.name}: needs more than {memory_bytes / 2**30:.2g} GiB; decimate the mesh"
     except Exception as error:
         refused = f"{job.name}: {type(error).__name__}: {' '.join(str(error).split())}"
     if document is not None:

@@ -99,6 +99,8 @@ def _load(
         )
         parts = [g for g in scene.dump() if isinstance(g, trimesh.Trimesh)]
         credit = str(scene.metadata.get("copyright") or "")
+    except MemoryError:
+        raise  # says nothing of the file
     except Exception as error:
         detail = " ".join(str(error).split())[:120] or type(error).__name__
         raise PieceError(f"{file_name}: not a readable {suffix} file ({detail})") from error
