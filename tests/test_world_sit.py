@@ -92,9 +92,9 @@ def test_approach_leads_round_the_back() -> None:
     where = place()
     for start in ((-3.0, 0.3), (-3.0, -0.3), (-1.0, 0.01), (0.2, 1.5), (-0.4, -0.7)):
         xy = torch.tensor([start])
-        closest = math.inf
+        closest, direction = math.inf, torch.tensor([[1.0, 0.0]])
         for _ in range(400):
-            direction, arrived = approach(xy, where)
+            direction, arrived = approach(xy, direction, where)
             if bool(arrived):
                 break
             assert direction.norm().item() == pytest.approx(1.0, abs=1e-5)
@@ -105,12 +105,25 @@ def test_approach_leads_round_the_back() -> None:
         assert xy[0, 0] > 0.0
 
 
+def test_behind_the_place_the_heading_decides_on_the_side() -> None:
+    headings = torch.tensor([[0.8, 0.6], [0.8, -0.6]])
+    for y, sides in ((0.3, [1.0, -1.0]), (-0.3, [1.0, -1.0]), (0.5, [1.0, 1.0]), (-0.5, [-1, -1])):
+        where = place().rows(torch.zeros(2, dtype=torch.int64))
+        direction, _ = approach(torch.tensor([[-1.0, y]]).expand(2, 2), headings, where)
+        # the tangents to the disc of 0.55 m: by the angle asin(0.55 / distance) off the centre
+        centre = math.atan2(-y, 1.0)
+        for found, side in zip(direction.tolist(), sides, strict=True):
+            angle = centre + side * math.asin(0.55 / math.hypot(1.0, y))
+            assert found == pytest.approx([math.cos(angle), math.sin(angle)], abs=1e-5)
+
+
 def test_approach_turns_with_the_place() -> None:
     yaw = 1.3
     turn = torch.tensor([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
     xy = torch.tensor([[-2.0, 0.5]])
-    straight, _ = approach(xy, place())
-    turned, _ = approach(xy @ turn.T, place(yaw))
+    heading = torch.tensor([[0.6, 0.8]])
+    straight, _ = approach(xy, heading, place())
+    turned, _ = approach(xy @ turn.T, heading @ turn.T, place(yaw))
     torch.testing.assert_close(turned, straight @ turn.T, atol=1e-5, rtol=0)
 
 

@@ -73,7 +73,7 @@ class Lie:
         head_error = (head - body.head).square().sum(dim=1)
         lie = 0.5 * torch.exp(-10.0 * hip_error) + 0.5 * torch.exp(-10.0 * head_error)
         ground = footprint(place)
-        direction, _ = way(body.root[:, :2], place)
+        direction, _ = way(body.root[:, :2], body.heading, place)
         here = arrived(body, place, ground)
         speed = (direction * body.root_velocity[:, :2]).sum(dim=1)
         towards = (speed / _SPEED_M_S).clamp(0.0, 1.0)

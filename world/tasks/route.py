@@ -12,6 +12,8 @@ from world.tasks.task import Place
 MARGIN_M, ENTRY_M = 0.30, 0.32
 #: So far ahead of its front edge a front corner is gone round, m.
 _ROUND_M = 0.20
+#: Ways round that differ in length by less than this are as good as each other, m.
+_EITHER_M = 0.6
 
 
 @dataclass(frozen=True)
@@ -49,11 +51,13 @@ def entry(ground: Footprint) -> Tensor:
     return torch.stack((ahead, torch.zeros_like(ahead)), dim=1)
 
 
-def way(root_xy: Tensor, place: Place) -> tuple[Tensor, Tensor]:
+def way(root_xy: Tensor, heading: Tensor, place: Place) -> tuple[Tensor, Tensor]:
     """Unit directions [n, 2], world, of the shortest way to the entry, and its length [n] m.
 
     The furniture's footprint, widened by MARGIN_M, is gone round by its corners: from the front
-    straight, from a side by the front corner, from behind by the nearer of both sides.
+    straight, from a side by the front corner, from behind by the nearer of both sides: where they
+    differ by less than _EITHER_M by the one that the heading [n, 2] points to, lest a policy learn
+    the mean of both.
     """
     ground, here = footprint(place), offset(root_xy, place)
     goal = entry(ground)
@@ -61,7 +65,8 @@ def way(root_xy: Tensor, place: Place) -> tuple[Tensor, Tensor]:
     x, y = here[:, 0], here[:, 1]
     straight = goal - here
     length = straight.norm(dim=1)
-    aim, best = straight, torch.full_like(length, torch.inf)
+    leans = rotations.turn_back(place.facing, heading)[:, 1] >= 0.0
+    ways = []
     for side, edge in ((1.0, ground.high[:, 1] + MARGIN_M), (-1.0, ground.low[:, 1] - MARGIN_M)):
         corner = torch.stack((front, edge), dim=1)
         rear = torch.stack((back, edge), dim=1)
@@ -73,10 +78,12 @@ def way(root_xy: Tensor, place: Place) -> tuple[Tensor, Tensor]:
         direct = to_corner.norm(dim=1) + last
         around = to_rear.norm(dim=1) + (front - back) + last
         total = torch.where(round_it, around, direct)
-        shorter = total < best
-        towards = torch.where(round_it[:, None], to_rear, to_corner)
-        aim = torch.where(shorter[:, None], towards, aim)
-        best = torch.where(shorter, total, best)
+        ways.append((torch.where(round_it[:, None], to_rear, to_corner), total))
+    (left, by_left), (right, by_right) = ways
+    either = (by_left - by_right).abs() < _EITHER_M
+    is_left = torch.where(either, leans, by_left < by_right)
+    aim = torch.where(is_left[:, None], left, right)
+    best = torch.where(is_left, by_left, by_right)
     # in front one goes straight, but not yet round a front corner
     level = (y > ground.low[:, 1]) & (y < ground.high[:, 1])
     free = (x >= ground.high[:, 0]) & (level | (x >= ground.high[:, 0] + _ROUND_M))

@@ -20,6 +20,8 @@ HIP_ABOVE_SEAT_M = 0.065
 _SPEED_M_S = 0.9
 #: Radius round the place of use that the approach goes round, and how far in front it leads, m.
 _DETOUR_M, _FRONT_M = 0.55, 0.60
+#: Behind a place, this near to the line along which it faces, either way round is as good, m.
+_EITHER_M = 0.45
 #: Within this of the front point (or of the place, in front of it) the approach is done, m.
 _ARRIVED_M = 0.40
 #: The root this near to its place, horizontally and in height, is on the seat, m.
@@ -65,7 +67,7 @@ class Sit:
     def reward_terms(self, body: Body, place: Place) -> Tensor:
         error = (self.target(place) - body.root).square().sum(dim=1)
         sit = torch.exp(-10.0 * error)
-        direction, arrived = approach(body.root[:, :2], place)
+        direction, arrived = approach(body.root[:, :2], body.heading, place)
         speed = (direction * body.root_velocity[:, :2]).sum(dim=1)
         # linear: the exponential of published rewards is nearly flat for one who stands still
         towards = (speed / _SPEED_M_S).clamp(0.0, 1.0)
@@ -88,7 +90,7 @@ class Sit:
         return (self.target(place) - body.root).norm(dim=1)
 
     def stage(self, body: Body, place: Place) -> Tensor:
-        _, arrived = approach(body.root[:, :2], place)
+        _, arrived = approach(body.root[:, :2], body.heading, place)
         offset = body.root - self.target(place)
         above = (offset[:, :2].norm(dim=1) < _TOUCH_M) & (offset[:, 2].abs() < _TOUCH_UP_M)
         return torch.stack((arrived, above, self.error_m(body, place) <= self.success_m), dim=1)
@@ -115,7 +117,7 @@ def compressed(offset: Tensor, linear_m: float = 1.5) -> Tensor:
     return torch.cat((offset[:, :2] * factor, offset[:, 2:]), dim=1)
 
 
-def approach(root_xy: Tensor, place: Place) -> tuple[Tensor, Tensor]:
+def approach(root_xy: Tensor, heading: Tensor, place: Place) -> tuple[Tensor, Tensor]:
     """The way to the front of a place: unit directions [n, 2], world, and whether it is reached [n]
     bool.
 
@@ -135,7 +137,9 @@ def approach(root_xy: Tensor, place: Place) -> tuple[Tensor, Tensor]:
     blocked = closest < _DETOUR_M - 1e-3
     sine = (_DETOUR_M / distance).clamp_max(1.0)
     cosine = torch.sqrt((1.0 - sine.square()).clamp_min(0.0))
-    side = torch.where(y >= 0, 1.0, -1.0)
+    along_y = rotations.turn_back(place.facing, heading)[:, 1]
+    either = (x < 0.0) & (y.abs() < _EITHER_M)
+    side = torch.where(torch.where(either, along_y, y) >= 0, 1.0, -1.0)
     inward = -offset / distance[:, None]
     tangent = rotations.turn(torch.stack((cosine, side * sine), dim=1), inward)
     direction = torch.where(blocked[:, None], tangent, straight)
