@@ -91,8 +91,7 @@ def killed_and_resumed(
     finish(folder / "whole", iterations, base)
     run = folder / "killed"
     while outcome.kills < kills:
-        resumable = (run / "checkpoints" / "latest").is_symlink()
-        process = started(run, iterations, [*base, "--resume" if resumable else "--restart"])
+        process = started(run, iterations, [*base, onwards(run)])
         began, before = time.monotonic(), None
         # A few iterations, and then any moment within the next ones.
         wait_for, rest_s = draw.choice([0, 1, 2, 4, 7]), draw.uniform(0, 0.3)
@@ -118,9 +117,14 @@ def killed_and_resumed(
         outcome.while_a_checkpoint_was_written += any(run.glob("checkpoints/.*.partial"))
         outcome.iterations_done_again += lines % CHECKPOINT_EVERY
         outcome.left_processes += still_there(family, within_s=30)
-    finish(run, iterations, [*base, "--resume"])
+    finish(run, iterations, [*base, onwards(run)])
     compare(folder / "whole", run, outcome)
     return outcome
+
+
+def onwards(run: Path) -> str:
+    """The flag that goes on with a run: before its first checkpoint there is nothing to resume."""
+    return "--resume" if (run / "checkpoints" / "latest").is_symlink() else "--restart"
 
 
 def compare(whole: Path, run: Path, outcome: Outcome) -> None:
