@@ -65,10 +65,11 @@ def ray_session(
 
 def _start(cpus: int, object_store_bytes: int) -> None:
     """A private Ray; one that does not come up in time gets a second try."""
-    with _importable(), _on_loopback(), _patience(START_S):
+    with _importable(), on_loopback(), patience(START_S):
         for last in (False, True):
             try:
                 ray.init(
+                    address="local",  # not one that `ray start` began on this machine
                     num_cpus=cpus,
                     num_gpus=0,
                     include_dashboard=False,
@@ -84,7 +85,7 @@ def _start(cpus: int, object_store_bytes: int) -> None:
 
 
 @contextmanager
-def _on_loopback() -> Iterator[None]:
+def on_loopback() -> Iterator[None]:
     """The Ray started inside takes 127.0.0.1 for its address, and so binds every port there alone.
 
     Otherwise it would turn 127.0.0.1 into the machine's outward address, and listen to everyone.
@@ -101,7 +102,7 @@ def _on_loopback() -> Iterator[None]:
 
 
 @contextmanager
-def _patience(seconds: float) -> Iterator[None]:
+def patience(seconds: float) -> Iterator[None]:
     """The Ray started inside may take so long to register its node.
 
     Ray waits 30 s, a constant of its code. Its node registers when its two agents have imported

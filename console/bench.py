@@ -175,7 +175,8 @@ def scaling(command: Bench, experiment: Experiment, _threads: int) -> dict[str, 
     """What the learner takes in from 1 to 200 stand-in actors, and what overlapping gains."""
     from console import bench_scaling  # needs Ray, which the others can do without
 
-    return bench_scaling.measure(experiment, command.seconds)
+    scenes = command.scenes or experiment.block
+    return bench_scaling.measure(experiment, scenes, command.seconds)
 
 
 def limits(command: Bench, experiment: Experiment, threads: int) -> dict[str, float]:

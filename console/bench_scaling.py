@@ -30,7 +30,7 @@ SHARES = (0.5, 1.0, 2.0)
 """Time of the actors in it, in units of the learner's."""
 ROUNDS = 3
 """Everything is measured so often, in turn: other work on the machine comes and goes."""
-OBJECT_STORE_BYTES = 2**30
+OBJECT_STORE_BYTES = 2**31
 
 
 @dataclass
@@ -41,13 +41,13 @@ class Spent:
     processor: list[float] = field(default_factory=list)
 
 
-def measure(experiment: Experiment, seconds: float) -> dict[str, float]:
+def measure(experiment: Experiment, scenes: int, seconds: float) -> dict[str, float]:
     """Ingest by the number of actors against the ideal and its own limit; overlapped, lockstep.
 
-    seconds: how long each figure is measured. An actor has one block of scenes.
+    scenes: of an actor. seconds: how long each figure is measured.
     """
     experiment = replace(experiment, ppo=replace(experiment.ppo, warmup_iterations=0))
-    part, took_s = real_part(experiment, seconds)
+    part, took_s = real_part(experiment, scenes, seconds)
     student = assembly.learner(experiment)
     weights = student.weights()
     student.close()
@@ -76,14 +76,14 @@ def measure(experiment: Experiment, seconds: float) -> dict[str, float]:
     return figures
 
 
-def real_part(experiment: Experiment, seconds: float) -> tuple[Rollout, float]:
-    """A real actor's rollout of one block, and the processor time that it takes.
+def real_part(experiment: Experiment, scenes: int, seconds: float) -> tuple[Rollout, float]:
+    """A real actor's rollout of so many scenes, and the processor time that it takes.
 
     Processor time, since other work on this machine is none of the actor's.
     """
-    scenes = range(experiment.block)
-    shard = assembly.shard(experiment.world, scenes, experiment.seed)
-    worker = Worker(shard, scenes, experiment.seed, experiment.block)
+    owned = range(scenes)
+    shard = assembly.shard(experiment.world, owned, experiment.seed)
+    worker = Worker(shard, owned, experiment.seed, experiment.block)
     student = assembly.learner(experiment)
     weights = student.weights()
     student.close()

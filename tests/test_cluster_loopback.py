@@ -1,4 +1,4 @@
-"""A private Ray listens to no other machine: every listening socket of its processes is local."""
+"""A private Ray is its own and listens to no other machine: every socket of it is local."""
 
 import ipaddress
 import os
@@ -48,6 +48,8 @@ def process() -> int:
 @pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="needs Linux's /proc")
 def test_every_port_is_on_the_loopback(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("RAY_ADDRESS", raising=False)
+    # Where `ray start` leaves the address of a cluster of this machine: ours must not join it.
+    monkeypatch.setattr("ray._private.utils.read_ray_address", lambda *_: "127.0.0.1:1")
     before = family()
     with ray_session(cpus=1, object_store_bytes=80 * 2**20):
         assert ray.get(ray.remote(process).remote()) in family()

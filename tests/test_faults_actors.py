@@ -15,7 +15,16 @@ from actors.local import LocalFleet
 from actors.shares import consecutive, longest, shares
 from policy.rollout import Rollout
 from tests.faulty_shard import MakePoints, MakeSlowPoints
-from tests.test_ray_fleet import BLOCK, HORIZON, SCENES, SIGMA, assert_same, weights
+from tests.test_ray_fleet import (
+    BLOCK,
+    HORIZON,
+    RECOVERY_S,
+    SCENES,
+    SIGMA,
+    assert_same,
+    run_timed,
+    weights,
+)
 
 ROLLOUTS = 8
 CONFIG = FleetConfig(start_s=120, rollout_s=60, restarts=2)
@@ -45,7 +54,8 @@ def test_stopped_in_the_middle_and_continued(tmp_path, undisturbed):
     fleet = rayed(MakePoints(fault="stop", at=13, once=once), 3)
     stopped = fleet.pids()[0]
     try:
-        got = [fleet.collect(weights(v), v, SIGMA) for v in range(4)]
+        got, took = run_timed(fleet, range(4))
+        assert max(took) < RECOVERY_S
         assert once.exists() and _state(stopped) == "T"
         assert fleet.helped >= 1 and fleet.restarts == 0
         assert fleet.division()[0] == 0 and sum(fleet.division()) == SCENES
@@ -71,12 +81,7 @@ def test_a_straggler_costs_at_most_its_own_share(tmp_path, undisturbed):
     """Ten times slower than two others: soon it has nothing to do, and they share its scenes."""
     fleet = rayed(MakeSlowPoints(tmp_path / "slow", scene_s=3e-3), 3)
     slow = int((tmp_path / "slow").read_text())
-    got, took = [], []
-    for version in range(ROLLOUTS):
-        began = time.monotonic()
-        got.append(fleet.collect(weights(version), version, SIGMA))
-        took.append(time.monotonic() - began)
-    print("rollouts took", " ".join(f"{seconds:.2f}" for seconds in took), "s")
+    got, _ = run_timed(fleet, range(ROLLOUTS))
     assert_same(got, undisturbed)
     # Six blocks, of costs 1, 1 and 10: three each is done at 3, with one for the third at 10.
     for _ in range(30):

@@ -20,6 +20,7 @@ from tests.style_cases import SMALL, Mocap, assert_equal_states, rollout
 from tests.tcp_proxy import Proxy
 
 SPEC = ServiceSpec(mocap="tests.style_cases:make_mocap", style=SMALL)
+CUT_S = 20.0
 #: Bytes of a rollout of 64 steps and 64 scenes: 116 kB there, 16 kB of rewards back.
 LARGE = {"steps": 64, "scenes": 64}
 
@@ -31,7 +32,11 @@ class Served:
     def __init__(self, folder: Path, spec: ServiceSpec = SPEC) -> None:
         self.said: list[str] = []
         service = ServiceConfig(state=str(folder / "style"))
+        began = time.monotonic()
         self.process: StyleProcess = start_process(replace(spec, service=service))
+        # Recovering is starting again: twice as long on a machine that has become busier, and 5 s
+        # of pauses and work. With a core to itself a start takes some 2 s.
+        self.recovery_s = 2 * (time.monotonic() - began) + 5
         self.proxy = Proxy(self.process.address)
         config = ChannelConfig(self.proxy.address, patience_s=200)
         self.client = StyleClient(config, self.said.append)
@@ -49,6 +54,14 @@ class Served:
         assert torch.equal(there.reward, here.reward) and there.version == here.version == k
         assert there.metrics == here.metrics
         assert self.client.train(k) == self.here.train(k)
+
+    def iterate_disturbed(self) -> None:
+        """As `iterate`, with the service killed on the way: it recovers in time."""
+        began = time.monotonic()
+        self.iterate()
+        took = time.monotonic() - began
+        print(f"scored and trained in {took:.1f} s")
+        assert took < self.recovery_s
 
     def same(self) -> None:
         """Network, optimiser, replay and counts: every rollout is in them once."""
@@ -78,10 +91,10 @@ def served(shared: Served) -> Served:
 
 def test_killed_while_a_batch_arrives_and_while_its_answer_leaves(served: Served) -> None:
     served.proxy.after("there", 60_000, served.kill)  # half of the states
-    served.iterate()
+    served.iterate_disturbed()
     assert served.proxy.when is None, "it was killed"
     served.proxy.after("back", 8_000, served.kill)  # scored and in the replay, half answered
-    served.iterate()
+    served.iterate_disturbed()
     assert served.proxy.when is None, "it was killed again"
     served.iterate()
     served.same()
@@ -95,7 +108,7 @@ def test_killed_in_the_middle_of_a_training_step(tmp_path: Path) -> None:
     served = Served(tmp_path, spec)
     try:
         for _ in range(4):
-            served.iterate()
+            served.iterate_disturbed()
         assert Path(once).exists()
         served.same()
     finally:
@@ -110,12 +123,14 @@ def test_the_network_is_cut_for_20_seconds(silent: bool, served: Served) -> None
     def cut_now() -> None:
         cut.append(time.monotonic())
         served.proxy.cut(silent)
-        threading.Timer(20.0, served.proxy.mend).start()
+        threading.Timer(CUT_S, served.proxy.mend).start()
 
     served.proxy.after("there", 60_000, cut_now)
     served.iterate()
-    assert cut and time.monotonic() - cut[0] > 20
-    print(f"went on {time.monotonic() - cut[0] - 20:.1f} s after the network was back")
+    assert cut, "it was cut"
+    took = time.monotonic() - cut[0] - CUT_S
+    print(f"went on {took:.1f} s after the network was back")
+    assert 0 < took < 10
     served.iterate()
     served.same()
     assert [line.split(" is ")[1][:4] for line in served.said] == ["away", "back"]

@@ -15,7 +15,7 @@ import torch
 from ray.cluster_utils import Cluster
 
 from actors import fleet as ray_fleet
-from actors.cluster import ray_session
+from actors.cluster import START_S, on_loopback, patience, ray_session
 from actors.fleet import FleetConfig, RayFleet
 from actors.local import LocalFleet
 from actors.ray_actor import RolloutActor
@@ -83,22 +83,22 @@ def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Cluster]:
     before = os.environ.get("PYTHONPATH")
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, [root, before])))
     monkeypatch.setenv("RAY_USAGE_STATS_ENABLED", "0")
-    monkeypatch.setenv("RAY_raylet_start_wait_time_s", "200")  # 30 are few on a busy machine
     settings: dict[str, Any] = {
         "object_store_memory": 100 * 2**20,
         "include_dashboard": False,
         "node_ip_address": "127.0.0.1",
     }
     head = settings | {"num_cpus": 0, "_system_config": {"debug_dump_period_milliseconds": 200}}
-    found = Cluster(initialize_head=True, head_node_args=head)
-    try:
-        for _ in range(NODES):
-            found.add_node(num_cpus=ACTORS_A_NODE, **settings)
-        ray.init(address=found.address, log_to_driver=False, logging_level="ERROR")
-        yield found
-    finally:
-        ray.shutdown()
-        found.shutdown()
+    with on_loopback(), patience(START_S):
+        found = Cluster(initialize_head=True, head_node_args=head)
+        try:
+            for _ in range(NODES):
+                found.add_node(num_cpus=ACTORS_A_NODE, **settings)
+            ray.init(address=found.address, log_to_driver=False, logging_level="ERROR")
+            yield found
+        finally:
+            ray.shutdown()
+            found.shutdown()
 
 
 def chunks_received(cluster: Cluster) -> dict[str, int]:
