@@ -1,7 +1,6 @@
 """Drives the character in a MuJoCo of one's own: poses go out, servo targets come back.
 
-inhabit serve pretrained/sit &
-python examples/drive_mujoco.py 127.0.0.1:50051
+inhabit serve pretrained/sit & python examples/drive_mujoco.py 127.0.0.1:50051
 """
 
 import queue
@@ -22,8 +21,7 @@ CHAIR.custom.CopyFrom(pb.Shape(low=[-0.22, -0.22, 0], high=[0.22, 0.22, 0.95], h
 
 def scene(mjcf: str) -> mujoco.MjModel:
     """The service's character, a floor, and a chair."""
-    spec = mujoco.MjSpec.from_string(mjcf)
-    solid = {"contype": 2, "conaffinity": 1}
+    spec, solid = mujoco.MjSpec.from_string(mjcf), {"contype": 2, "conaffinity": 1}
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], **solid)
     chair = spec.worldbody.add_body(pos=CHAIR.position, quat=CHAIR.rotation)
     for centre, half in BOXES:
@@ -33,11 +31,10 @@ def scene(mjcf: str) -> mujoco.MjModel:
 
 def pose(data: mujoco.MjData) -> pb.Pose:
     """The simulator's state in the service's words: angular velocity in the world's axes."""
-    root, spin = data.qpos[3:7], np.zeros(3)
-    mujoco.mju_rotVecQuat(spin, data.qvel[3:6], root)
-    return pb.Pose(root_position=data.qpos[:3], root_rotation=root, root_velocity=data.qvel[:3],
-                   root_angular_velocity=spin, joint_position=data.qpos[7:],
-                   joint_velocity=data.qvel[6:])  # fmt: skip
+    q, v, spin = data.qpos, data.qvel, np.zeros(3)
+    mujoco.mju_rotVecQuat(spin, v[3:6], q[3:7])
+    return pb.Pose(root_position=q[:3], root_rotation=q[3:7], root_angular_velocity=spin,
+                   root_velocity=v[:3], joint_position=q[7:], joint_velocity=v[6:])  # fmt: skip
 
 
 def drive(address: str, seconds: float = 10.0) -> np.ndarray:
@@ -45,20 +42,18 @@ def drive(address: str, seconds: float = 10.0) -> np.ndarray:
     with grpc.insecure_channel(address) as channel:
         stub = policy_pb2_grpc.PolicyStub(channel)
         described = stub.Describe(pb.DescribeRequest(task="sit"))
-        model, path = scene(described.mjcf), []
-        data, frames = mujoco.MjData(model), queue.SimpleQueue()
+        model, frames, path = scene(described.mjcf), queue.SimpleQueue(), []
+        data, replies = mujoco.MjData(model), stub.Control(iter(frames.get, None))
         substeps = round(described.simulation_hz / described.control_hz)
-        replies = stub.Control(iter(frames.get, None))
         for k in range(round(seconds * described.control_hz)):
-            situation = pb.Situation(pose=pose(data), furniture=CHAIR)
-            frames.put(pb.ControlRequest(task="sit", sequence=k, situation=situation))
+            now = pb.Situation(pose=pose(data), furniture=CHAIR)
+            frames.put(pb.ControlRequest(task="sit", sequence=k, situation=now))
             data.ctrl[:] = np.frombuffer(next(replies).target, "<f4")
             mujoco.mj_step(model, data, substeps)
             path.append(data.qpos[:3].copy())
         frames.put(None)
-        return np.array(path)
+    return np.array(path)
 
 
 if __name__ == "__main__":
-    x, y, z = drive(sys.argv[1])[-1]
-    print(f"the hip ends {np.hypot(x - 1.5, y):.2f} m from the seat's middle, {z:.2f} m high")
+    print("the hip ends at", drive(sys.argv[1])[-1].round(2), "m; the seat is at 1.5, 0, 0.45")

@@ -11,6 +11,7 @@ import torch
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram
 from torch import Tensor
 
+from policy.company import Company
 from policy.config import BatchConfig
 from policy.errors import BusyError, RequestError
 from policy.served import ACTIONS, STATE_WIDTH, Served
@@ -77,8 +78,10 @@ class Batcher:
         self._rows = 0
         self._timer: asyncio.Handle | None = None
         self._soon = False
-        #: How many callers may have a request waiting; when all have, nothing is waited for.
-        self.callers = 0
+        #: Streams that are open and calls in progress: when each of them has a request waiting, and
+        #: no further calls are likely, nothing is waited for.
+        self.streams = self.calls = 0
+        self._company = Company()
         name = served().name
         self._batch_rows, self._queued = metrics.rows.labels(name), metrics.queued.labels(name)
         self._refused, self._wait = metrics.refused.labels(name), metrics.wait.labels(name)
@@ -102,7 +105,7 @@ class Batcher:
         answer: asyncio.Future[Answer] = loop.create_future()
         self._waiting.append(Entry(rows, data, posed, noise, answer, time.monotonic()))
         self._rows += rows
-        full = self._rows >= self._config.max_rows or len(self._waiting) >= self.callers
+        full = self._rows >= self._config.max_rows or self._complete()
         if full and not self._soon:
             # not at once: what else has arrived is read first
             self._cancel_timer()
@@ -111,6 +114,12 @@ class Batcher:
         elif not full and self._timer is None and not self._soon:
             self._timer = loop.call_later(self._config.max_wait_s, self._flush)
         return answer
+
+    def _complete(self) -> bool:
+        """Whether everyone has asked who is going to."""
+        if len(self._waiting) < self.streams + self.calls:
+            return False
+        return not (self.calls and self._company.missing(self.calls))
 
     def _cancel_timer(self) -> None:
         if self._timer is not None:
@@ -121,6 +130,8 @@ class Batcher:
         """One forward pass for the requests that have waited longest."""
         self._cancel_timer()
         self._soon = False
+        if self.calls:
+            self._company.came(self.calls)
         batch: list[Entry] = []
         rows = 0
         while self._waiting and (

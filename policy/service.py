@@ -116,7 +116,7 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
         # in parts, so that a large call does not keep the streams waiting
         most, size = self.config.batch.max_rows, len(data) // rows
         found: list[Answer] = []
-        batcher.callers += 1
+        batcher.calls += 1
         try:
             while len({part.version for part in found}) != 1:  # no mixture of two checkpoints
                 parts = [
@@ -130,7 +130,7 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
                 ]
                 found = [await part for part in parts]
         finally:
-            batcher.callers -= 1
+            batcher.calls -= 1
         return pb.ActReply(
             action=b"".join(part.action for part in found),
             target=b"".join(part.target for part in found),
@@ -145,11 +145,11 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
                 return
             name = self._named(first.task)
             batcher = self.batchers[name]
-            batcher.callers += 1
+            batcher.streams += 1
             try:
                 await self._control(name, first, stream, context)
             finally:
-                batcher.callers -= 1
+                batcher.streams -= 1
 
     async def _control(
         self,

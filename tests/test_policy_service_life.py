@@ -87,12 +87,12 @@ def test_a_client_that_never_reads_is_let_go() -> None:
 def test_deadlines_are_kept() -> None:
     config = PolicyServiceConfig(batch=BatchConfig(max_wait_s=2.0))
     with running([fixed(make())], config) as found, stub(found) as client:
-        found.now(lambda: setattr(found.service.batchers["sit"], "callers", 5))
+        found.now(lambda: setattr(found.service.batchers["sit"], "streams", 5))
         state, goal = observation(0)
         began = time.monotonic()
         code, _ = refusal(lambda: client.Act(pb.ActRequest(state=state, goal=goal), timeout=0.3))
         assert code is StatusCode.DEADLINE_EXCEEDED and time.monotonic() - began < 1.5
-        while found.now(lambda: found.service.batchers["sit"].callers) != 5:
+        while found.now(lambda: found.service.batchers["sit"].calls):
             time.sleep(0.02)  # the handler itself was ended, too
         assert found.now(lambda: found.service.batchers["sit"].queued_rows) <= 1
 
