@@ -117,6 +117,21 @@ def test_behind_the_place_the_heading_decides_on_the_side() -> None:
             assert found == pytest.approx([math.cos(angle), math.sin(angle)], abs=1e-5)
 
 
+def test_leaning_on_the_back_or_an_arm_is_no_arrival() -> None:
+    for x, y, arrived in (
+        (-0.28, 0.0, 0.0),
+        (-0.05, 0.28, 0.0),
+        (-0.05, 0.0, 1.0),
+        (0.3, 0.0, 1.0),
+    ):
+        body = standing(x, y)
+        found = terms(body, place())
+        error = (Sit().target(place()) - body.root).square().sum().item()
+        expected = arrived * (0.3 + 0.7 * math.exp(-2.5 * error))
+        assert found["approach"] == pytest.approx(expected, abs=1e-5), (x, y)
+        assert bool(Sit().stage(body, place())[0, 0]) == bool(arrived)
+
+
 def test_approach_turns_with_the_place() -> None:
     yaw = 1.3
     turn = torch.tensor([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])

@@ -20,6 +20,8 @@ HIP_ABOVE_SEAT_M = 0.065
 _SPEED_M_S = 0.9
 #: Radius round the place of use that the approach goes round, and how far in front it leads, m.
 _DETOUR_M, _FRONT_M = 0.55, 0.60
+#: Standing over a seat, one is within this of the place, to the back and to both sides, m.
+_ASTRIDE_M = 0.18
 #: Behind a place, this near to the line along which it faces, either way round is as good, m.
 _EITHER_M = 0.45
 #: Within this of the front point (or of the place, in front of it) the approach is done, m.
@@ -144,7 +146,8 @@ def approach(root_xy: Tensor, heading: Tensor, place: Place) -> tuple[Tensor, Te
     tangent = rotations.turn(torch.stack((cosine, side * sine), dim=1), inward)
     direction = torch.where(blocked[:, None], tangent, straight)
     in_front = (x > 0.0) & (x < _FRONT_M + _ARRIVED_M) & (y.abs() < 0.35)
-    seated = distance < 0.3
+    # who leans on the back from behind, or on an arm, has not arrived: that paid like half a seat
+    seated = (distance < 0.3) & (x > -_ASTRIDE_M) & (y.abs() < _ASTRIDE_M)
     arrived = (to_front < _ARRIVED_M) | in_front | seated
     return rotations.turn(place.facing, direction), arrived
 
