@@ -170,11 +170,11 @@ class Batcher:
             parts.append(torch.from_numpy(rows))
         if posed:
             parts.append(observations(torch.from_numpy(_tensor(posed, SITUATION)), served.task))
-        observation = parts[0] if len(parts) == 1 else torch.cat(parts)
-        if not len(observation):
-            return
-        action = served.act(observation)
         entries = raw + posed
+        if not entries:
+            return
+        observation = parts[0] if len(parts) == 1 else torch.cat(parts)
+        action = served.act(observation)
         if any(entry.noise is not None for entry in entries):
             noise = [
                 np.zeros((entry.rows, ACTIONS), _FLOAT) if entry.noise is None else entry.noise
