@@ -1,5 +1,6 @@
 """Ray itself: started on this machine and quiet, or joined where it already runs."""
 
+import inspect
 import os
 import socket
 import time
@@ -10,6 +11,7 @@ from typing import Any
 
 import ray
 from ray._private import ray_constants, services
+from ray._raylet import DASHBOARD_AGENT_LISTEN_PORT_NAME, persist_port
 
 from world.errors import InhabitError
 
@@ -20,6 +22,12 @@ _QUIET: dict[str, Any] = {
     "logging_level": "ERROR",
 }
 _ROOT = str(Path(__file__).resolve().parent.parent)
+_AGENT_PORTS = (
+    "metrics_agent_port",
+    "metrics_export_port",
+    "runtime_env_agent_port",
+    "dashboard_agent_listen_port",
+)
 START_S = 180.0
 
 
@@ -65,7 +73,7 @@ def ray_session(
 
 def _start(cpus: int, object_store_bytes: int) -> None:
     """A private Ray; one that does not come up in time gets a second try."""
-    with _importable(), on_loopback(), patience(START_S):
+    with _importable(), on_loopback(), patience(START_S), _agents_with_ports():
         for last in (False, True):
             try:
                 ray.init(
@@ -126,6 +134,39 @@ def patience(seconds: float) -> Iterator[None]:
         yield
     finally:
         services.get_node = ask
+
+
+@contextmanager
+def _agents_with_ports() -> Iterator[None]:
+    """The node of a Ray started inside has its agents' ports from us.
+
+    Where they choose their own, it waits 15 s for each to say which in a file, a constant of its
+    code, and ends itself if they are slower. Three it then knows; the fourth is in that file.
+    """
+    start = services.start_raylet
+
+    def start_with_ports(*given: Any, **named: Any) -> Any:
+        call = inspect.signature(start).bind(*given, **named)
+        call.arguments |= dict(zip(_AGENT_PORTS, _free_ports(len(_AGENT_PORTS)), strict=True))
+        of = call.arguments
+        listening = of["dashboard_agent_listen_port"]
+        persist_port(of["session_dir"], of["node_id"], DASHBOARD_AGENT_LISTEN_PORT_NAME, listening)
+        return start(*call.args, **call.kwargs)
+
+    services.start_raylet = start_with_ports
+    try:
+        yield
+    finally:
+        services.start_raylet = start
+
+
+def _free_ports(count: int) -> list[int]:
+    """Of the loopback, at this moment."""
+    held = [socket.create_server(("127.0.0.1", 0)) for _ in range(count)]
+    ports = [one.getsockname()[1] for one in held]
+    for one in held:
+        one.close()
+    return ports
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 import ipaddress
 import os
+import time
 from pathlib import Path
 
 import pytest
@@ -57,3 +58,25 @@ def test_every_port_is_on_the_loopback(monkeypatch: pytest.MonkeyPatch) -> None:
         assert len(addresses) >= 5, "the control store, the node's two ports, agents, a worker"
         assert [a for a in addresses if not a.is_loopback] == []
     assert "RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER" not in os.environ
+
+
+#: Seconds; Ray's node waits 15 for agents that choose their own ports.
+SLOWLY = 17
+SLOW_AGENTS = f"""
+import time
+line = open("/proc/self/cmdline").read()
+if "dashboard/agent.py" in line or "runtime_env/agent/main.py" in line:
+    time.sleep({SLOWLY})
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="needs Linux's /proc")
+def test_agents_may_be_slow_to_start(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """As on a busy machine, where they import for so long."""
+    (tmp_path / "sitecustomize.py").write_text(SLOW_AGENTS)
+    monkeypatch.delenv("RAY_ADDRESS", raising=False)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    began = time.monotonic()
+    with ray_session(cpus=1, object_store_bytes=80 * 2**20):
+        assert ray.get(ray.remote(process).remote()) in family()
+        assert time.monotonic() - began > SLOWLY, "a worker waits for its environment's agent"
