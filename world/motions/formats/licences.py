@@ -9,5 +9,5 @@ def licence(folder: Path) -> str:
     if readme.is_file():
         for line in readme.read_text(errors="replace").splitlines():
             if "licence" in line.lower() or "license" in line.lower():
-                return line.strip(" -*")[:200]
+                return line.replace("**", "").strip(" -*")[:200]
     return "not stated"
