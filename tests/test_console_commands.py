@@ -10,6 +10,8 @@ from safetensors.torch import load_file
 
 from console.app import main
 from console.recorders import read_metrics
+from console.runs import checkpoint_folder
+from policy.checkpoint import read
 
 SMALL = [
     "--scenes", "64", "--block", "32", "--world.pieces", "4", "--world.scales", "1",
@@ -102,6 +104,21 @@ def test_init_takes_networks_and_refuses_other_shapes(
     other = [*start, "--run", str(tmp_path / "other"), "--ppo.hidden", "16"]
     assert main(other) == 1
     assert "hidden" in said(capsys)
+
+
+def test_init_takes_another_tasks_networks(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Into the same features' columns, by name: sit's target is where carry's box is."""
+    start = ["train", "carry", "--init", str(run), "--iterations", "1", *SMALL]
+    assert main([*start, "--run", str(tmp_path / "next")]) == 0
+    assert "of the task sit" in capsys.readouterr().out
+    theirs = read(checkpoint_folder(run), ("policy",)).state["policy"]["actor"]
+    # One critic-only iteration: the actor is as it began.
+    found = read(checkpoint_folder(tmp_path / "next"), ("policy",)).state["policy"]["actor"]
+    one, other = theirs["layers.0.weight"], found["layers.0.weight"]
+    assert torch.equal(other[:, :117], one[:, :117]), "the state, and where one walks"
+    assert not other[:, 117:].any()
 
 
 def test_bad_arguments_are_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
