@@ -26,8 +26,8 @@ def publish_command(command: Publish) -> int:
     path = checkpoint_folder(command.source)
     found = read(path, ("policy",))
     experiment = assembly.experiment_of(found.manifest, path)
-    # where the clips lay on this machine is nobody's business: the notes name them
-    world = replace(experiment.world, motions=())
+    # where clips and pieces lay on this machine is nobody's business: the notes name them
+    world = replace(experiment.world, motions=(), objects=())
     notes = {
         "experiment": json.dumps(to_json(replace(experiment, world=world))),
         "data": command.data,

@@ -1,5 +1,6 @@
 """Checkpoints whose bits flip or whose end is missing: never loaded, and an older one is."""
 
+import json
 import random
 import shutil
 from pathlib import Path
@@ -8,7 +9,7 @@ import pytest
 
 from console.app import main
 from console.recorders import read_metrics
-from policy.checkpoint import read, read_manifest, write
+from policy.checkpoint import read, write
 from policy.errors import CheckpointError, LayoutError
 from tests import small_clips
 from tests.kill_learner import Outcome, compare, flags
@@ -59,10 +60,15 @@ def test_any_missing_end_is_found(checkpoint: Path) -> None:
     assert_same(read(checkpoint, layout=LAYOUT).state, state())
 
 
-def test_a_manifest_of_the_first_format_is_still_read() -> None:
-    published = Path(__file__).parents[1] / "pretrained" / "sit"
-    assert '"format": 1' in (published / "manifest.json").read_text()
-    assert read_manifest(published).layout.task == "sit"
+def test_a_manifest_of_the_first_format_is_still_read(checkpoint: Path) -> None:
+    """It had no digest of its own."""
+    file = checkpoint / "manifest.json"
+    table = json.loads(file.read_text())
+    del table["sha256"]
+    file.write_text(json.dumps(table | {"format": 1}))
+    assert_same(read(checkpoint, layout=LAYOUT).state, state())
+    file.write_text(json.dumps(table))
+    refused(checkpoint)
 
 
 @pytest.fixture(scope="module")
