@@ -4,7 +4,7 @@ import inspect
 import os
 import socket
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -72,9 +72,9 @@ def ray_session(
 
 
 def _start(cpus: int, object_store_bytes: int) -> None:
-    """A private Ray; one that does not come up in time gets a second try."""
-    with _importable(), on_loopback(), patience(START_S), _agents_with_ports():
-        for last in (False, True):
+    """A private Ray; one that does not come up is tried again."""
+    for last in (False, False, True):
+        with _importable(), on_loopback(), _agents_with_ports() as nodes, patience(START_S, nodes):
             try:
                 ray.init(
                     address="local",  # not one that `ray start` began on this machine
@@ -88,7 +88,8 @@ def _start(cpus: int, object_store_bytes: int) -> None:
                 return
             except Exception as error:
                 ray.shutdown()
-                if last or "timed out" not in str(error).lower():
+                died = isinstance(error, ClusterError)
+                if last or not (died or "timed out" in str(error).lower()):
                     raise
 
 
@@ -110,8 +111,8 @@ def on_loopback() -> Iterator[None]:
 
 
 @contextmanager
-def patience(seconds: float) -> Iterator[None]:
-    """The Ray started inside may take so long to register its node.
+def patience(seconds: float, nodes: Sequence[Any] = ()) -> Iterator[None]:
+    """The Ray started inside may take so long to register its node; `nodes`: their processes.
 
     Ray waits 30 s, a constant of its code. Its node registers when its two agents have imported
     what they need, about 10 s of a core: 45 s were measured on a machine with ten times as much to
@@ -125,6 +126,10 @@ def patience(seconds: float) -> Iterator[None]:
             try:
                 return ask(*arguments)
             except RuntimeError:
+                ended = [status for node in nodes if (status := node.poll()) is not None]
+                if ended:
+                    status = f"status {ended[0]}"
+                    raise ClusterError(f"Ray's node ended as it started, {status}") from None
                 if time.monotonic() >= deadline:
                     raise
             time.sleep(0.2)
@@ -137,8 +142,8 @@ def patience(seconds: float) -> Iterator[None]:
 
 
 @contextmanager
-def _agents_with_ports() -> Iterator[None]:
-    """The node of a Ray started inside has its agents' ports from us.
+def _agents_with_ports() -> Iterator[list[Any]]:
+    """The node of a Ray started inside has its agents' ports from us; gives the nodes' processes.
 
     Where they choose their own, it waits 15 s for each to say which in a file, a constant of its
     code, and ends itself if they are slower. Three it then knows; the fourth is in that file.
@@ -151,11 +156,14 @@ def _agents_with_ports() -> Iterator[None]:
         of = call.arguments
         listening = of["dashboard_agent_listen_port"]
         persist_port(of["session_dir"], of["node_id"], DASHBOARD_AGENT_LISTEN_PORT_NAME, listening)
-        return start(*call.args, **call.kwargs)
+        started = start(*call.args, **call.kwargs)
+        nodes.append(started.process)
+        return started
 
+    nodes: list[Any] = []
     services.start_raylet = start_with_ports
     try:
-        yield
+        yield nodes
     finally:
         services.start_raylet = start
 

@@ -116,7 +116,7 @@ def killed_and_resumed(
         outcome.before_the_first_iteration += lines <= before
         outcome.while_a_checkpoint_was_written += any(run.glob("checkpoints/.*.partial"))
         outcome.iterations_done_again += lines % CHECKPOINT_EVERY
-        outcome.left_processes += still_there(family, within_s=30)
+        outcome.left_processes += still_there(family, within_s=90)
     finish(run, iterations, [*base, onwards(run)])
     compare(folder / "whole", run, outcome)
     return outcome

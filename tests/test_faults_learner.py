@@ -6,6 +6,8 @@ import pytest
 
 from tests.kill_learner import killed_and_resumed
 
+pytestmark = pytest.mark.timeout(900)
+
 
 @pytest.mark.parametrize(("runner", "kills"), [("local", 2), ("ray", 1)])
 def test_killed_and_resumed(runner: str, kills: int, tmp_path: Path) -> None:
