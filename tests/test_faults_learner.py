@@ -9,10 +9,11 @@ from tests.kill_learner import killed_and_resumed
 pytestmark = pytest.mark.timeout(900)
 
 
-@pytest.mark.parametrize(("runner", "kills"), [("local", 2), ("ray", 1)])
-def test_killed_and_resumed(runner: str, kills: int, tmp_path: Path) -> None:
+# So many iterations that none comes to its end before it is killed: some take 10 ms.
+@pytest.mark.parametrize(("runner", "kills", "iterations"), [("local", 2, 150), ("ray", 1, 60)])
+def test_killed_and_resumed(runner: str, kills: int, iterations: int, tmp_path: Path) -> None:
     """`python -m tests.kill_learner --kills 50` is the same at length; docs/faults.md has it."""
-    found = killed_and_resumed(tmp_path, kills, 24, seed=1, more=["--runner", runner])
+    found = killed_and_resumed(tmp_path, kills, iterations, seed=1, more=["--runner", runner])
     assert found.kills == kills
-    assert (found.metrics_lines, found.samples) == (24, 24 * 64)
+    assert (found.metrics_lines, found.samples) == (iterations, 64 * iterations)
     assert found.left_processes == 0, "the killed training leaves no process behind"
