@@ -1,6 +1,8 @@
 """The lie task: goal, way round the furniture, reward, stages and starts by hand."""
 
 import math
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -81,7 +83,8 @@ def test_goal() -> None:
 def test_lying_is_worth_all_and_standing_before_the_bed_little() -> None:
     found = terms(on_the_back(), bed())
     sag = HEAD_ABOVE_M - HIP_ABOVE_M
-    assert found["lie"] == pytest.approx(0.5 + 0.5 * math.exp(-10 * sag**2), abs=1e-4)
+    head = 0.5 * math.exp(-10 * sag**2) + 0.5 * math.exp(-2 * sag**2)
+    assert found["lie"] == pytest.approx(0.3 + 0.7 * head, abs=1e-4)
     assert found["approach"] == pytest.approx(1.0, abs=1e-4)
     assert found["posture"] == pytest.approx(1.0 - math.atan(sag / REACH_M) / math.pi, abs=1e-3)
 
@@ -91,7 +94,23 @@ def test_lying_is_worth_all_and_standing_before_the_bed_little() -> None:
     edge, far = reward(standing(0.8, 0.0)), reward(standing(3.0, 0.0))
     walking = reward(standing(3.0, 0.0, (-1.0, 0.0, 0.0)))
     assert far < walking < 0.5
-    assert edge < 0.5 < 0.95 < reward(on_the_back())
+    assert edge < 0.4 < 0.95 < reward(on_the_back())
+
+
+def test_leaning_back_from_sitting_at_the_edge_pays_all_the_way() -> None:
+    """Upright on the edge, then leaning to the head's side degree by degree about the hip."""
+    where, rewards = bed(), []
+    for lean in torch.arange(0.0, 91.0, 10.0) * math.pi / 180:
+        lying = on_the_back()
+        position = lying.position + torch.tensor([0.3, 0.0, 0.0])
+        along = torch.tensor([[0.0, math.sin(lean), math.cos(lean)]]) * REACH_M
+        head = position[:, 0] + along
+        body = replace(lying, position=position, head=head, heading=where.facing)
+        rewards.append(terms(body, where))
+    total = [sum(Lie.terms[name] * value for name, value in found.items()) for found in rewards]
+    steps = [after - before for before, after in pairwise(total)]
+    assert min(steps) > 0.005, "no flat stretch on the way down"
+    assert 0.4 < total[0] < 0.6 < total[-1]
 
 
 def test_error_is_the_worse_of_hip_and_head() -> None:
@@ -159,6 +178,12 @@ def test_where_pieces_are_got_onto() -> None:
     sides = [spot.facing_rad for spot in spots(find("bed-train-000"), "lie")]
     assert len(sides) in (1, 2)
     assert all(abs(abs(side) - math.pi / 2) < 1e-6 for side in sides)
+    # a single bed from both sides, a double bed from that of its sleeper
+    single, double = find("bed-train-003"), find("bed-train-000")
+    assert single.lie is not None and abs(single.lie.hip_m[1]) < 1e-6
+    assert len(spots(single, "lie")) == 2
+    assert double.lie is not None and double.lie.hip_m[1] > 0.3
+    assert [spot.facing_rad for spot in spots(double, "lie")] == [pytest.approx(math.pi / 2)]
     with pytest.raises(PieceError, match="chair-train-000: has no place to lie"):
         spots(find("chair-train-000"), "lie")
     with pytest.raises(PieceError, match="has no place to lie"):

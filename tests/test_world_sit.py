@@ -25,6 +25,11 @@ def standing(
     return features.body(qpos, qvel)
 
 
+def upright(xy: torch.Tensor) -> torch.Tensor:
+    """Roots [n, 3] of characters standing at xy [n, 2]."""
+    return torch.cat((xy, torch.full_like(xy[:, :1], 0.88)), dim=1)
+
+
 def place(yaw: float = 0.0, height: float = 0.43) -> Place:
     corners = torch.tensor(
         [[x, y, z] for x in (-0.25, 0.25) for y in (-0.2, 0.2) for z in (0.0, 0.9)]
@@ -71,7 +76,8 @@ def test_seated_reward_is_full() -> None:
 
 def test_sit_term_by_hand() -> None:
     found = terms(standing(0.3, 0.0, 0.43 + HIP_ABOVE_SEAT_M + 0.1), place())
-    assert found["sit"] == pytest.approx(math.exp(-10 * (0.3**2 + 0.1**2)), rel=1e-4)
+    expected = 0.5 * math.exp(-10 * (0.3**2 + 0.1**2)) + 0.5 * math.exp(-40 * (0.3**2 + 0.1**2))
+    assert found["sit"] == pytest.approx(expected, rel=1e-4)
 
 
 def test_approach_speed() -> None:
@@ -94,7 +100,7 @@ def test_approach_leads_round_the_back() -> None:
         xy = torch.tensor([start])
         closest, direction = math.inf, torch.tensor([[1.0, 0.0]])
         for _ in range(400):
-            direction, arrived = approach(xy, direction, where)
+            direction, arrived = approach(upright(xy), direction, where)
             if bool(arrived):
                 break
             assert direction.norm().item() == pytest.approx(1.0, abs=1e-5)
@@ -109,7 +115,8 @@ def test_behind_the_place_the_heading_decides_on_the_side() -> None:
     headings = torch.tensor([[0.8, 0.6], [0.8, -0.6]])
     for y, sides in ((0.3, [1.0, -1.0]), (-0.3, [1.0, -1.0]), (0.5, [1.0, 1.0]), (-0.5, [-1, -1])):
         where = place().rows(torch.zeros(2, dtype=torch.int64))
-        direction, _ = approach(torch.tensor([[-1.0, y]]).expand(2, 2), headings, where)
+        roots = upright(torch.tensor([[-1.0, y]]).expand(2, 2))
+        direction, _ = approach(roots, headings, where)
         # the tangents to the disc of 0.55 m: by the angle asin(0.55 / distance) off the centre
         centre = math.atan2(-y, 1.0)
         for found, side in zip(direction.tolist(), sides, strict=True):
@@ -117,18 +124,25 @@ def test_behind_the_place_the_heading_decides_on_the_side() -> None:
             assert found == pytest.approx([math.cos(angle), math.sin(angle)], abs=1e-5)
 
 
-def test_leaning_on_the_back_or_an_arm_is_no_arrival() -> None:
-    for x, y, arrived in (
-        (-0.28, 0.0, 0.0),
-        (-0.05, 0.28, 0.0),
-        (-0.05, 0.0, 1.0),
-        (0.3, 0.0, 1.0),
+def test_leaning_on_the_back_or_an_arm_or_standing_behind_is_no_arrival() -> None:
+    seated = 0.43 + HIP_ABOVE_SEAT_M
+    for x, y, height, arrived in (
+        (-0.28, 0.0, None, 0.0),
+        (-0.28, 0.0, seated, 0.0),
+        (-0.05, 0.28, None, 0.0),
+        (0.1, 0.32, None, 0.0),  # beside a stool
+        (-0.05, 0.0, None, 0.0),  # behind or over it, not down
+        (-0.05, 0.0, seated, 1.0),
+        (-0.05, 0.0, seated + 0.11, 1.0),
+        (-0.05, 0.0, seated + 0.13, 0.0),
+        (0.05, 0.0, None, 1.0),
+        (0.3, 0.0, None, 1.0),
     ):
-        body = standing(x, y)
+        body = standing(x, y) if height is None else standing(x, y, height)
         found = terms(body, place())
         error = (Sit().target(place()) - body.root).square().sum().item()
         expected = arrived * (0.3 + 0.7 * math.exp(-2.5 * error))
-        assert found["approach"] == pytest.approx(expected, abs=1e-5), (x, y)
+        assert found["approach"] == pytest.approx(expected, abs=1e-5), (x, y, height)
         assert bool(Sit().stage(body, place())[0, 0]) == bool(arrived)
 
 
@@ -137,8 +151,8 @@ def test_approach_turns_with_the_place() -> None:
     turn = torch.tensor([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
     xy = torch.tensor([[-2.0, 0.5]])
     heading = torch.tensor([[0.6, 0.8]])
-    straight, _ = approach(xy, heading, place())
-    turned, _ = approach(xy @ turn.T, heading @ turn.T, place(yaw))
+    straight, _ = approach(upright(xy), heading, place())
+    turned, _ = approach(upright(xy @ turn.T), heading @ turn.T, place(yaw))
     torch.testing.assert_close(turned, straight @ turn.T, atol=1e-5, rtol=0)
 
 
@@ -162,8 +176,8 @@ def test_standing_before_the_seat_is_worth_less_than_walking_there() -> None:
     walking = standing(3.0, 0.0, velocity=(-1.0, 0.0, 0.0))
     seated = standing(0.0, 0.0, 0.43 + HIP_ABOVE_SEAT_M)
     idle = standing(3.0, 0.0)
-    # (0.3 + 0.7 exp(−2.5 · 0.398)) · 0.3 + exp(−3.98) · 0.5 + 0.2
-    assert reward(turned) == pytest.approx(0.3770, abs=1e-3)
+    # (0.3 + 0.7 exp(−2.5 · 0.398)) · 0.3 + (exp(−3.98) + exp(−15.9)) / 2 · 0.5 + 0.2
+    assert reward(turned) == pytest.approx(0.3723, abs=1e-3)
     assert reward(seated) == pytest.approx(1.0, abs=1e-4)
     # it walks backwards here: no reward for facing
     assert reward(walking) == pytest.approx(0.3, abs=1e-4)

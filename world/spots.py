@@ -9,6 +9,9 @@ from world.furniture.piece import Affordance, Piece, Vector
 
 #: A seat this square to the line from hip to head is on a side that one can get onto the bed by.
 _SQUARE_RAD = math.radians(30.0)
+#: A side whose edge is this much farther from the hip than the other's is the far side of a double
+#: bed: nobody gets to his place across the other half, m.
+_ACROSS_M = 0.3
 
 
 @dataclass(frozen=True)
@@ -41,14 +44,28 @@ def _lying(piece: Piece) -> tuple[Spot, ...]:
     if lie is None:
         return ()
     along = math.atan2(lie.head_m[1] - lie.hip_m[1], lie.head_m[0] - lie.hip_m[0])
-    sides = [
-        side
-        for side in (along + math.pi / 2, along - math.pi / 2)
-        if any(abs(_wrapped(p.facing_rad - side)) < _SQUARE_RAD for p in piece.sit)
-    ]
+    both = (along + math.pi / 2, along - math.pi / 2)
+    reach = {side: _reach_m(piece, lie.hip_m, side) for side in both}
+    nearest = min(reach.values())
     # a lying place without seats, as on a table: both sides are open
-    sides = sides or [along + math.pi / 2, along - math.pi / 2]
+    sides = [side for side in both if not reach[side] > nearest + _ACROSS_M]
+    if math.isfinite(nearest):
+        sides = [side for side in sides if math.isfinite(reach[side])]
     return tuple(Spot(lie.hip_m, lie.head_m, _wrapped(side)) for side in sides)
+
+
+def _reach_m(piece: Piece, hip_m: Vector, side_rad: float) -> float:
+    """How far from the hip's place, towards a side, the nearest seat of that side is; infinite
+    where there is none."""
+    ahead = math.cos(side_rad), math.sin(side_rad)
+    return min(
+        (
+            (p.point_m[0] - hip_m[0]) * ahead[0] + (p.point_m[1] - hip_m[1]) * ahead[1]
+            for p in piece.sit
+            if abs(_wrapped(p.facing_rad - side_rad)) < _SQUARE_RAD
+        ),
+        default=math.inf,
+    )
 
 
 def _wrapped(angle_rad: float) -> float:
