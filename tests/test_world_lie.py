@@ -84,9 +84,10 @@ def test_lying_is_worth_all_and_standing_before_the_bed_little() -> None:
     found = terms(on_the_back(), bed())
     sag = HEAD_ABOVE_M - HIP_ABOVE_M
     head = 0.5 * math.exp(-10 * sag**2) + 0.5 * math.exp(-2 * sag**2)
-    assert found["lie"] == pytest.approx(0.3 + 0.7 * head, abs=1e-4)
+    assert found["lie"] == pytest.approx(0.4 + 0.6 * head, abs=1e-4)
     assert found["approach"] == pytest.approx(1.0, abs=1e-4)
-    assert found["posture"] == pytest.approx(1.0 - math.atan(sag / REACH_M) / math.pi, abs=1e-3)
+    tilt = math.atan(sag / REACH_M)
+    assert found["posture"] == pytest.approx(1.0 - 2.0 * tilt / math.pi, abs=1e-3)
 
     def reward(body: features.Body) -> float:
         return sum(Lie.terms[name] * value for name, value in terms(body, bed()).items())
@@ -109,8 +110,8 @@ def test_leaning_back_from_sitting_at_the_edge_pays_all_the_way() -> None:
         rewards.append(terms(body, where))
     total = [sum(Lie.terms[name] * value for name, value in found.items()) for found in rewards]
     steps = [after - before for before, after in pairwise(total)]
-    assert min(steps) > 0.005, "no flat stretch on the way down"
-    assert 0.4 < total[0] < 0.6 < total[-1]
+    assert min(steps) > 0.015, "no flat stretch on the way down"
+    assert total[0] < 0.4 < 0.7 < total[-1]
 
 
 def test_error_is_the_worse_of_hip_and_head() -> None:

@@ -73,7 +73,7 @@ class Lie:
         hip_error = (hip - body.root).square().sum(dim=1)
         head_error = (head - body.head).square().sum(dim=1)
         # the head counts with the hip: two halves paid for sitting upright in the place for ever
-        lie = _near(hip_error) * (0.3 + 0.7 * _near(head_error))
+        lie = _near(hip_error) * (0.4 + 0.6 * _near(head_error))
         ground = footprint(place)
         direction, _ = way(body.root[:, :2], body.heading, place)
         here = arrived(body, place, ground)
@@ -81,13 +81,13 @@ class Lie:
         towards = (speed / _SPEED_M_S).clamp(0.0, 1.0)
         close = torch.exp(-2.5 * hip_error)
         # standing at the edge must be worth less than walking there, and far less than lying
-        towards = torch.where(here, 0.1 + 0.9 * close, towards)
+        towards = torch.where(here, 0.3 + 0.7 * close, towards)
         posture = torch.where(
             here,
             # at the edge one turns one's back to the bed; the nearer the hip, the more it matters
-            # that the trunk comes down along it
+            # that the trunk comes down along it: upright it earns nothing there
             (1.0 - close) * _turned(body.heading, place.facing)
-            + close * _aligned(body.head - body.root, head - hip),
+            + close * (2.0 * _aligned(body.head - body.root, head - hip) - 1.0).clamp_min(0.0),
             _turned(body.heading, direction),
         )
         near = ground.holds(offset(body.root[:, :2], place), _NEAR_M)
