@@ -11,8 +11,10 @@ from pathlib import Path
 from console import assembly
 from console.commands import Publish
 from console.experiment import to_json
-from console.runs import RunDirectory, RunError, checkpoint_folder
+from console.runs import RunDirectory, RunError, checkpoint_folder, run_of
+from policy.averaging import mean_policy
 from policy.checkpoint import Manifest, read, write
+from policy.normaliser import NormaliserConfig
 from world.errors import ConfigError
 
 #: Lines of metrics that a published folder keeps, evenly spread over the run.
@@ -26,6 +28,13 @@ def publish_command(command: Publish) -> int:
     path = checkpoint_folder(command.source)
     found = read(path, ("policy",))
     experiment = assembly.experiment_of(found.manifest, path)
+    averaged = _last(path, command.average)
+    if len(averaged) > 1:
+        limits = NormaliserConfig(
+            experiment.ppo.observation_clip, experiment.ppo.observation_std_floor
+        )
+        policies = [read(one, ("policy",)).state["policy"] for one in averaged]
+        found.state["policy"] = mean_policy(policies, limits)
     # where clips and pieces lay on this machine is nobody's business: the notes name them
     world = replace(experiment.world, motions=(), objects=())
     notes = {
@@ -33,6 +42,8 @@ def publish_command(command: Publish) -> int:
         "data": command.data,
         "licence": command.licence,
     }
+    if len(averaged) > 1:
+        notes["average"] = f"of checkpoints {', '.join(one.name for one in averaged)}"
     if command.evaluation is not None:
         notes["evaluation"] = json.dumps(_figures(command.evaluation))
     manifest = Manifest(
@@ -51,6 +62,25 @@ def publish_command(command: Publish) -> int:
         (command.out / "evaluation.json").write_text(json.dumps(figures, indent=1) + "\n")
     print(f"{command.out}: {found.manifest.samples / 1e6:.1f} M samples, {command.licence}")
     return 0
+
+
+def _last(path: Path, count: int) -> list[Path]:
+    """A checkpoint and those before it in its run, `count` in all, oldest first."""
+    if count < 1:
+        raise ConfigError(f"--average {count}: publish at least one checkpoint")
+    if count == 1:
+        return [path]
+    run = run_of(path)
+    before = (
+        [] if run is None else sorted(run.checkpoints.glob("[0-9]*"), key=lambda p: int(p.name))
+    )
+    kept = [one for one in before if int(one.name) <= int(path.name)]
+    if len(kept) < count:
+        raise RunError(
+            f"--average {count}: only {max(1, len(kept))} up to {path}; a run keeps as many as"
+            " 'train --keep' says"
+        )
+    return kept[-count:]
 
 
 def _figures(path: Path) -> dict[str, object]:

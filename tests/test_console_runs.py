@@ -129,3 +129,15 @@ def test_published_folder_says_what_it_is_and_acts(tmp_path: Path) -> None:
     assert json.loads((out / "evaluation.json").read_text())["checkpoint"] == "mine"
     assert (out / "policy.safetensors").read_bytes() == (source / "policy.safetensors").read_bytes()
     assert main([*words]) == 1  # it exists
+
+
+def test_an_average_needs_the_checkpoints(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source = Path(__file__).parent.parent / "pretrained" / "sit"
+    words = ["publish", str(source), str(tmp_path / "mine"), "--data", "clips", "--licence", "any"]
+    assert main([*words, "--average", "2"]) == 1
+    assert "--average 2: only 1 up to" in capsys.readouterr().err
+    assert main([*words, "--average", "0"]) in (1, 2)
+    assert "publish at least one" in capsys.readouterr().err
+    assert not (tmp_path / "mine").exists()

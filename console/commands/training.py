@@ -149,6 +149,8 @@ class Publish:
     """What the weights were trained on."""
     licence: str
     """Under which terms the weights may be used."""
+    average: int = 1
+    """Publish the mean of so many of the run's last checkpoints instead of the last one."""
     evaluation: Path | None = None
     """The JSON of an evaluation of these weights."""
     replace: bool = False
