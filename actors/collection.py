@@ -6,8 +6,11 @@ scene is taken once.
 """
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
+
+from torch import Tensor
 
 from actors.ray_actor import Arrays
 from actors.shares import within
@@ -25,6 +28,19 @@ class Job:
     """Actors in a row that failed at it"""
     helped: bool = False
     """Whether it is late, and others were given the same"""
+
+
+@dataclass(frozen=True)
+class Order:
+    """What a collection acts with; its weights are in the object store."""
+
+    weights: Mapping[str, Tensor]
+    version: int
+    sigma: float
+    published: Any
+
+    def is_of(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> bool:
+        return self.weights is weights and (self.version, self.sigma) == (version, sigma)
 
 
 class Collection:
@@ -53,6 +69,11 @@ class Collection:
     def ask(self, reference: Any, member: Any, scenes: range, failures: int = 0) -> None:
         """A part has been asked of a member."""
         self.jobs[reference] = Job(reference, member, scenes, time.monotonic(), failures)
+
+    def take_over(self, job: Job, asked_s: float) -> None:
+        """A part that a member was asked for before, and could begin with at `asked_s`."""
+        job.asked_s = max(job.asked_s, asked_s)
+        self.jobs[job.reference] = job
 
     def owe_the_rest(self) -> None:
         """Scenes that nobody was asked for are owed."""

@@ -6,8 +6,9 @@ lockstep nothing can start before the last chunk is there.
 """
 
 import logging
+import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -15,7 +16,7 @@ import ray
 from ray.exceptions import GetTimeoutError, RayActorError, RayError, RayTaskError
 from torch import Tensor
 
-from actors.collection import Collection, Job
+from actors.collection import Collection, Job, Order
 from actors.errors import FleetError
 from actors.local import divide, merge, split
 from actors.ray_actor import (
@@ -36,6 +37,9 @@ _FORGIVEN = 0.03  # of what one without work is slower, with each rollout
 _SLOWEST = 20.0  # times the others' cost: one that was away for a while is not slow for ever
 _GAIN = 1.25  # a division that would be so much quicker, so often in a row, is taken
 _PATIENCE = 3
+_GATHERED_S = (
+    0.005  # in which more answers are waited for: looking costs as often as there are actors
+)
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,8 @@ class Member:
     """Its own part"""
     holds: bool = False
     """Whether its worker stands where the state of that part does"""
+    acts: bool = False
+    """Whether it was asked for that part in the last collection, and has not failed since"""
     overtaken: Any = None
     """A call whose answer nobody waits for any more"""
     failures: int = 0
@@ -110,6 +116,11 @@ class RayFleet:
         self._make_shard, self._seed, self._block = make_shard, seed, block
         self._scenes = range(scenes)
         self._unequal = 0
+        self._order: Order | None = None
+        self._begun: list[Job] = []
+        """Of the collection to come"""
+        self._beginning = threading.Lock()
+        """Held where actors are begun ahead, or replaced"""
         # Ray restarts actors by itself only without their state: the fleet does it instead.
         self._actor: Any = ray.remote(
             num_cpus=self.config.cpus_per_actor, max_restarts=0, max_task_retries=0
@@ -132,12 +143,16 @@ class RayFleet:
 
     def collect(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> Rollout:
         """One rollout of all scenes, in order; FleetError if an actor fails time and again."""
+        order, begun = self._begun_for(weights, version, sigma)
         self._welcome()
         self._divide_again()
-        arguments = (ray.put(to_arrays(weights)), version, self.horizon, sigma)
+        arguments = self._arguments(order)
         asked = Collection(self._scenes, self._block, self.config.late_s, self.config.late_factor)
+        for job in self._still_good(begun):
+            asked.take_over(job, job.member.asked_s)
+            job.member.acts = True
         for member in self._members:
-            if member.ready and member.scenes:
+            if member.ready and member.scenes and not member.acts:
                 self._ask(asked, member, member.scenes, arguments)
         asked.owe_the_rest()
         while not asked.complete:
@@ -148,6 +163,51 @@ class RayFleet:
         self.helped += asked.helped
         self._states = {scenes: state for scenes, (_, state) in asked.results.items()}
         return Rollout.join([unpack_rollout(packed) for packed, _ in asked.results.values()])
+
+    def ahead(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> None:
+        """What the next `collect` will be called with, told while one is under way.
+
+        Actors begin with it the moment they are done with their part, while the parts of all are
+        taken in. It changes no number. May be called from another thread than `collect`.
+        """
+        if self._order is not None:
+            return  # what was told before is not taken up yet: one thing ahead is enough
+        order = Order(weights, version, sigma, ray.put(to_arrays(weights)))
+        arguments = self._arguments(order)
+        with self._beginning:
+            self._order = order
+            for member in self._members:
+                if member.ready and member.acts:
+                    # It waits in the actor's queue, behind the part that it is to go on from.
+                    reference = member.handle.part.remote(member.scenes, None, *arguments)
+                    self._begun.append(Job(reference, member, member.scenes, time.monotonic()))
+
+    def _arguments(self, order: Order) -> tuple:
+        return order.published, order.version, self.horizon, order.sigma
+
+    def _begun_for(
+        self, weights: Mapping[str, Tensor], version: int, sigma: float
+    ) -> tuple[Order, list[Job]]:
+        """The order of a collection, and the parts of it that were begun ahead."""
+        with self._beginning:
+            order, begun = self._order, self._begun
+            self._order, self._begun = None, []
+            for member in self._members:
+                member.acts = False
+        if order is not None and order.is_of(weights, version, sigma):
+            return order, self._still_good(begun)
+        _forget(begun)
+        return Order(weights, version, sigma, ray.put(to_arrays(weights))), []
+
+    def _still_good(self, begun: list[Job]) -> list[Job]:
+        """Those whose actor goes on from the right state; the others' answers are not looked at."""
+        good = [
+            job
+            for job in begun
+            if job.member.ready and job.member.holds and job.member.scenes == job.scenes
+        ]
+        _forget([job for job in begun if job not in good])
+        return good
 
     def alive(self) -> int:
         """Actors that have started and are not known to have failed since."""
@@ -175,6 +235,9 @@ class RayFleet:
         """Restore what either fleet's `state_dict` gave, over any number of actors."""
         ranges = sorted(self._states, key=lambda scenes: scenes.start)
         parts = split(state, ranges)
+        with self._beginning:
+            _forget(self._begun)
+            self._order, self._begun = None, []
         self._states = {r: to_arrays(part) for r, part in zip(ranges, parts, strict=True)}
         for member in self._members:
             member.holds = False
@@ -189,10 +252,13 @@ class RayFleet:
         """A new actor in the member's place; it joins when it has started."""
         # One that has no scenes yet makes some, and so reads its clips and compiles its furniture.
         scenes = member.scenes or range(self._block)
-        member.handle = self._actor.remote(self._make_shard, scenes, self._seed, self._block)
-        member.built = member.handle.build.remote(None)
-        member.asked_s = time.monotonic()
-        member.cost_s, member.holds, member.overtaken = None, False, None
+        with self._beginning:
+            member.handle = self._actor.remote(self._make_shard, scenes, self._seed, self._block)
+            member.built = member.handle.build.remote(None)
+            member.asked_s = time.monotonic()
+            member.cost_s, member.overtaken = None, None
+            member.holds = member.acts = False
+            self._begun = [job for job in self._begun if job.member is not member]
 
     def _await_started(self, member: Member) -> None:
         while member.built is not None:
@@ -214,7 +280,7 @@ class RayFleet:
             if member.overtaken is not None and _there(member.overtaken):
                 try:
                     packed, _ = ray.get(member.overtaken)
-                    self._measure(member, unpack_rollout(packed))
+                    self._measure(member, packed)
                     member.overtaken = None
                 except RayError as error:
                     self._replace(member, explain(error, self.config.rollout_s))
@@ -262,6 +328,7 @@ class RayFleet:
         failures: int = 0,
     ) -> None:
         own = member.holds and scenes == member.scenes
+        member.acts |= scenes == member.scenes
         fresh = any(not state for state in self._states.values())
         state = None if own else {} if fresh else state_of(scenes, self._states)
         reference = member.handle.part.remote(scenes, state, *arguments)
@@ -290,8 +357,8 @@ class RayFleet:
         due += [asked.late_at_s] if asked.late_at_s is not None else []
         references = [*asked.jobs, *starting]
         ready, _ = ray.wait(references, timeout=max(0.0, min(due, default=now) - now))
-        if ready:  # whatever else is there, at once
-            ready, _ = ray.wait(references, num_returns=len(references), timeout=0)
+        if ready:
+            ready, _ = ray.wait(references, num_returns=len(references), timeout=_GATHERED_S)
         for reference in ready:
             if reference in starting:
                 member = starting[reference]
@@ -321,15 +388,16 @@ class RayFleet:
         if job.scenes == member.scenes:
             member.holds = used
         member.failures = 0
-        self._measure(member, unpack_rollout(packed))
+        member.asked_s = time.monotonic()  # of what it has begun since
+        self._measure(member, packed)
 
     def _failed(self, asked: Collection, job: Job, cause: str) -> None:
         failures = asked.fail(job)
         self._replace(job.member, cause, job.scenes, failures)
 
-    def _measure(self, member: Member, rollout: Rollout) -> None:
+    def _measure(self, member: Member, packed: Mapping[str, Any]) -> None:
         """Its speed, by its own clock: what others made it wait for does not count."""
-        cost = sum(rollout.seconds.values()) / (rollout.scenes / self._block)
+        cost = sum(packed["seconds"].values()) / (packed["rewards"].shape[1] / self._block)
         old = cost if member.cost_s is None else member.cost_s
         member.cost_s = old + _MEMORY * (cost - old)
 
@@ -349,6 +417,12 @@ class RayFleet:
         ray.kill(member.handle, no_restart=True)
         self.restarts += 1
         self._start(member)
+
+
+def _forget(begun: Iterable[Job]) -> None:
+    """What their actors are asked for next waits behind it, and comes with its own state."""
+    for job in begun:
+        job.member.holds = False
 
 
 def _there(reference: Any) -> bool:

@@ -1,15 +1,18 @@
 """How far actors scale: what the learner takes in from many of them, and what overlapping gains.
 
 The actors are stand-ins that sleep as long as a real one was measured to compute, so that two cores
-can have hundreds; all traffic is real: weights through the object store, rollouts of full size.
+can have hundreds; all traffic is real: weights through the object store, rollouts of full size. The
+learner's own limit is measured apart, on parts that are there while nobody else computes.
 """
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from statistics import median, quantiles
 from typing import Any
 
+import ray
 from torch import Tensor
 
 from actors.cluster import ray_session
@@ -35,14 +38,35 @@ OBJECT_STORE_BYTES = 2**31
 
 @dataclass
 class Spent:
-    """Seconds of each collection: by the clock, and of the learner's processor time."""
+    """Seconds of each collection: by the clock, and of processor time.
+
+    Of the learner's process, which has Ray's threads, and of the learner's thread alone.
+    """
 
     wall: list[float] = field(default_factory=list)
     processor: list[float] = field(default_factory=list)
+    thread: list[float] = field(default_factory=list)
+
+    @contextmanager
+    def one(self) -> Iterator[None]:
+        """What happens inside is a collection."""
+        began = _clocks()
+        yield
+        self.add(began, 1)
+
+    def add(self, began: tuple[float, float, float], count: int) -> None:
+        """So many collections since `began`, as one of their mean."""
+        kinds = self.wall, self.processor, self.thread
+        for kind, a, b in zip(kinds, began, _clocks(), strict=True):
+            kind.append((b - a) / count)
+
+
+def _clocks() -> tuple[float, float, float]:
+    return time.perf_counter(), time.process_time(), time.thread_time()
 
 
 def measure(experiment: Experiment, scenes: int, seconds: float) -> dict[str, float]:
-    """Ingest by the number of actors against the ideal and its own limit; overlapped, lockstep.
+    """Ingest by the number of actors against the ideal and its own limit, lockstep and overlapped.
 
     scenes: of an actor. seconds: how long each figure is measured.
     """
@@ -55,11 +79,16 @@ def measure(experiment: Experiment, scenes: int, seconds: float) -> dict[str, fl
         ray_session(cpus=PROCESSES, object_store_bytes=OBJECT_STORE_BYTES),
         sleepers(part, PROCESSES) as hosts,
     ):
-        counts = {actors: Spent() for actors in ACTORS}
+        lockstep = {actors: Spent() for actors in ACTORS}
+        ahead = {actors: Spent() for actors in ACTORS}
+        ready, received = Spent(), Spent()
         for _ in range(ROUNDS):
-            for actors, spent in counts.items():
+            for actors in ACTORS:
                 fleet = SleepingFleet(hosts, part, actors, took_s)
-                collect(fleet, weights, seconds / ROUNDS, spent)
+                collect(fleet, weights, seconds / ROUNDS, lockstep[actors])
+                collect_ahead(fleet, weights, seconds / ROUNDS, ahead[actors])
+            fleet = SleepingFleet(hosts, part, max(ACTORS), 1.0)
+            take_ready(fleet, weights, seconds / ROUNDS, ready, received)
         figures = {
             "actor_samples": float(part.samples),
             "actor_rollout_s": took_s,
@@ -67,7 +96,10 @@ def measure(experiment: Experiment, scenes: int, seconds: float) -> dict[str, fl
             "bytes_per_sample": size(part) / part.samples,
             "actor_processes": float(PROCESSES),
         }
-        figures |= ingested(counts, part, took_s)
+        figures |= limits(ready, received, max(ACTORS) * part.samples, size(part) / part.samples)
+        limit = figures["limit_samples_per_s"]
+        figures |= ingested(lockstep, part, took_s, limit, "lockstep_")
+        figures |= ingested(ahead, part, took_s, limit)
         update_s = updating(experiment, part)
         for share in SHARES:
             fleet = SleepingFleet(hosts, part, OVERLAPPING, share * update_s)
@@ -105,28 +137,87 @@ def size(rollout: Rollout) -> int:
 def collect(
     fleet: SleepingFleet, weights: Mapping[str, Tensor], seconds: float, spent: Spent
 ) -> None:
-    """Collect for so many seconds and at least four times, with nothing else to do."""
+    """Collect in lockstep for so many seconds and at least four times, with nothing else to do."""
     fleet.collect(weights, 0, 0.0)
     began, count = time.perf_counter(), 0
     while count < 4 or time.perf_counter() - began < seconds:
-        clock, processor = time.perf_counter(), time.process_time()
-        fleet.collect(weights, count, 0.0)
-        spent.wall.append(time.perf_counter() - clock)
-        spent.processor.append(time.process_time() - processor)
+        with spent.one():
+            fleet.collect(weights, count, 0.0)
         count += 1
 
 
-def ingested(counts: Mapping[int, Spent], part: Rollout, took_s: float) -> dict[str, float]:
-    """Samples/s that arrived and were joined, against the ideal.
+def collect_ahead(
+    fleet: SleepingFleet, weights: Mapping[str, Tensor], seconds: float, spent: Spent
+) -> None:
+    """As overlapped: actors know what comes next before they are done; `Gathering` has the order.
 
-    Medians over the collections, and the fastest tenth, which other work disturbed least. The limit
-    is what one core of the learner's could take in, by the processor time that it spent.
+    One figure, the mean: a collection that ends late makes the next one short.
+    """
+    under_way = fleet.ask(weights, 0)
+    began, count = _clocks(), 0
+    while count < 6 or time.perf_counter() - began[0] < seconds:
+        count += 1
+        coming = fleet.ask(weights, count)
+        fleet.take_in(under_way)
+        under_way = coming
+        if count == 2:
+            began = _clocks()
+    spent.add(began, count - 2)
+    fleet.take_in(under_way)
+
+
+def take_ready(
+    fleet: SleepingFleet,
+    weights: Mapping[str, Tensor],
+    seconds: float,
+    ready: Spent,
+    received: Spent,
+) -> None:
+    """Take in parts that are there, and ask for the next ones, while all actors sleep.
+
+    received: what Ray's threads did in this process until the parts were there.
+    """
+    waiting = fleet.ask(weights, 0)
+    began, count = time.perf_counter(), 0
+    while count < 2 or time.perf_counter() - began < seconds:
+        with received.one():
+            ray.wait(waiting, num_returns=len(waiting))
+        with ready.one():
+            coming = fleet.ask(weights, count + 1)
+            fleet.take_in(waiting)
+        waiting, count = coming, count + 1
+    fleet.take_in(waiting)
+
+
+def limits(ready: Spent, received: Spent, samples: int, width: float) -> dict[str, float]:
+    """What a learner with one core could take in, and one whose Ray has another.
+
+    samples: of a collection. width: bytes of a sample. By processor time, the least disturbed tenth
+    of the collections: other work on the machine slows the processor's caches down, too.
+    """
+    core = _least(ready.processor) + _least(received.processor)
+    thread = _least(ready.thread)
+    return {
+        "limit_samples_per_s": samples / core,
+        "limit_bytes_per_s": samples / core * width,
+        "limit_of_the_thread_samples_per_s": samples / thread,
+        "limit_of_the_thread_bytes_per_s": samples / thread * width,
+    }
+
+
+def _least(seconds: list[float]) -> float:
+    return quantiles(seconds, n=10, method="inclusive")[0]
+
+
+def ingested(
+    counts: Mapping[int, Spent], part: Rollout, took_s: float, limit: float, prefix: str = ""
+) -> dict[str, float]:
+    """Samples/s that arrived and were joined, against the ideal and against the limit in samples/s.
+
+    Medians over the collections, and the fastest tenth, which other work disturbed least;
+    overlapped, of the means of its stretches.
     """
     figures: dict[str, float] = {}
-    most = max(counts)
-    limit = most * part.samples / median(counts[most].processor)
-    figures["limit_samples_per_s"] = limit
-    figures["limit_bytes_per_s"] = limit * size(part) / part.samples
     for actors, spent in counts.items():
         samples = actors * part.samples
         ideal = samples / took_s
@@ -139,10 +230,13 @@ def ingested(counts: Mapping[int, Spent], part: Rollout, took_s: float) -> dict[
             "fast_tenth_samples_per_s": undisturbed,
             "bytes_per_s": rate * size(part) / part.samples,
             "processor_us_per_sample": 1e6 * median(spent.processor) / samples,
+            "thread_us_per_sample": 1e6 * median(spent.thread) / samples,
             "to_ideal_ratio": rate / ideal,
+            "to_reachable_ratio": rate / min(ideal, limit),
             "fast_tenth_to_ideal_ratio": undisturbed / ideal,
+            "fast_tenth_to_reachable_ratio": undisturbed / min(ideal, limit),
         }
-        figures |= {f"actors_{actors}_{name}": value for name, value in found.items()}
+        figures |= {f"{prefix}actors_{actors}_{name}": value for name, value in found.items()}
     return figures
 
 

@@ -101,15 +101,16 @@ def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
             )
         checkpoint_folder(run.path)
         return
-    if command.restart:
-        run.erase()
-    elif run.occupied:
+    if run.occupied and not command.restart:
         raise RunError(f"{run.path} exists: add --resume or --restart, or name another --run")
-    if command.init:
-        checkpoint_folder(command.init)
-    # furniture of no use and clips that cannot be read are found before the run is
+    if command.init and checkpoint_folder(command.init).is_relative_to(run.path.resolve()):
+        raise RunError(f"--init {command.init} lies in {run.path}, which begins anew: name another")
+    # furniture of no use and clips that cannot be read are found before the run is, or an old one
+    # is lost
     assembly.training_pieces(experiment.world)
     assembly.library_of(experiment.world)
+    if command.restart:
+        run.erase()
     run.create()
     run.write_config(
         {

@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from learner.errors import TrainingError
-from learner.protocols import Fleet, State
+from learner.protocols import Fleet, Foresighted, State
 from policy.rollout import Rollout
 
 
@@ -28,7 +28,8 @@ class Gathering:
 
     Overlapped, a rollout is begun as soon as the one before it is handed out, so that actors act
     while the learner learns: every rollout but the first is then one update old. Which weights act
-    does not depend on who is faster, so the numbers are as reproducible as in lockstep.
+    does not depend on who is faster, so the numbers are as reproducible as in lockstep. They are
+    known before the one before it is handed out: a fleet that can begins with it by then.
     """
 
     def __init__(self, fleet: Fleet, overlap: bool = False) -> None:
@@ -47,6 +48,8 @@ class Gathering:
         # The first one has nobody to have begun it.
         waited_for = self._under_way or self._pool.submit(self._collect, weights, version, sigma)
         self._under_way = None
+        if isinstance(self.fleet, Foresighted):
+            self.fleet.ahead(weights, version, sigma)
         gathered = waited_for.result()
         self._under_way = self._pool.submit(self._collect, weights, version, sigma)
         return gathered

@@ -1,7 +1,7 @@
 """What the loop needs of the others: a fleet that acts, a style that scores, a record, a store."""
 
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from torch import Tensor
 
@@ -32,6 +32,15 @@ class Fleet(Protocol):
 
     def close(self) -> None:
         """Let go of threads and processes."""
+        ...
+
+
+@runtime_checkable
+class Foresighted(Protocol):
+    """A fleet whose workers need not wait until the rollouts of all have been taken in."""
+
+    def ahead(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> None:
+        """What the next `collect` will be called with, told while one is under way."""
         ...
 
 

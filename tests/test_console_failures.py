@@ -101,6 +101,20 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
     subprocess.run(["umount", "--lazy", str(disk)], check=True)
 
 
+def test_a_restart_that_cannot_begin_leaves_the_run_as_it_was(
+    begun: Path, small: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    copy = tmp_path / "run"
+    shutil.copytree(begun, copy, symlinks=True)
+    others = [word if word != small[1] else str(tmp_path / "nowhere") for word in small]
+    assert main(["train", "sit", "--run", str(copy), "--restart", *others]) == 1
+    assert "nowhere" in error_line(capsys)
+    itself = ["--init", str(copy), "--iterations", "1"]
+    assert main(["train", "sit", "--run", str(copy), "--restart", *itself, *small]) == 1
+    assert "begins anew" in error_line(capsys)
+    goes_on(copy)
+
+
 @pytest.mark.parametrize(
     ("left", "unwritten"), [(LITTLE, "checkpoint"), (8192, "run"), (4096, "run"), (0, "metrics")]
 )

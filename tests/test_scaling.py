@@ -176,20 +176,50 @@ def test_size_of_a_sample_by_hand(part: Rollout) -> None:
 
 def test_ingest_by_hand(part: Rollout) -> None:
     spent = {
-        1: bench_scaling.Spent([2.0, 2.0, 2.0, 2.0], [0.1] * 4),
-        10: bench_scaling.Spent([2.0, 2.5, 4.0, 2.5], [0.5] * 4),
+        1: bench_scaling.Spent([2.0, 2.0, 2.0, 2.0], [0.1] * 4, [0.05] * 4),
+        10: bench_scaling.Spent([2.0, 2.5, 4.0, 2.5], [0.5] * 4, [0.25] * 4),
     }
-    found = bench_scaling.ingested(spent, part, took_s=2.0)
-    samples, width = part.samples, bench_scaling.size(part) / part.samples
-    assert found["actors_1_to_ideal_ratio"] == 1.0
+    samples = part.samples
+    found = bench_scaling.ingested(spent, part, took_s=2.0, limit=4.5 * samples)
+    assert found["actors_1_to_ideal_ratio"] == found["actors_1_to_reachable_ratio"] == 1.0
     assert found["actors_10_ideal_samples_per_s"] == 10 * samples / 2
     assert found["actors_10_samples_per_s"] == 10 * samples / 2.5
     assert found["actors_10_to_ideal_ratio"] == pytest.approx(0.8)
+    # 10 actors' ideal of 5 parts a second is beyond the limit of 4.5.
+    assert found["actors_10_to_reachable_ratio"] == pytest.approx(4 / 4.5)
     # Of 2, 2.5, 2.5 and 4 s, three tenths of the way from the first to the second.
     assert found["actors_10_fast_tenth_to_ideal_ratio"] == pytest.approx(2 / 2.15)
-    assert found["limit_samples_per_s"] == 10 * samples / 0.5
-    assert found["limit_bytes_per_s"] == pytest.approx(10 * samples / 0.5 * width)
+    assert found["actors_10_fast_tenth_to_reachable_ratio"] == pytest.approx(10 / 2.15 / 4.5)
     assert found["actors_10_processor_us_per_sample"] == pytest.approx(0.5e6 / (10 * samples))
+    assert found["actors_10_thread_us_per_sample"] == pytest.approx(0.25e6 / (10 * samples))
+
+
+def test_limits_by_hand() -> None:
+    # Of 0.3 and 0.5 s, one tenth of the way from the first to the second, and so on.
+    ready = bench_scaling.Spent([9.0] * 2, [0.3, 0.5], [0.2, 0.2])
+    received = bench_scaling.Spent([9.0] * 2, [0.08, 0.08], [0.0] * 2)
+    found = bench_scaling.limits(ready, received, samples=1000, width=900.0)
+    assert found["limit_samples_per_s"] == pytest.approx(1000 / 0.4)
+    assert found["limit_bytes_per_s"] == pytest.approx(1000 / 0.4 * 900)
+    assert found["limit_of_the_thread_samples_per_s"] == pytest.approx(1000 / 0.2)
+    assert found["limit_of_the_thread_bytes_per_s"] == pytest.approx(1000 / 0.2 * 900)
+
+
+def test_stand_ins_told_ahead_do_not_wait_for_the_learner(hosts: list[Any], part: Rollout) -> None:
+    fleet = SleepingFleet(hosts, part, 6, 0.5)
+    first = fleet.ask(weights(0), 0)
+    fleet.ahead(weights(1), 1, 0.1)
+    fleet.take_in(first)
+    time.sleep(1.0)
+    began = time.monotonic()
+    got = fleet.collect(weights(1), 1, 0.1)
+    assert time.monotonic() - began < 0.4, "it was there already"
+    assert got.version == 1
+    # One after the other, as a real actor.
+    began = time.monotonic()
+    several = [fleet.ask(weights(k), k) for k in range(3)]
+    assert [fleet.take_in(parts).version for parts in several] == [0, 1, 2]
+    assert time.monotonic() - began >= 1.5
 
 
 def test_bench_overlaps_the_stand_ins(hosts: list[Any], part: Rollout) -> None:
