@@ -20,7 +20,8 @@ from world.furniture.meshes import importing, store
 from world.furniture.meshes.build import Told
 from world.furniture.meshes.importing import Outcome
 from world.furniture.meshes.upright import Frame
-from world.furniture.piece import Piece
+from world.furniture.piece import Piece, Place
+from world.ragdoll import scales
 
 Command = ObjectsImport | ObjectsList | ObjectsCheck | ObjectsShow
 
@@ -182,6 +183,10 @@ def report(rows: list[dict[str, Any]], as_json: bool) -> None:
     counts = Counter(row["category"] for row in rows if not row["refused"])
     output.print(", ".join(f"{count} {name}" for name, count in counts.items()))
     for row in rows:
+        for place in row["sit"]:
+            if place["slips_at"]:
+                told = ", ".join(f"{scale:g}" for scale in place["slips_at"])
+                output.print(f"{row['piece']}: a ragdoll does not stay seated at scale {told}")
         if row["refused"]:
             output.print(f"refused: {row['refused']}", markup=False)
 
@@ -202,6 +207,13 @@ def outcome_row(outcome: Outcome) -> dict[str, Any]:
     }
 
 
+def _slips_at(place: Place) -> list[float]:
+    """The scales that the import tried in vain."""
+    if place.rests_at is None:
+        return []
+    return [scale for scale in scales(place) if scale not in place.rests_at]
+
+
 def listed(piece: Piece) -> dict[str, Any]:
     """One piece's line, in the form that console.md gives `objects check --json`."""
     lie = piece.lie
@@ -215,6 +227,8 @@ def listed(piece: Piece) -> dict[str, Any]:
                 "point_m": [round(x, 4) for x in place.point_m],
                 "height_m": round(place.point_m[2], 4),
                 "facing_deg": round(float(np.rad2deg(place.facing_rad)), 2),
+                "rests_at": place.rests_at,
+                "slips_at": _slips_at(place),
             }
             for place in piece.sit
         ],

@@ -8,12 +8,8 @@ from typing import Any
 
 from rich.console import Console
 
-from world.furniture.piece import Piece
-from world.ragdoll import drop
-
-SCALES = (0.8, 1.0, 1.2)
-HIGHEST_M = 0.90
-"""Seats that a scale makes higher are left out: training shrinks those pieces."""
+from world.furniture.piece import TRIED, Piece
+from world.ragdoll import drop, scales
 
 
 def drops(pieces: Sequence[Piece], seconds: float, workers: int) -> list[list[dict[str, Any]]]:
@@ -26,10 +22,10 @@ def drops(pieces: Sequence[Piece], seconds: float, workers: int) -> list[list[di
 
 def _of(piece: Piece, seconds: float) -> list[dict[str, Any]]:
     found = []
-    for scale in SCALES:
+    for scale in TRIED:
         sized = piece.scaled(scale)
-        for which, place in enumerate(sized.sit):
-            if place.point_m[2] <= HIGHEST_M:
+        for which, place in enumerate(piece.sit):
+            if scale in scales(place):
                 rest = drop(sized, seconds, which=which)
                 found.append({"scale": scale, "place": which, "rests": rest.rests, **asdict(rest)})
     return found

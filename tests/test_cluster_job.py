@@ -143,6 +143,35 @@ def test_a_training_streams_its_log_and_ends_with_0(cluster: Cluster, tmp_path: 
     assert "--address" not in config["command"], "a job finds its own cluster"
 
 
+def ray_job_submit(cluster: Cluster, *words: str) -> subprocess.CompletedProcess[str]:
+    """Ray's own command as docs/cluster.md has it: in the repository, and nothing else given."""
+    job = ["python", "-m", "console", "train", *words]
+    return subprocess.run(
+        [*RAY, "job", "submit", "--working-dir", ".", "--", *job],
+        env=cluster.environment, cwd=ROOT, capture_output=True, text=True,
+    )  # fmt: skip
+
+
+def test_ray_s_own_submit_streams_the_log_and_tells_success_from_failure(
+    cluster: Cluster, tmp_path: Path
+) -> None:
+    clips, run = small_clips.write(tmp_path / "clips"), tmp_path / "run"
+    words = ("sit", "--runner", "ray", "--iterations", "2", *SMALL)
+    done = ray_job_submit(cluster, *words, "--run", str(run), "--motions", str(clips))
+    said = done.stdout + done.stderr
+    assert done.returncode == 0, said
+    # the training's own lines, streamed, and Ray's after them
+    assert f"checkpoint 2 in {run}/checkpoints" in said
+    assert "succeeded" in said.rpartition("checkpoint 2 in")[2]
+    assert [line["iteration"] for line in read_metrics(run / "metrics.jsonl")] == [1, 2]
+    # one that cannot begin: its line is streamed, and the status is not 0
+    other, nowhere = str(tmp_path / "other"), str(tmp_path / "nowhere")
+    failed = ray_job_submit(cluster, *words, "--run", other, "--motions", nowhere)
+    said = failed.stdout + failed.stderr
+    assert failed.returncode == 1, said
+    assert "nowhere" in said and "failed" in said
+
+
 def test_the_head_listens_to_no_other_machine(cluster: Cluster) -> None:
     addresses = listening(family())
     assert len(addresses) >= 8, "control store, dashboard, node, object manager, agents, client"

@@ -16,7 +16,8 @@ from tests.test_meshes import TRIANGLES, built, mesh, written
 from world.errors import ChoiceError, ConfigError, PieceError
 from world.furniture import collection
 from world.furniture.catalogue import find
-from world.furniture.meshes import importing, store
+from world.furniture.meshes import importing, notes, store
+from world.furniture.meshes.notes import Note
 
 
 @pytest.fixture(autouse=True)
@@ -102,6 +103,28 @@ def test_a_catalogue_beside_the_files_gives_credit(tmp_path: Path) -> None:
     (tmp_path / "catalog.csv").write_text("file,creator,licence\nchair,Ada,CC-BY 4.0\n")
     (job,) = importing.jobs([tmp_path], told(Meshes()))
     assert (job.told.credit, job.told.licence) == ("Ada", "CC-BY 4.0")
+
+
+def test_a_readme_gives_the_licences_of_the_libraries_that_a_catalogue_names(
+    tmp_path: Path,
+) -> None:
+    rows = ["file,library,creator,licence", "a,Alpha,Ada,", "b,Alpha-2,,", "c,Beta,Bo,", "d,,Di,"]
+    rows.append("e,Alpha,Eve,GPL 3.0")
+    (tmp_path / "catalog.csv").write_text("\n".join(rows))
+    (tmp_path / "README.md").write_text(
+        "# Meshes\nAlpha: not the line of licences\n"
+        "- Licences: Alpha: CC-BY 3.0, (c) 2010 Alpha s.l.; Alpha-2: CC0, see the table. "
+        "Gamma: none.\n"
+    )
+    found = notes.of_folder(tmp_path)
+    assert found["a"] == Note("CC-BY 3.0", "Ada, (c) 2010 Alpha s.l.")
+    assert found["b"] == Note("CC0", "")
+    assert found["c"] == Note("", "Bo")
+    assert found["d"] == Note("", "Di")
+    assert found["e"].licence == "GPL 3.0"  # its own goes first
+    assert notes.of_folder(tmp_path / "none") == {}
+    (tmp_path / "README.md").unlink()
+    assert notes.of_folder(tmp_path)["a"] == Note("", "Ada")
 
 
 def test_list(capsys: pytest.CaptureFixture[str]) -> None:

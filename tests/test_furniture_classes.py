@@ -39,6 +39,8 @@ def on_top(piece: Piece, point: tuple[float, float, float], by_m: float = 0.012)
 def test_the_pieces_that_policies_were_trained_on_stay_as_they_were() -> None:
     pieces = catalogue("train", 60) + catalogue("test", 12)
     text = repr([(p.name, p.boxes, p.sit, p.mass_kg) for p in pieces])
+    # as it read before places said at which scales somebody rests on them
+    text = text.replace(", rests_at=None", "")
     assert hashlib.sha256(text.encode()).hexdigest().startswith("062de67c4c6af10728f80")
 
 

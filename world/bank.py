@@ -10,7 +10,7 @@ from torch import Tensor
 
 from world import layout, rotations
 from world.errors import PieceError
-from world.furniture.piece import Affordance, Piece
+from world.furniture.piece import TRIED, Affordance, Piece
 from world.scene import Ball, compile_scene
 from world.spots import spots
 from world.tasks.task import Place
@@ -170,10 +170,25 @@ MAX_SEAT_M = 0.70
 
 
 def scaled(piece: Piece, scale: float) -> Piece:
-    """The piece at `scale`, or as much smaller as keeps its seat within MAX_SEAT_M."""
+    """The piece at `scale`, or as much smaller as keeps its seat within MAX_SEAT_M; at the nearest
+    scale at which a ragdoll rests on its seat, where at the one tried next to this none does."""
     heights = [place.point_m[2] for place in piece.sit[:1]]
     heights = heights or ([piece.lie.hip_m[2]] if piece.lie else [])
-    return piece.scaled(min([scale, *(MAX_SEAT_M / height for height in heights)]))
+    fitting = min([scale, *(MAX_SEAT_M / height for height in heights)])
+    return piece.scaled(_holding(piece, fitting))
+
+
+def _holding(piece: Piece, scale: float) -> float:
+    """The scale, moved to one that holds a ragdoll on the first seat where its import saw that it
+    does not, as far as one does that is no higher than MAX_SEAT_M."""
+    for place in piece.sit[:1]:
+        if place.rests_at is None:
+            continue
+        tried = min(TRIED, key=lambda at: abs(at - scale))
+        fit = [at for at in place.rests_at if at * place.point_m[2] <= MAX_SEAT_M]
+        if fit and tried not in place.rests_at:
+            return min(fit, key=lambda at: abs(at - scale))
+    return scale
 
 
 def variants(pieces: Sequence[Piece], sizes: int, scale: tuple[float, float]) -> list[Piece]:

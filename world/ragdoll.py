@@ -1,19 +1,23 @@
 """A seated ragdoll let down on a place: where it comes to rest, and how deep it sinks in."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
 import torch
 
 from world import clearance, seated
-from world.furniture.piece import Piece, Place, rotation
+from world.furniture.piece import TRIED, Piece, Place, rotation
 from world.scene import FURNITURE_BODY, compile_scene
 
 #: A pose that stands no deeper in the piece than this can be let down, m.
 _FREE_M = 0.005
 #: Where the centre of mass should be ahead of the hips, m: above the thighs, behind any edge.
 _BALANCED_M = 0.075
+HIGHEST_M = 0.90
+"""Seats that a scale makes higher are left out: training shrinks those pieces."""
+#: When a ragdoll has to be at rest, s: soon, and still long after; some creep or sway off.
+_SOON_S, _LONG_S = 3.0, 10.0
 #: What counts as rest on the place: of the height, of penetration, of speed, of the way from it.
 RAISED_M, DEEPEST_M, SPEED_M_S, OFF_M = 0.03, 0.015, 0.1, 0.25
 
@@ -45,6 +49,22 @@ class Rest:
             and self.speed_m_s < SPEED_M_S
             and self.off_m < OFF_M
         )
+
+
+def scales(place: Place) -> tuple[float, ...]:
+    """Those of TRIED that a piece is tried at, by the height of its place."""
+    return tuple(scale for scale in TRIED if scale * place.point_m[2] <= HIGHEST_M)
+
+
+def rests_at(piece: Piece, place: Place) -> tuple[float, ...]:
+    """The scales at which a ragdoll let down on this place of the piece is at rest on it after 3 s,
+    and still after 10."""
+    found = []
+    for scale in scales(place):
+        sized = replace(piece, sit=(place,)).scaled(scale)
+        if all(drop(sized, seconds).rests for seconds in (_SOON_S, _LONG_S)):
+            found.append(scale)
+    return tuple(found)
 
 
 def drop(piece: Piece, seconds: float = 3.0, above_m: float = 0.02, which: int = 0) -> Rest:

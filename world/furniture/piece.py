@@ -16,6 +16,9 @@ SLOTS = 8
 MOST_HULLS = 16
 """Convex hulls that a piece may have instead of boxes."""
 
+TRIED = (0.8, 1.0, 1.2)
+"""Scales of a piece at which a ragdoll is let down on its places."""
+
 Affordance = Literal["sit", "lie"]
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -60,6 +63,9 @@ class Place:
     """Centre, on the seat's surface, of where the pelvis rests; piece frame."""
     facing_rad: float = 0.0
     """Heading of a seated character about +z; 0 is +x, the piece's front."""
+    rests_at: tuple[float, ...] | None = None
+    """Those of TRIED at which a ragdoll let down here came to rest; None: not tried, as of the
+    package's own pieces, whose tests do that."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +131,8 @@ class Piece:
         return np.where(_SIGNS > 0, high, low)
 
     def scaled(self, scale: float) -> "Piece":
-        """The piece enlarged about its origin; its mass grows with its volume.
+        """The piece enlarged about its origin; its mass grows with its volume, and what was tried
+        at other scales is left behind.
 
         Raises PieceError unless scale > 0.
         """

@@ -11,7 +11,7 @@ from world.furniture import affordance
 from world.furniture.affordance import lying, seats
 from world.furniture.affordance.relief import Relief, relief
 from world.furniture.affordance.seats import Zone, seen
-from world.furniture.meshes import decompose
+from world.furniture.meshes import decompose, resting
 from world.furniture.meshes.classes import DENSITY_KG_M3, settled
 from world.furniture.meshes.source import Source
 from world.furniture.meshes.upright import Frame, upright
@@ -23,6 +23,8 @@ surface that was found."""
 
 COARSE_M = 0.02
 """A seat that the hulls put farther off than this is cut again with a finer grain."""
+FINER = 4
+"""Times as many voxels for that."""
 BULGE_M = 0.07
 """Hulls that stand no higher above a seat than this are the seat's own, and are cut level with
 it."""
@@ -67,15 +69,35 @@ class Built:
 def build(source: Source, told: Told) -> Built:
     """The piece of a mesh. Raises PieceError where it is none, or no one could use it."""
     triangles = upright(source, told.frame)
-    piece, error = located(source.name, triangles, decompose.hulls(triangles, source.name), told)
-    if error is not None and abs(error) > COARSE_M:
-        fine = decompose.hulls(triangles, source.name, 4 * decompose.VOXELS)
-        other, other_error = located(source.name, triangles, fine, told)
-        if other_error is not None and abs(other_error) < abs(error):
-            piece, error = other, other_error
+    piece, error = _cut(source.name, triangles, told, decompose.VOXELS)
+    if _faults(piece, error):
+        # a hull bulges over the seat, or a ragdoll does not stay: a finer grain often mends it
+        fine = _cut(source.name, triangles, told, FINER * decompose.VOXELS)
+        found = [(piece, error), fine]
+        piece, error = min(found, key=lambda cut: (_faults(*cut), abs(cut[1] or 0.0)))
+    if told.sit is None:
+        resting.require(piece)
     density = DENSITY_KG_M3[piece.category]
     mass, centre, inertia = decompose.mass_properties(piece.hulls, density)
     return Built(replace(piece, mass_kg=mass), centre, inertia, error)
+
+
+def _cut(
+    name: str, triangles_m: NDArray[np.float64], told: Told, voxels: int
+) -> tuple[Piece, float | None]:
+    """The piece cut with so many voxels, a ragdoll let down on its places, and how far the first
+    seat found was moved up by the cut."""
+    parts = decompose.hulls(triangles_m, name, voxels)
+    piece, error = located(name, triangles_m, parts, told)
+    if told.sit is not None:
+        return resting.told(piece), error
+    return resting.confirmed(piece, _solid(piece.hulls)), error
+
+
+def _faults(piece: Piece, error: float | None) -> int:
+    """At how many scales nobody stays on the first seat; one more where it is off its height."""
+    missing = sum(resting.missing(place) for place in piece.sit[:1])
+    return missing + int(error is not None and abs(error) > COARSE_M)
 
 
 def located(
@@ -106,7 +128,7 @@ def located(
         )
     if told.sit is None:
         parts = _levelled(parts, sit)
-    solid = relief(np.array([np.array(h.vertices_m)[list(f)] for h in parts for f in h.faces]))
+    solid = _solid(parts)
     settled_on = tuple(_onto(solid, place) for place in _fitting(solid, sit))
     error = settled_on[0].point_m[2] - sit[0].point_m[2] if sit else None
     piece = Piece(
@@ -121,6 +143,11 @@ def located(
         credit=told.credit,
     )
     return piece, error
+
+
+def _solid(parts: tuple[Hull, ...]) -> Relief:
+    """The relief of hulls."""
+    return relief(np.array([np.array(h.vertices_m)[list(f)] for h in parts for f in h.faces]))
 
 
 def _levelled(parts: tuple[Hull, ...], sit: tuple[Place, ...]) -> tuple[Hull, ...]:

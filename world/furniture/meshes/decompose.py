@@ -4,8 +4,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from world.errors import PieceError
-from world.furniture.piece import MOST_HULLS, Box, Hull, Vector
+from world.furniture.piece import Box, Hull, Vector
 
+PARTS = 10
+"""Hulls that a mesh is cut into at most: 16 carry no better, and each costs every step of every
+scene, also of those on other pieces (docs/furniture.md)."""
 MOST_VERTICES = 24
 """Of a hull."""
 VOXELS = 100_000
@@ -18,7 +21,7 @@ Points = NDArray[np.float64]
 
 
 def hulls(triangles_m: Points, name: str = "piece", voxels: int = VOXELS) -> tuple[Hull, ...]:
-    """At most MOST_HULLS hulls of triangles [m, 3, 3] m, by V-HACD (Mamou 2016, as in vhacdx)."""
+    """At most PARTS hulls of triangles [m, 3, 3] m, by V-HACD (Mamou 2016, as in vhacdx)."""
     import vhacdx
 
     vertices, index = np.unique(triangles_m.reshape(-1, 3).round(6), axis=0, return_inverse=True)
@@ -29,7 +32,7 @@ def hulls(triangles_m: Points, name: str = "piece", voxels: int = VOXELS) -> tup
     parts = vhacdx.compute_vhacd(
         np.ascontiguousarray(vertices),
         counted.ravel().astype(np.uint32),
-        maxConvexHulls=MOST_HULLS,
+        maxConvexHulls=PARTS,
         maxNumVerticesPerCH=MOST_VERTICES,
         resolution=voxels,
         asyncACD=False,

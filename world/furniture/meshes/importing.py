@@ -2,7 +2,6 @@
 what was made before taken from the cache."""
 
 import contextlib
-import csv
 import hashlib
 import json
 import multiprocessing
@@ -16,16 +15,17 @@ from pathlib import Path
 from typing import Any
 
 from world.errors import InhabitError, PieceError
-from world.furniture.meshes import source, store, sweethome
+from world.furniture.meshes import notes, source, store, sweethome
 from world.furniture.meshes.build import Told, build
 from world.furniture.meshes.classes import CLASSES, named
+from world.furniture.meshes.notes import Note
 from world.furniture.piece import Piece
 
 CPU_S = 120
 """Processor time that one piece may take, s."""
 MEMORY_BYTES = 8 * 1024**3
 """Address space that one piece may take."""
-MAKER = 3
+MAKER = 4
 """Number of the way pieces are made; a new one makes cached pieces again."""
 
 
@@ -73,11 +73,11 @@ def jobs(paths: Sequence[Path], told: Told) -> list[Job]:
             files = sorted(p for p in path.rglob("*") if p.suffix.lower() in _READ)
             if not files:
                 raise PieceError(f"{path}: no meshes; choose files of {', '.join(_READ)}")
-            notes = _catalogue(path)
+            known = notes.of_folder(path)
             for file in files:
-                found += _of_file(file, told, notes.get(file.stem, {}))
+                found += _of_file(file, told, known.get(file.stem, Note()))
         elif path.exists():
-            found += _of_file(path, told, _catalogue(path.parent).get(path.stem, {}))
+            found += _of_file(path, told, notes.of_folder(path.parent).get(path.stem, Note()))
         else:
             raise PieceError(f"no such file or folder: {path}")
     return _distinct(found)
@@ -117,13 +117,13 @@ def make(job: Job, digest: str) -> dict[str, Any]:
     return store.document(build(replace(mesh, name=job.name), told), digest, job.file_name)
 
 
-def _of_file(path: Path, told: Told, note: dict[str, str]) -> list[Job]:
+def _of_file(path: Path, told: Told, note: Note) -> list[Job]:
     if path.suffix.lower() == ".sh3f":
         return _of_library(path, told)
     folder = path.parent.name.replace("_", "-").lower()
     category = told.category or (folder if folder in CLASSES else named(path.stem))
-    licence = note.get("licence") or note.get("license") or told.licence
-    credit = told.credit or note.get("creator", "")
+    licence = note.licence or told.licence
+    credit = told.credit or note.credit
     own = replace(told, category=category, licence=licence, credit=credit)
     return [Job(_tidy(path.stem), path.name, own, path)]
 
@@ -162,15 +162,6 @@ def _distinct(found: list[Job]) -> list[Job]:
         count = seen[job.name] = seen.get(job.name, 0) + 1
         result.append(job if count == 1 else replace(job, name=f"{job.name}-{count}"))
     return result
-
-
-def _catalogue(folder: Path) -> dict[str, dict[str, str]]:
-    """What a catalog.csv in the folder says of its files (columns file, creator, licence)."""
-    try:
-        with (folder / "catalog.csv").open(newline="") as file:
-            return {row["file"]: dict(row) for row in csv.DictReader(file) if row.get("file")}
-    except (OSError, csv.Error, KeyError, UnicodeDecodeError):
-        return {}
 
 
 def _known(job: Job) -> tuple[Outcome | None, str]:

@@ -32,7 +32,10 @@ def document(built: Built, digest: str, file_name: str) -> dict[str, Any]:
         "inertia_kg_m2": [[round(float(x), 6) for x in row] for row in built.inertia_kg_m2],
         "licence": piece.licence,
         "credit": piece.credit,
-        "sit": [{"point_m": p.point_m, "facing_rad": p.facing_rad} for p in piece.sit],
+        "sit": [
+            {"point_m": p.point_m, "facing_rad": p.facing_rad, "rests_at": p.rests_at}
+            for p in piece.sit
+        ],
         "lie": None
         if piece.lie is None
         else {"hip_m": piece.lie.hip_m, "head_m": piece.lie.head_m},
@@ -64,14 +67,14 @@ def piece_of(document: Any, where: str) -> Piece:
             str(document["name"]),
             str(document["category"]),
             tuple(decompose.around(hull) for hull in hulls),
-            tuple(Place(_vector(p["point_m"]), float(p["facing_rad"])) for p in document["sit"]),
+            tuple(_place(p) for p in document["sit"]),
             float(document["mass_kg"]),
             licence=str(document["licence"]),
             lie=None if lie is None else Lying(_vector(lie["hip_m"]), _vector(lie["head_m"])),
             hulls=hulls,
             credit=str(document["credit"]),
         )
-    except (KeyError, TypeError, ValueError, IndexError) as error:
+    except (AttributeError, KeyError, TypeError, ValueError, IndexError) as error:
         raise PieceError(f"{where}: damaged ({error})") from error
 
 
@@ -122,6 +125,12 @@ def files(path: Path) -> list[Path]:
 def pieces(path: Path) -> tuple[Piece, ...]:
     """The pieces of a folder or file, by name. Raises PieceError."""
     return tuple(read(file) for file in files(path))
+
+
+def _place(values: Any) -> Place:
+    tried = values.get("rests_at")  # files of before have none
+    rests_at = None if tried is None else tuple(float(scale) for scale in tried)
+    return Place(_vector(values["point_m"]), float(values["facing_rad"]), rests_at)
 
 
 def _vector(values: Any) -> Vector:
