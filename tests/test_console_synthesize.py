@@ -201,7 +201,7 @@ def test_furniture_that_moves_moves_in_the_recording(tmp_path: Path) -> None:
 
 def test_lying_has_a_bed_to_either_side() -> None:
     served = make(1, "lie", "lie")
-    starts = [made(served, command("lie", "bed-test-000", seconds=0.1, place=i)) for i in (0, 1)]
+    starts = [made(served, command("lie", "bed-test-002", seconds=0.1, place=i)) for i in (0, 1)]
     facings = [motion.places[0].facing[0].numpy() for motion in starts]
     np.testing.assert_allclose(facings[0], -facings[1], atol=1e-5)
     # frames of success, as a policy that lies there would have them
@@ -209,7 +209,7 @@ def test_lying_has_a_bed_to_either_side() -> None:
     for frame in good.frames[1:]:
         frame.success = True
     bed = good.clip().bed
-    lie = find("bed-test-000").lie
+    lie = find("bed-test-002").lie
     assert bed is not None and lie is not None and (bed.from_frame, bed.to_frame) == (1, 4)
     np.testing.assert_allclose(bed.hip_m, lie.hip_m, atol=1e-5)
     np.testing.assert_allclose(bed.head_m[:2], lie.head_m[:2], atol=1e-5)
