@@ -37,9 +37,7 @@ _FORGIVEN = 0.03  # of what one without work is slower, with each rollout
 _SLOWEST = 20.0  # times the others' cost: one that was away for a while is not slow for ever
 _GAIN = 1.25  # a division that would be so much quicker, so often in a row, is taken
 _PATIENCE = 3
-_GATHERED_S = (
-    0.005  # in which more answers are waited for: looking costs as often as there are actors
-)
+_GATHERED_S = 0.005  # in which more answers are waited for: each look at them costs
 
 
 @dataclass(frozen=True)
@@ -195,7 +193,7 @@ class RayFleet:
             for member in self._members:
                 member.acts = False
         if order is not None and order.is_of(weights, version, sigma):
-            return order, self._still_good(begun)
+            return order, begun
         _forget(begun)
         return Order(weights, version, sigma, ray.put(to_arrays(weights))), []
 

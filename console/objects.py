@@ -20,8 +20,8 @@ from world.furniture.meshes import importing, store
 from world.furniture.meshes.build import Told
 from world.furniture.meshes.importing import Outcome
 from world.furniture.meshes.upright import Frame
-from world.furniture.piece import Piece, Place
-from world.ragdoll import scales
+from world.furniture.piece import Piece
+from world.ragdoll import slips_at
 
 Command = ObjectsImport | ObjectsList | ObjectsCheck | ObjectsShow
 
@@ -207,13 +207,6 @@ def outcome_row(outcome: Outcome) -> dict[str, Any]:
     }
 
 
-def _slips_at(place: Place) -> list[float]:
-    """The scales that the import tried in vain."""
-    if place.rests_at is None:
-        return []
-    return [scale for scale in scales(place) if scale not in place.rests_at]
-
-
 def listed(piece: Piece) -> dict[str, Any]:
     """One piece's line, in the form that console.md gives `objects check --json`."""
     lie = piece.lie
@@ -228,7 +221,7 @@ def listed(piece: Piece) -> dict[str, Any]:
                 "height_m": round(place.point_m[2], 4),
                 "facing_deg": round(float(np.rad2deg(place.facing_rad)), 2),
                 "rests_at": place.rests_at,
-                "slips_at": _slips_at(place),
+                "slips_at": slips_at(place),
             }
             for place in piece.sit
         ],

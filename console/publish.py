@@ -13,8 +13,9 @@ from console.commands import Publish
 from console.experiment import to_json
 from console.runs import RunDirectory, RunError, checkpoint_folder, run_of
 from policy.averaging import mean_policy
-from policy.checkpoint import Manifest, read, write
+from policy.checkpoint import Layout, Manifest, read, write
 from policy.normaliser import NormaliserConfig
+from policy.run_checkpoints import RunCheckpoints
 from world.errors import ConfigError
 
 #: Lines of metrics that a published folder keeps, evenly spread over the run.
@@ -28,7 +29,7 @@ def publish_command(command: Publish) -> int:
     path = checkpoint_folder(command.source)
     found = read(path, ("policy",))
     experiment = assembly.experiment_of(found.manifest, path)
-    averaged = _last(path, command.average)
+    averaged = _last(path, command.average, found.manifest.layout)
     if len(averaged) > 1:
         limits = NormaliserConfig(
             experiment.ppo.observation_clip, experiment.ppo.observation_std_floor
@@ -64,16 +65,14 @@ def publish_command(command: Publish) -> int:
     return 0
 
 
-def _last(path: Path, count: int) -> list[Path]:
+def _last(path: Path, count: int, layout: Layout) -> list[Path]:
     """A checkpoint and those before it in its run, `count` in all, oldest first."""
     if count < 1:
         raise ConfigError(f"--average {count}: publish at least one checkpoint")
     if count == 1:
         return [path]
     run = run_of(path)
-    before = (
-        [] if run is None else sorted(run.checkpoints.glob("[0-9]*"), key=lambda p: int(p.name))
-    )
+    before = [] if run is None else RunCheckpoints(run.checkpoints, layout).all()
     kept = [one for one in before if int(one.name) <= int(path.name)]
     if len(kept) < count:
         raise RunError(

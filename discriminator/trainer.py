@@ -14,7 +14,6 @@ from discriminator.network import StyleNetwork
 from discriminator.pairing import check_rollout, next_states
 from discriminator.protocols import MocapSampler, StyleScores
 from discriminator.replay import Replay
-from world.adam import Adam
 from world.errors import LayoutError
 from world.precision import Precision, decide
 
@@ -54,7 +53,9 @@ class Discriminator:
         self.mean, self.deviation = normaliser.fit(states)
         inputs = 2 * (self.width if self._kept is None else len(self._kept))
         self.network = StyleNetwork(inputs, config.hidden, torch.Generator().manual_seed(seed))
-        self.optimiser = Adam(self.network.parameters(), config.learning_rate)
+        self.optimiser = torch.optim.Adam(
+            self.network.parameters(), lr=config.learning_rate, fused=True
+        )
         self.replay = Replay(config.replay, inputs, seed, replay_path)
         self.version = 0
         self.batches = 0
@@ -169,7 +170,7 @@ class Discriminator:
         classified = loss.classification(on_policy, on_mocap)
         penalty = config.gradient_penalty * loss.gradient_penalty(gradient)
         regular = loss.regularisation(self.network, config.logit_regulariser, config.weight_decay)
-        self.optimiser.zero_grad()
+        self.optimiser.zero_grad(set_to_none=True)
         (classified + penalty + regular).backward()
         self.optimiser.step()
         return torch.stack([classified, penalty, on_mocap.mean()]).detach()
@@ -199,8 +200,9 @@ class Discriminator:
         replay: False leaves the replay's rows out (for a process whose replay is a file).
         """
         state = {f"network/{k}": v.clone() for k, v in self.network.state_dict().items()}
-        for index, moment in self.optimiser.state_dict().items():
-            state |= {f"adam/{index}/{k}": v for k, v in moment.items()}
+        moments = self.optimiser.state_dict()["state"]
+        for index, moment in moments.items():
+            state |= {f"adam/{index}/{k}": v.clone() for k, v in moment.items()}
         state["normaliser/mean"] = self.mean.clone()
         state["normaliser/deviation"] = self.deviation.clone()
         state["new"] = self._new.clone()
@@ -226,8 +228,11 @@ class Discriminator:
         self._check(state)
         self.network.load_state_dict(_under(state, "network/"))
         parameters = len(list(self.network.parameters()))
-        moments = {str(i): _under(state, f"adam/{i}/") for i in range(parameters)}
-        self.optimiser.load_state_dict({i: m for i, m in moments.items() if m})
+        moments = {i: _copied(_under(state, f"adam/{i}/")) for i in range(parameters)}
+        groups = self.optimiser.state_dict()["param_groups"]
+        self.optimiser.load_state_dict(
+            {"state": {i: m for i, m in moments.items() if m}, "param_groups": groups}
+        )
         self.mean = state["normaliser/mean"].clone()
         self.deviation = state["normaliser/deviation"].clone()
         self._new = state["new"].clone()
@@ -288,6 +293,10 @@ class Discriminator:
 
 def _under(state: Mapping[str, Tensor], prefix: str) -> dict[str, Tensor]:
     return {k.removeprefix(prefix): v for k, v in state.items() if k.startswith(prefix)}
+
+
+def _copied(state: dict[str, Tensor]) -> dict[str, Tensor]:
+    return {k: v.clone() for k, v in state.items()}
 
 
 def _kept_features(config: StyleConfig, width: int, object_mask: Tensor | None) -> Tensor | None:

@@ -3,9 +3,9 @@
 import torch
 from torch import Tensor
 
+from learner.optimiser import adam
 from policy.networks import Actor
 from policy.normaliser import Normaliser
-from world.adam import Adam
 
 
 def clone(
@@ -26,14 +26,14 @@ def clone(
     """
     normaliser.update(inputs)
     observations = normaliser(inputs)
-    optimiser = Adam(actor.parameters(), rate)
+    optimiser = adam(actor.parameters(), rate)
     generator = torch.Generator().manual_seed(seed)
     errors = []
     for _ in range(passes):
         total = 0.0
         for rows in torch.randperm(len(inputs), generator=generator).split(minibatch):
             loss = (actor(observations[rows]) - targets[rows]).square().mean()
-            optimiser.zero_grad()
+            optimiser.zero_grad(set_to_none=True)
             loss.backward()
             optimiser.step()
             total += float(loss.detach()) * len(rows)

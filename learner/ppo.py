@@ -9,6 +9,7 @@ import torch
 from torch import Tensor, nn
 
 from learner.config import LearnerConfig, piecewise
+from learner.optimiser import adam, adam_state, load_adam_state, set_rate, steps_taken
 from learner.protocols import State
 from learner.returns import advantages, explained_variance
 from learner.surrogate import (
@@ -22,7 +23,6 @@ from policy.acting import publish
 from policy.networks import Actor, Critic, log_density
 from policy.normaliser import Normaliser, NormaliserConfig, ValueNormaliser
 from policy.rollout import Rollout, successors
-from world.adam import Adam
 from world.precision import Precision, decide
 from world.reflection import Symmetry
 
@@ -91,8 +91,8 @@ class Learner:
         limits = NormaliserConfig(config.observation_clip, config.observation_std_floor)
         self.normaliser = Normaliser(observation, limits)
         self.values = ValueNormaliser()
-        self.actor_optimiser = Adam(self.actor.parameters(), config.actor_rate)
-        self.critic_optimiser = Adam(self.critic.parameters(), config.critic_rate)
+        self.actor_optimiser = adam(self.actor.parameters(), config.actor_rate)
+        self.critic_optimiser = adam(self.critic.parameters(), config.critic_rate)
         self.actor_rate = config.actor_rate
         self.version = 0
         self.samples = 0
@@ -248,8 +248,8 @@ class Learner:
                 surrogate = clipped_surrogate(log_ratio, batch.advantages[rows], clip)
                 bound = soft_bound(means)
                 mirror = self._mirror_loss(batch, rows, sigma)
-                ramp = min(1.0, (self.actor_optimiser.steps_taken() + 1) / RAMP_STEPS)
-                self.actor_optimiser.rate = ramp * self.actor_rate
+                ramp = min(1.0, (steps_taken(self.actor_optimiser) + 1) / RAMP_STEPS)
+                set_rate(self.actor_optimiser, ramp * self.actor_rate)
                 _step(
                     self.actor,
                     self.actor_optimiser,
@@ -264,7 +264,7 @@ class Learner:
         kl = _mean(kls)
         if epochs:
             rate = next_rate(self.actor_rate, kl, target, config.actor_rate_bounds)
-            rising = self.actor_optimiser.steps_taken() < RAMP_STEPS
+            rising = steps_taken(self.actor_optimiser) < RAMP_STEPS
             self.actor_rate = min(rate, self.actor_rate) if rising else rate
         return {
             "ppo/kl": kl,
@@ -308,8 +308,8 @@ class Learner:
     def state_dict(self) -> State:
         """What an exact restart needs beyond `policy_state`."""
         return {
-            "actor_optimiser": self.actor_optimiser.state_dict(),
-            "critic_optimiser": self.critic_optimiser.state_dict(),
+            "actor_optimiser": adam_state(self.actor_optimiser),
+            "critic_optimiser": adam_state(self.critic_optimiser),
             "actor_rate": self.actor_rate,
             "version": self.version,
             "samples": self.samples,
@@ -318,8 +318,8 @@ class Learner:
 
     def load_state_dict(self, state: State) -> None:
         """Restore what `state_dict` gave."""
-        self.actor_optimiser.load_state_dict(state["actor_optimiser"])
-        self.critic_optimiser.load_state_dict(state["critic_optimiser"])
+        load_adam_state(self.actor_optimiser, state["actor_optimiser"])
+        load_adam_state(self.critic_optimiser, state["critic_optimiser"])
         self.actor_rate = float(state["actor_rate"])
         self.version = int(state["version"])
         self.samples = int(state["samples"])
@@ -330,8 +330,10 @@ class Learner:
         self._pool.shutdown()
 
 
-def _step(network: nn.Module, optimiser: Adam, loss: Tensor, grad_norm: float) -> None:
-    optimiser.zero_grad()
+def _step(
+    network: nn.Module, optimiser: torch.optim.Optimizer, loss: Tensor, grad_norm: float
+) -> None:
+    optimiser.zero_grad(set_to_none=True)
     loss.backward()
     nn.utils.clip_grad_norm_(network.parameters(), grad_norm, foreach=True)
     optimiser.step()

@@ -56,6 +56,12 @@ def scales(place: Place) -> tuple[float, ...]:
     return tuple(scale for scale in TRIED if scale * place.point_m[2] <= HIGHEST_M)
 
 
+def slips_at(place: Place) -> tuple[float, ...]:
+    """Those at which it was tried in vain; none of a place that was not tried."""
+    tried = () if place.rests_at is None else scales(place)
+    return tuple(scale for scale in tried if scale not in (place.rests_at or ()))
+
+
 def rests_at(piece: Piece, place: Place) -> tuple[float, ...]:
     """The scales at which a ragdoll let down on this place of the piece is at rest on it after 3 s,
     and still after 10."""

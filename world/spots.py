@@ -49,8 +49,6 @@ def _lying(piece: Piece) -> tuple[Spot, ...]:
     nearest = min(reach.values())
     # a lying place without seats, as on a table: both sides are open
     sides = [side for side in both if not reach[side] > nearest + _ACROSS_M]
-    if math.isfinite(nearest):
-        sides = [side for side in sides if math.isfinite(reach[side])]
     return tuple(Spot(lie.hip_m, lie.head_m, _wrapped(side)) for side in sides)
 
 

@@ -16,6 +16,7 @@ from world.furniture.meshes.classes import DENSITY_KG_M3, settled
 from world.furniture.meshes.source import Source
 from world.furniture.meshes.upright import Frame, upright
 from world.furniture.piece import Hull, Lying, Piece, Place
+from world.ragdoll import slips_at
 
 MOST_OFF_M = 0.05
 """A place's height follows the hulls up to this far from the mesh; farther off, it is no longer the
@@ -96,8 +97,8 @@ def _cut(
 
 def _faults(piece: Piece, error: float | None) -> int:
     """At how many scales nobody stays on the first seat; one more where it is off its height."""
-    missing = sum(resting.missing(place) for place in piece.sit[:1])
-    return missing + int(error is not None and abs(error) > COARSE_M)
+    missed = sum(len(slips_at(place)) for place in piece.sit[:1])
+    return missed + int(error is not None and abs(error) > COARSE_M)
 
 
 def located(

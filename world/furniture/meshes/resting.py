@@ -9,7 +9,7 @@ from world.errors import PieceError
 from world.furniture import affordance
 from world.furniture.affordance.relief import Relief
 from world.furniture.piece import Piece, Place
-from world.ragdoll import rests_at, scales
+from world.ragdoll import rests_at, slips_at
 
 MOVES_M = (0.03, 0.06, 0.09, 0.12)
 """How far a place on which nobody stays is moved, back or forth along its facing or to a side."""
@@ -22,8 +22,8 @@ def confirmed(piece: Piece, solid: Relief) -> Piece:
     makes it so; where there is none, with the one that does at most scales. `solid`: the relief of
     its hulls."""
     tried = [_settled(piece, solid, place) for place in piece.sit]
-    whole = [place for place in tried if not missing(place)]
-    best = sorted(tried, key=missing)[:1]  # the first of equals
+    whole = [place for place in tried if not slips_at(place)]
+    best = sorted(tried, key=lambda place: len(slips_at(place)))[:1]  # the first of equals
     return replace(piece, sit=tuple(whole or best))
 
 
@@ -36,11 +36,6 @@ def require(piece: Piece) -> None:
         )
 
 
-def missing(place: Place) -> int:
-    """At how many of the scales that it was tried at nobody stays on it."""
-    return len(scales(place)) - len(place.rests_at or ())
-
-
 def told(piece: Piece) -> Piece:
     """The piece with its places where they are, and at which scales a ragdoll rests on them."""
     return replace(piece, sit=tuple(_dropped(piece, place) for place in piece.sit))
@@ -51,9 +46,9 @@ def _settled(piece: Piece, solid: Relief, place: Place) -> Place:
     best: Place | None = None
     for moved in _moves(solid, place):
         found = _dropped(piece, moved)
-        if not missing(found):
+        if not slips_at(found):
             return found
-        if best is None or missing(found) < missing(best):
+        if best is None or len(slips_at(found)) < len(slips_at(best)):
             best = found
     assert best is not None  # the place itself is one of its moves
     return best
