@@ -118,7 +118,7 @@ class RayFleet:
         self._begun: list[Job] = []
         """Of the collection to come"""
         self._beginning = threading.Lock()
-        """Held where actors are begun ahead, or replaced"""
+        """Held where actors are asked, begun ahead, or replaced"""
         # Ray restarts actors by itself only without their state: the fleet does it instead.
         self._actor: Any = ray.remote(
             num_cpus=self.config.cpus_per_actor, max_restarts=0, max_task_retries=0
@@ -326,10 +326,12 @@ class RayFleet:
         failures: int = 0,
     ) -> None:
         own = member.holds and scenes == member.scenes
-        member.acts |= scenes == member.scenes
         fresh = any(not state for state in self._states.values())
         state = None if own else {} if fresh else state_of(scenes, self._states)
-        reference = member.handle.part.remote(scenes, state, *arguments)
+        with self._beginning:
+            # At once for `ahead`, which must not put what comes next before this in the queue.
+            reference = member.handle.part.remote(scenes, state, *arguments)
+            member.acts |= scenes == member.scenes
         member.asked_s = time.monotonic()
         asked.ask(reference, member, scenes, failures)
 

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -14,6 +15,7 @@ from actors.cluster import ray_session
 from actors.collection import Job, Order
 from actors.fleet import FleetConfig, RayFleet
 from actors.local import LocalFleet
+from actors.shares import state_of
 from learner.gathering import Gathering
 from policy.rollout import Rollout
 from tests.faulty_shard import MakePoints, MakeSlowPoints
@@ -92,6 +94,31 @@ def test_nobody_waits_until_all_parts_were_taken_in(tmp_path) -> None:
         took = time.monotonic() - began
     assert second.version == 1 and took < 0.3, "it was there already"
     fleet.close()
+
+
+def test_told_while_actors_are_being_asked(tmp_path, monkeypatch) -> None:
+    """What comes next is never queued before what it goes on from."""
+    fleet = rayed(slow(tmp_path, 0.5e-3), 2)
+    alone = LocalFleet(MakePoints(), SCENES, BLOCK, 1, seed=5, horizon=HORIZON)
+    got = [fleet.collect(weights(0), 0, SIGMA)]
+    fleet.load_state_dict(fleet.state_dict())  # each actor is to be sent its state again
+    began = threading.Event()
+
+    def slowly(*of: Any) -> Any:
+        began.set()
+        time.sleep(0.2)
+        return state_of(*of)
+
+    monkeypatch.setattr("actors.fleet.state_of", slowly)
+    with ThreadPoolExecutor(1) as pool:
+        second = pool.submit(fleet.collect, weights(1), 1, SIGMA)
+        assert began.wait(60)
+        then = weights(2)
+        fleet.ahead(then, 2, SIGMA)
+        got += [second.result(), fleet.collect(then, 2, SIGMA)]
+    assert_same(got, [alone.collect(weights(k), k, SIGMA) for k in range(3)])
+    for held in (fleet, alone):
+        held.close()
 
 
 def test_told_something_else_than_what_comes(tmp_path) -> None:
