@@ -353,6 +353,21 @@ def test_starts_from_the_clips_have_the_box_in_hand(library: MotionLibrary, bank
     assert 0.15 < (off < 1.3).float().mean() < 0.8
 
 
+def test_no_episode_starts_where_it_would_end(bank: BoxBank) -> None:
+    """People pick boxes up from the floor too, where the task gives a box up as dropped."""
+    n = 512
+    generator = np.random.default_rng(0)
+    low = carrying(generator, (0.24, 0.34, 0.2), (0.1, 0.1), 1.5, 0.6)
+    library = MotionLibrary([low, walking(generator, 1.0)], affordance="carry")
+    config = replace(CONFIG, starts=StartMixture(1, 0, 0), clip_stages=(1, 1, 1))
+    starter = BoxStarter(config, library, bank, 0)
+    starts = starter.draw(torch.arange(n), torch.ones(n).long())
+    assert library.box is not None and library.box.position[library.stages[0], 2].max() < 0.3
+    assert starts.layout.position[:, 2].min() > 0.34
+    body = features.body(starts.qpos, starts.qvel)
+    assert not Carry().fell(body, starter.place(starts)).any()
+
+
 def test_clips_without_a_box_are_refused_for_clip_starts(bank: BoxBank) -> None:
     clip = walking(np.random.default_rng(0), 1.0)
     with pytest.raises(ClipError, match="no clip carries a box"):

@@ -14,7 +14,10 @@ from world import character, features, rotations, streams
 from world.errors import ClipError
 from world.motions import fit, segments, use
 from world.motions.clip import Clip, mirrored
+from world.tasks.carry import GROUND_M
 
+#: Lowest centre of a box that an episode may start with, m: people pick boxes up from the floor.
+_BOX_M = GROUND_M + 0.05
 #: Pelvis height from which a frame counts as upright, m.
 _UPRIGHT_M = 0.72
 #: Root height from which a character stands on its feet, m.
@@ -97,8 +100,10 @@ class MotionLibrary:
             for s in range(3)
         )
         leaving = torch.cat([_leaving(u.stage) for u in uses])
-        #: The same without what comes after the use: episodes do not start on the way out.
-        self.start_stages = tuple(pool[~leaving[pool]] for pool in self.stages)
+        #: The same without what comes after the use, nor a box so low that the episode would end:
+        #: episodes do not start on the way out.
+        out = leaving if self.box is None else leaving | (self.box.position[:, 2] < _BOX_M)
+        self.start_stages = tuple(pool[~out[pool]] for pool in self.stages)
         self.held_out = torch.nonzero(has_next & held_out & (upright | has_seat)).flatten()
         self.has_seat = has_seat
         if not len(self.upright):

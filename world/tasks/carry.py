@@ -32,7 +32,7 @@ _PUT_UP_M, _PUT_M, _STILL_M_S = 0.02, 0.10, 0.2
 #: A hand this near to a face touches it, m.
 _TOUCH_M = 0.02
 #: The box is on the ground when its centre is this low, or a corner this near to it, m.
-_GROUND_M, _CORNER_M = 0.30, 0.02
+GROUND_M, _CORNER_M = 0.30, 0.02
 #: About the box one may bend down, m.
 _BENDING_M = 1.0
 _HEADING_FRAME = "root heading"
@@ -129,7 +129,7 @@ class Carry:
         """[n] bool: the character fell, or the box is within 30 cm of the ground."""
         height = _box(place).position[:, 2]
         touches = place.corners[..., 2].amin(dim=1) < _CORNER_M
-        return fallen(body) | (height < _GROUND_M) | touches
+        return fallen(body) | (height < GROUND_M) | touches
 
 
 def _box(place: Place) -> BoxState:
