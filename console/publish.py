@@ -5,8 +5,10 @@ they take a run; its manifest says what the weights were trained on, and under w
 """
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from console import assembly
 from console.commands import Publish
@@ -20,6 +22,17 @@ from world.errors import ConfigError
 
 #: Lines of metrics that a published folder keeps, evenly spread over the run.
 _LINES = 200
+_UNDISTURBED = "evaluation.json"
+_HEADLINE = (
+    "task",
+    "trials",
+    "seed",
+    "objects",
+    "perturbation",
+    "success",
+    "sustained",
+    "falls",
+)
 
 
 def publish_command(command: Publish) -> int:
@@ -45,8 +58,9 @@ def publish_command(command: Publish) -> int:
     }
     if len(averaged) > 1:
         notes["average"] = f"of checkpoints {', '.join(one.name for one in averaged)}"
-    if command.evaluation is not None:
-        notes["evaluation"] = json.dumps(_figures(command.evaluation))
+    evaluations = _evaluations(command.evaluation)
+    if _UNDISTURBED in evaluations:
+        notes["evaluation"] = json.dumps(_headline(evaluations[_UNDISTURBED]))
     manifest = Manifest(
         found.manifest.layout, found.manifest.iteration, found.manifest.samples, notes
     )
@@ -58,9 +72,9 @@ def publish_command(command: Publish) -> int:
         lines = metrics.read_text().splitlines()
         step = max(1, len(lines) // _LINES)
         (command.out / "metrics.jsonl").write_text("\n".join(lines[::step]) + "\n")
-    if command.evaluation is not None:
-        figures = json.loads(command.evaluation.read_text()) | {"checkpoint": command.out.name}
-        (command.out / "evaluation.json").write_text(json.dumps(figures, indent=1) + "\n")
+    for name, figures in evaluations.items():
+        own = figures | {"checkpoint": command.out.name}
+        (command.out / name).write_text(json.dumps(own, indent=1) + "\n")
     print(f"{command.out}: {found.manifest.samples / 1e6:.1f} M samples, {command.licence}")
     return 0
 
@@ -82,22 +96,25 @@ def _last(path: Path, count: int, layout: Layout) -> list[Path]:
     return kept[-count:]
 
 
-def _figures(path: Path) -> dict[str, object]:
-    """The headline of an evaluation: what a reader of the manifest looks for."""
-    try:
-        figures = json.loads(path.read_text())
-        kept = (
-            "task",
-            "trials",
-            "seed",
-            "objects",
-            "perturbation",
-            "success",
-            "sustained",
-            "falls",
-        )
-        return {name: figures[name] for name in kept}
-    except (OSError, ValueError, KeyError) as error:
-        raise ConfigError(
-            f"{path} is no evaluation of `inhabit evaluate --json`: {error}"
-        ) from error
+def _evaluations(paths: Sequence[Path]) -> dict[str, dict[str, Any]]:
+    """What `inhabit evaluate --json` wrote, by the name of the file that it is published as: one of
+    each perturbation."""
+    found: dict[str, dict[str, Any]] = {}
+    for path in paths:
+        try:
+            figures = json.loads(path.read_text())
+            kind = _headline(figures)["perturbation"]
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise ConfigError(
+                f"{path} is no evaluation of `inhabit evaluate --json`: {error}"
+            ) from error
+        name = _UNDISTURBED if kind == "none" else f"evaluation-{kind}.json"
+        if name in found:
+            raise ConfigError(f"{path}: a second evaluation with perturbation {kind}: name one")
+        found[name] = figures
+    return found
+
+
+def _headline(figures: dict[str, Any]) -> dict[str, Any]:
+    """What a reader of the manifest looks for."""
+    return {name: figures[name] for name in _HEADLINE}

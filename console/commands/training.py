@@ -151,8 +151,8 @@ class Publish:
     """Under which terms the weights may be used."""
     average: int = 1
     """Publish the mean of so many of the run's last checkpoints instead of the last one."""
-    evaluation: Path | None = None
-    """The JSON of an evaluation of these weights."""
+    evaluation: tuple[Path, ...] = ()
+    """The JSON of evaluations of these weights, one of each perturbation."""
     replace: bool = False
     """Replace the folder where it exists."""
     debug: bool = False

@@ -94,7 +94,7 @@ def settings_of(found: assembly.Trained) -> dict[str, Any]:
 
 def evaluations(folder: Path, run: RunDirectory | None) -> list[tuple[str, dict[str, Any]]]:
     """Names and figures of the evaluations that lie in a run or beside a published policy."""
-    files = sorted(run.evaluations.glob("*.json")) if run else [folder / "evaluation.json"]
+    files = sorted(run.evaluations.glob("*.json") if run else folder.glob("evaluation*.json"))
     found = []
     for file in files:
         try:
