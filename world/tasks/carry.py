@@ -88,11 +88,13 @@ class Carry:
         risen = ((box.position - box.start)[:, 2] / _LIFT_M).clamp(0.0, 1.0)
         # a box that was kicked up is not lifted: the hands are on it
         lift = risen * grasp
-        at_target = to_target.norm(dim=1) < _AT_TARGET_M
-        lift = torch.where(at_target, 1.0, lift)
-        carried = _towards(box.velocity, to_target) * lift
-        carried = torch.where(at_target, 1.0, carried)
         place_term = torch.exp(-10.0 * (box.target - box.position).square().sum(dim=1))
+        carried = _towards(box.velocity, to_target) * lift
+        # there it is in the hands, or where it should be: a box that is dropped beside its target
+        # earns nothing
+        at_target = to_target.norm(dim=1) < _AT_TARGET_M
+        kept = torch.maximum(grasp, place_term)
+        lift, carried = torch.where(at_target, kept, lift), torch.where(at_target, kept, carried)
         put = self.put_down(box).float()
         # who has put it down may let go and walk off
         grasp, walk = torch.maximum(grasp, put), torch.where(there, 1.0, walk)
