@@ -207,6 +207,17 @@ def test_reward_of_carrying_needs_hands_on_a_lifted_box() -> None:
     ] == pytest.approx(math.exp(-2.0) - 1.0, abs=1e-5)
 
 
+def test_a_box_dropped_beside_its_target_earns_what_its_distance_is_worth() -> None:
+    target = (0.4, 0.0, 0.7)
+    box = a_box((0.4, 0.4, 1.0), target, start=(3.0, 0.0, 0.7))
+    near = math.exp(-10 * (0.4**2 + 0.3**2))
+    dropped = terms(standing(), box)
+    assert dropped["grasp"] < near  # else it is the hands that it is paid for
+    assert dropped["lift"] == dropped["carry"] == dropped["place"] == pytest.approx(near, abs=1e-5)
+    kept = terms(with_hands((0.4, 0.11, 1.0), (0.4, 0.69, 1.0)), box)
+    assert kept["lift"] == kept["carry"] == pytest.approx(1.0, abs=1e-5)
+
+
 def test_a_box_put_down_is_worth_all() -> None:
     at = (1.5, 0.0, 0.7)
     found = terms(standing((0.3, 0, 0)), a_box(at, at, start=(-2.0, 0.0, 0.7)))
