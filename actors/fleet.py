@@ -121,7 +121,8 @@ class RayFleet:
         """Held where actors are asked, begun ahead, or replaced"""
         # Ray restarts actors by itself only without their state: the fleet does it instead.
         # Its control store would keep a record of every part asked for: 13 MB in 90 minutes.
-        self._actor: Any = ray.remote(
+        remote: Any = ray.remote  # whose types do not know that option
+        self._actor: Any = remote(
             num_cpus=self.config.cpus_per_actor,
             max_restarts=0,
             max_task_retries=0,
