@@ -13,11 +13,12 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 import ray
-from ray.exceptions import GetTimeoutError, RayActorError, RayError, RayTaskError
+from ray.exceptions import GetTimeoutError, RayError
 from torch import Tensor
 
 from actors.collection import Collection, Job, Order
 from actors.errors import FleetError
+from actors.failures import explain
 from actors.local import divide, merge, split
 from actors.ray_actor import (
     Arrays,
@@ -29,7 +30,6 @@ from actors.ray_actor import (
 )
 from actors.shares import consecutive, longest, shares, state_of
 from policy.rollout import Rollout
-from world.errors import InhabitError
 
 LOG = logging.getLogger("inhabit.actors")
 _MEMORY = 0.3  # weight of the newest measurement of an actor's speed
@@ -432,20 +432,3 @@ def _forget(begun: Iterable[Job]) -> None:
 
 def _there(reference: Any) -> bool:
     return bool(ray.wait([reference], timeout=0)[0])
-
-
-def explain(error: Exception, deadline_s: float) -> str:
-    """What happened to an actor, in one line; what a person can act on is raised as itself."""
-    if isinstance(error, GetTimeoutError):
-        return f"no answer within {deadline_s:g} s (hung, or no free CPU slot to start on)"
-    if isinstance(error, RayTaskError):
-        if isinstance(error.cause, InhabitError):
-            raise error.cause from None
-        return f"{type(error.cause).__name__}: {_first_line(error.cause)}"
-    if isinstance(error, RayActorError):
-        return "its process died (killed, out of memory, or crashed)"
-    return f"{type(error).__name__}: {_first_line(error)}"
-
-
-def _first_line(error: BaseException) -> str:
-    return next(iter(str(error).strip().splitlines()), "no message")
