@@ -175,7 +175,7 @@ def scaling(command: Bench, experiment: Experiment, _threads: int) -> dict[str, 
     """What the learner takes in from 1 to 200 stand-in actors, and what overlapping gains."""
     from console import bench_scaling  # needs Ray, which the others can do without
 
-    scenes = command.scenes or experiment.block
+    scenes = command.scenes or experiment.scenes // 2  # as each of two actors of `train` has
     return bench_scaling.measure(experiment, scenes, command.seconds)
 
 

@@ -20,7 +20,7 @@ class Bench:
     preset: Preset = "fast"
     """Network sizes and batch."""
     scenes: int | None = None
-    """Default: the preset's. Of bench scaling: of each actor, by default one block."""
+    """Default: the preset's. Of bench scaling: of each actor, by default half of that."""
     threads: int | None = None
     """Default: the cores there are."""
     seconds: float = 10.0
