@@ -100,8 +100,8 @@ class MotionLibrary:
             for s in range(3)
         )
         leaving = torch.cat([_leaving(u.stage) for u in uses])
-        #: The same without what comes after the use, nor a box so low that the episode would end:
-        #: episodes do not start on the way out.
+        #: The same without what comes after the use, for episodes do not start on the way out, and
+        #: without boxes so low that the episode would end at once.
         out = leaving if self.box is None else leaving | (self.box.position[:, 2] < _BOX_M)
         self.start_stages = tuple(pool[~out[pool]] for pool in self.stages)
         self.held_out = torch.nonzero(has_next & held_out & (upright | has_seat)).flatten()
