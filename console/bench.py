@@ -12,7 +12,15 @@ import torch
 from rich.table import Table
 from torch import Tensor
 
-from console import assembly, bench_endurance, bench_furniture, bench_serve, bench_world, machine
+from console import (
+    assembly,
+    bench_endurance,
+    bench_furniture,
+    bench_serve,
+    bench_servoes,
+    bench_world,
+    machine,
+)
 from console.commands import Bench, Train
 from console.experiment import PRESETS, Experiment, check, with_learner_threads
 from console.runners import open_runner, style_client
@@ -39,6 +47,7 @@ def bench_command(command: Bench) -> int:
     experiment = check(with_learner_threads(experiment, threads))
     measure = {
         "world": world_figures,
+        "servoes": servoes,
         "furniture": furniture,
         "learner": learner,
         "style": style,
@@ -68,6 +77,11 @@ def bench_command(command: Bench) -> int:
 def world_figures(command: Bench, experiment: Experiment, _threads: int) -> dict[str, float]:
     """A control step of a shard against the raw batch's, from the same states."""
     return bench_world.measure(experiment, command.seconds)
+
+
+def servoes(command: Bench, experiment: Experiment, threads: int) -> dict[str, float]:
+    """Random actions for ten minutes a scene, or as much of it as the time allows."""
+    return bench_servoes.measure(experiment, command.seconds, threads)
 
 
 def furniture(command: Bench, experiment: Experiment, threads: int) -> dict[str, float]:

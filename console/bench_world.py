@@ -37,7 +37,8 @@ def measure(experiment: Experiment, seconds: float, threads: int = 1) -> dict[st
         state = shard.state_dict()
         raw.set_models(range(shard.n), [bank.models[v] for v in state["variant"].tolist()])
         physics = {k.removeprefix("physics_"): v for k, v in state.items() if "physics_" in k}
-        raw.load_physics(physics | {"ctrl": raw.targets(action)})
+        raw.load_physics(physics)
+        raw.aim(action)
         start = time.perf_counter()
         raw.batch.step(nstep=SUBSTEPS)
         middle = time.perf_counter()

@@ -15,7 +15,7 @@ from console.evaluation_tables import results_table
 from console.protocols import published
 from console.scores import Protocol, judge
 from console.stepping import Trials
-from world import character, perturbations, tasks
+from world import character, perturbations, servoes, tasks
 from world.bank import scaled
 from world.config import WorldConfig
 from world.errors import ChoiceError
@@ -32,9 +32,7 @@ SHORT = Protocol(success_m=3.0, limit_s=1.5, hold_s=0.5)
 
 def standing(scenes: Scenes, state: Tensor, goal: Tensor, place: Place) -> None:
     """Hold the servoes at the standing pose."""
-    from world.motions.library import servo_coordinates
-
-    scenes.batch.bind("ctrl")[:] = servo_coordinates(STAND[None]).numpy()
+    scenes.batch.bind("ctrl")[:] = servoes.coordinates(STAND[None]).numpy()
     scenes.batch.step(nstep=character.SUBSTEPS)
 
 

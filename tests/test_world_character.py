@@ -3,10 +3,8 @@
 import mujoco
 import numpy as np
 import pytest
-import torch
-from mujoco.batch import Batch
 
-from world import character, scene, streams
+from world import character, scene
 
 
 @pytest.fixture(scope="module")
@@ -46,11 +44,15 @@ def test_layout(model: mujoco.MjModel) -> None:
     assert model.opt.timestep == pytest.approx(1 / 120)
     assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     low, high = character.target_bounds()
-    np.testing.assert_allclose(model.actuator_ctrlrange, np.stack([low, high], 1), atol=1e-12)
+    alone = character.spec().compile()
+    np.testing.assert_allclose(alone.actuator_ctrlrange, np.stack([low, high], 1), atol=1e-12)
     assert (character.neutral_targets() > low).all()
     assert (character.neutral_targets() < high).all()
     limits = [j.limit_nm for j in character.JOINTS for _ in j.range_deg]
-    np.testing.assert_allclose(model.actuator_forcerange[:, 1], limits)
+    np.testing.assert_allclose(alone.actuator_forcerange[:, 1], limits)
+    # in a scene the limits are world.servoes': nothing clamps behind its back
+    assert not model.actuator_ctrllimited.any()
+    assert not model.actuator_forcelimited.any()
 
 
 def test_left_mirrors_right() -> None:
@@ -118,21 +120,3 @@ def test_standing_for_ten_seconds(model: mujoco.MjModel) -> None:
     assert stood > 0.5
     if all(over):
         assert heights[-1] > 0.8
-
-
-def test_random_actions_stay_finite() -> None:
-    """Ten minutes of control steps over 256 scenes, 70 each: 10 x 60 x 30 = 18,000 control steps.
-
-    Longer, with nobody to end the episodes of who has fallen, it does not hold: docs/recipe.md."""
-    scenes = 256
-    batch = Batch(scene.compile_scene(None), scenes, 2)
-    ctrl, qpos, qvel = (batch.bind(name) for name in ("ctrl", "qpos", "qvel"))
-    low, high = character.target_bounds()
-    ids = torch.arange(scenes)
-    for step in range(18_000 // scenes + 1):
-        u = streams.uniform(0, 99, ids, step, character.NU).double().numpy()
-        ctrl[:] = low + u * (high - low)
-        batch.step(nstep=character.SUBSTEPS)
-        assert np.isfinite(qpos).all()
-        assert np.isfinite(qvel).all()
-    assert batch.warning[..., 1].sum() == 0

@@ -87,7 +87,7 @@ def test_lying_is_worth_all_and_standing_before_the_bed_little() -> None:
     assert found["lie"] == pytest.approx(0.4 + 0.6 * head, abs=1e-4)
     assert found["approach"] == pytest.approx(1.0, abs=1e-4)
     tilt = math.atan(sag / REACH_M)
-    assert found["posture"] == pytest.approx(1.0 - 2.0 * tilt / math.pi, abs=1e-3)
+    assert found["posture"] == pytest.approx(1.0 - tilt / math.pi, abs=1e-3)
 
     def reward(body: features.Body) -> float:
         return sum(Lie.terms[name] * value for name, value in terms(body, bed()).items())
@@ -110,8 +110,33 @@ def test_leaning_back_from_sitting_at_the_edge_pays_all_the_way() -> None:
         rewards.append(terms(body, where))
     total = [sum(Lie.terms[name] * value for name, value in found.items()) for found in rewards]
     steps = [after - before for before, after in pairwise(total)]
-    assert min(steps) > 0.015, "no flat stretch on the way down"
-    assert total[0] < 0.4 < 0.7 < total[-1]
+    assert min(steps) > 0.012, "no flat stretch on the way down"
+    assert total[0] < 0.5 < 0.7 < total[-1]
+
+
+def upright(x: float, height: float) -> features.Body:
+    """Sitting upright on a surface, facing +x, the hip at x."""
+    body = on_the_back(height)
+    position = body.position + torch.tensor([x, 0.0, 0.0])
+    head = position[:, 0] + torch.tensor([[0.0, 0.0, REACH_M]])
+    return replace(body, position=position, head=head, heading=torch.tensor([[1.0, 0.0]]))
+
+
+@pytest.mark.parametrize("height", [0.45, 0.60, 0.76])
+@pytest.mark.parametrize("deep_m", [0.0, 0.6])
+def test_every_step_from_the_edge_to_lying_pays(height: float, deep_m: float) -> None:
+    """Also onto a table as high as the hip, and onto a bed whose place is a metre from its edge:
+    where sitting on the edge paid no more than standing at it, it stood."""
+    where = bed(height=height)
+    where = replace(where, corners=where.corners + torch.tensor([deep_m, 0.0, 0.0]))
+    on_the_way = [
+        standing(0.5 + deep_m + 0.32, 0.0),
+        upright(0.5 + deep_m - 0.15, height),
+        upright(0.15, height),
+        on_the_back(height),
+    ]
+    pay = [sum(Lie.terms[k] * v for k, v in terms(b, where).items()) for b in on_the_way]
+    assert min(after - before for before, after in pairwise(pay)) > 0.015, pay
 
 
 def test_error_is_the_worse_of_hip_and_head() -> None:

@@ -49,7 +49,7 @@ class Joint:
     kd: float
     """Velocity gain, N·m·s/rad."""
     limit_nm: float
-    """Largest torque of each servo, N·m."""
+    """Largest torque of each servo, N·m, when it is told its target (see world.servoes)."""
     range_deg: tuple[tuple[float, float], ...]
     """Bounds of the targets: x, y, z of the rotation vector of a ball joint, or a hinge's
     flexion."""
@@ -132,8 +132,14 @@ def gains() -> tuple[np.ndarray, np.ndarray]:
     return np.array([r[0] for r in rows]), np.array([r[1] for r in rows])
 
 
+def effort_limits() -> np.ndarray:
+    """Largest torques of the 28 servoes, N·m: [28]."""
+    return np.array([joint.limit_nm for joint in JOINTS for _ in joint.range_deg], dtype=np.float64)
+
+
 def spec() -> mujoco.MjSpec:
-    """A fresh MjSpec of the character alone, servoes included, that a scene adds to."""
+    """A fresh MjSpec of the character alone, servoes included, for any simulator: targets bounded
+    by ctrlrange, torques by forcerange."""
     text = resources.files("world").joinpath("humanoid.xml").read_text()
     result = mujoco.MjSpec.from_string(text)
     for joint in JOINTS:

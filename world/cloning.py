@@ -8,11 +8,11 @@ the target q[t+1] + (kd / kp) q̇[t+1]. Of loads, that of a box in the hands is 
 import torch
 from torch import Tensor
 
-from world import character, features, grip, rotations, starters, tasks
+from world import character, features, grip, rotations, servoes, starters, tasks
 from world.bank import Bank
 from world.boxes import BoxBank
 from world.config import WorldConfig
-from world.motions.library import MotionLibrary, servo_coordinates
+from world.motions.library import MotionLibrary
 
 #: Noise on the clip's states, so that the clone also answers states beside the clips: rad (or m),
 #: rad/s.
@@ -45,7 +45,7 @@ def pairs(
 
     kp, kd = (torch.from_numpy(g).to(torch.float32) for g in character.gains())
     velocity = library.qvel[following, 6:]
-    target = servo_coordinates(library.qpos[following]) + kd / kp * velocity
+    target = servoes.coordinates(library.qpos[following]) + kd / kp * velocity
     press, weight = starter.load_n(starts)
     target = target + grip.squeeze(library.qpos[following], press[kept], weight[kept])
     low, high = (torch.from_numpy(b).to(torch.float32) for b in character.target_bounds())

@@ -43,9 +43,12 @@ def compile_scene(
 
     The furniture is a mocap body: it is placed by writing mocap_pos and mocap_quat (piece frame:
     origin on the floor, z up, +x front) and costs no joint to integrate. `shared`: what its batch's
-    models have in common, by default what this piece needs.
+    models have in common, by default what this piece needs. Its servoes leave their limits to who
+    tells them their targets (`world.servoes`).
     """
     spec = character.spec()
+    for servo in spec.actuators:
+        servo.ctrllimited = servo.forcelimited = False
     # Newton to 1e-5 instead of 1e-8 and one island: velocities after a control step agree to 2e-6,
     # and the step takes a fifth less time. Capping the iterations instead would let hard contacts
     # explode. Starting each solve from the last one's accelerations costs a comparison, gains no

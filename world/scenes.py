@@ -9,7 +9,7 @@ import torch
 from mujoco.batch import Batch
 from torch import Tensor
 
-from world import character, features, rotations
+from world import character, features, rotations, servoes
 from world.features import Body
 from world.tasks.task import Place
 
@@ -50,6 +50,7 @@ class Scenes:
         self._offset = torch.from_numpy(character.neutral_targets())
         self._scale = action_scale * (self._high - self._low)
         self._clip = action_clip
+        self._effort = servoes.Effort()
         self._warned = np.zeros(self.n, dtype=np.int64)
 
     def targets(self, action: Tensor) -> Tensor:
@@ -57,9 +58,13 @@ class Scenes:
         wanted = self._offset + self._scale * action.clamp(-self._clip, self._clip)
         return torch.maximum(torch.minimum(wanted, self._high), self._low)
 
+    def aim(self, action: Tensor) -> None:
+        """Tell the servoes what actions [n, 28] want of them, within their effort as they stand."""
+        self._ctrl.copy_(self._effort.limited(self.targets(action), self._qpos, self._qvel))
+
     def act(self, action: Tensor) -> None:
         """One control step (1/30 s) with the given actions [n, 28]."""
-        self._ctrl.copy_(self.targets(action))
+        self.aim(action)
         self.batch.step(nstep=character.SUBSTEPS)
 
     def finite(self) -> Tensor:

@@ -14,7 +14,17 @@ class Bench:
     """Measure one part against its own limit."""
 
     part: tyro.conf.Positional[
-        Literal["world", "furniture", "learner", "style", "serve", "train", "endurance", "scaling"]
+        Literal[
+            "world",
+            "servoes",
+            "furniture",
+            "learner",
+            "style",
+            "serve",
+            "train",
+            "endurance",
+            "scaling",
+        ]
     ]
     """Which part."""
     preset: Preset = "fast"

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from world import character, features, rotations, streams
+from world import features, rotations, streams
 from world.errors import ClipError
 from world.motions import fit, segments, use
 from world.motions.clip import Clip, mirrored
@@ -122,21 +122,6 @@ class MotionLibrary:
             self.facing[index],
             self.head[index],
         )
-
-
-def servo_coordinates(qpos: Tensor) -> Tensor:
-    """What the 28 servoes measure at qpos [n, 43]: rotation vectors of balls, hinge angles, rad [n,
-    28]."""
-    parts = []
-    address = 7
-    for joint in character.JOINTS:
-        if joint.is_ball:
-            parts.append(rotations.to_rotation_vector(qpos[:, address : address + 4]))
-            address += 4
-        else:
-            parts.append(qpos[:, address : address + 1])
-            address += 1
-    return torch.cat(parts, dim=1)
 
 
 def _leaving(stage: Tensor) -> Tensor:

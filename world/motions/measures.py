@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from world import character, features
+from world import character, features, servoes
 from world.errors import ClipError
 from world.motions import fit
 from world.motions.clip import Clip
@@ -145,10 +145,8 @@ def jerks_m_s3(clip: Clip) -> tuple[float, float]:
 
 def past_limits(clip: Clip) -> tuple[float, float, str]:
     """Share of frames with a joint past its range, by how much at most (rad), and which joint."""
-    from world.motions.library import servo_coordinates
-
     low, high = character.target_bounds()
-    angle = servo_coordinates(torch.from_numpy(clip.qpos())).numpy()
+    angle = servoes.coordinates(torch.from_numpy(clip.qpos())).numpy()
     excess = np.maximum(low - angle, angle - high)
     names = [
         f"{joint.name}_{'xyz'[axis]}" if joint.is_ball else joint.name

@@ -80,14 +80,17 @@ class Lie:
         speed = (direction * body.root_velocity[:, :2]).sum(dim=1)
         towards = (speed / _SPEED_M_S).clamp(0.0, 1.0)
         close = torch.exp(-2.5 * hip_error)
-        # standing at the edge must be worth less than walking there, and far less than lying
-        towards = torch.where(here, 0.3 + 0.7 * close, towards)
+        # standing at the edge must be worth less than walking there and than sitting on it, and
+        # all that far less than lying
+        on = torch.maximum(close, _on(body, place, ground, hip))
+        towards = torch.where(here, 0.2 + 0.8 * on, towards)
+        down = (2.0 * _aligned(body.head - body.root, head - hip) - 1.0).clamp_min(0.0)
         posture = torch.where(
             here,
-            # at the edge one turns one's back to the bed; the nearer the hip, the more it matters
-            # that the trunk comes down along it: upright it earns nothing there
-            (1.0 - close) * _turned(body.heading, place.facing)
-            + close * (2.0 * _aligned(body.head - body.root, head - hip) - 1.0).clamp_min(0.0),
+            # at the edge one turns one's back to the furniture; once on it, what matters is that
+            # the trunk comes down along it. Nothing for an upright trunk would make sitting on a
+            # high edge worth no more than standing at it: so it stood
+            (1.0 - on) * _turned(body.heading, place.facing) + on * (0.5 + 0.5 * down),
             _turned(body.heading, direction),
         )
         near = ground.holds(offset(body.root[:, :2], place), _NEAR_M)
@@ -123,6 +126,14 @@ def arrived(body: Body, place: Place, ground: Footprint) -> Tensor:
     at_entry = (goal - here).norm(dim=1) < _ARRIVED_M
     corridor = (here[:, 0] > 0.0) & (here[:, 0] < goal[:, 0]) & (here[:, 1].abs() < _CORRIDOR_M)
     return at_entry | corridor | ground.holds(here)
+
+
+def _on(body: Body, place: Place, ground: Footprint, hip: Tensor) -> Tensor:
+    """[n] in [0, 1]: how far the root has come over the front edge, low enough to rest there."""
+    here = offset(body.root[:, :2], place)
+    over = ((ground.high[:, 0] - here[:, 0] + 0.05) / 0.25).clamp(0.0, 1.0)
+    low = ((hip[:, 2] + 0.30 - body.root[:, 2]) / 0.15).clamp(0.0, 1.0)
+    return torch.where(ground.holds(here, 0.05), over * low, 0.0)
 
 
 def _near(error: Tensor) -> Tensor:

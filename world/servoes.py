@@ -1,0 +1,57 @@
+"""The 28 servoes: what they measure, and targets that keep them within their effort.
+
+A servo pulls with kp (target − q) − kd q̇. Where MuJoCo itself clamps that force, it leaves the
+servo out of its implicit integration for as long: a limb of 0.01 kg m² on a servo of
+50 N m s/rad is then thrown to and fro by 60 rad/s a substep, until a scene that nobody ends blows
+up (docs/recipe.md, "Random actions"). So the effort is limited where a servo is told what to do, at
+each control step, by moving its target: from there the force falls as the joint follows, and
+damping stays implicit.
+"""
+
+import torch
+from torch import Tensor
+
+from world import character, rotations
+
+_BALLS = torch.tensor([range(address, address + 4) for address in character.BALL_QPOS])
+_HINGES = torch.tensor(character.HINGE_QPOS)
+
+
+def _order() -> Tensor:
+    """Where each servo's coordinate stands in (vectors of all balls, angles of all hinges)."""
+    order: list[int] = []
+    ball, hinge = 0, 3 * len(character.BALL_QPOS)
+    for joint in character.JOINTS:
+        if joint.is_ball:
+            order += range(ball, ball + 3)
+            ball += 3
+        else:
+            order.append(hinge)
+            hinge += 1
+    return torch.tensor(order)
+
+
+_ORDER = _order()
+
+
+def coordinates(qpos: Tensor) -> Tensor:
+    """What the 28 servoes measure at qpos [n, 43]: rotation vectors of balls, hinge angles, rad [n,
+    28]; MuJoCo's actuator_length."""
+    vectors = rotations.to_rotation_vector(qpos[:, _BALLS])
+    return torch.cat((vectors.flatten(1), qpos[:, _HINGES]), dim=1)[:, _ORDER]
+
+
+class Effort:
+    """Holds servoes to the torques of the character's table at each control step."""
+
+    def __init__(self) -> None:
+        self._kp, self._kd = (torch.from_numpy(gain) for gain in character.gains())
+        self._limit = torch.from_numpy(character.effort_limits())
+
+    def limited(self, target: Tensor, qpos: Tensor, qvel: Tensor) -> Tensor:
+        """Targets [n, 28] rad, moved to where servoes at qpos [n, 43] and qvel [n, 34] pull with no
+        more than their limit; float64. They may lie outside the bounds that policies have."""
+        here, damping = coordinates(qpos), self._kd * qvel[:, 6:]
+        force = self._kp * (target - here) - damping
+        held = torch.maximum(torch.minimum(force, self._limit), -self._limit)
+        return torch.where(force == held, target, here + (held + damping) / self._kp)
