@@ -19,16 +19,6 @@ CHAIR = pb.Furniture(position=[1.5, 0, 0], rotation=[0, 0, 0, 1])  # turned to t
 CHAIR.custom.CopyFrom(pb.Shape(low=[-0.22, -0.22, 0], high=[0.22, 0.22, 0.95], hip=[0, 0, 0.45]))
 
 
-def scene(mjcf: str) -> mujoco.MjModel:
-    """The service's character, a floor, and a chair."""
-    spec, solid = mujoco.MjSpec.from_string(mjcf), {"contype": 2, "conaffinity": 1}
-    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], **solid)
-    chair = spec.worldbody.add_body(pos=CHAIR.position, quat=CHAIR.rotation)
-    for centre, half in BOXES:
-        chair.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, pos=centre, size=half, **solid)
-    return spec.compile()
-
-
 def pose(data: mujoco.MjData) -> pb.Pose:
     """The simulator's state in the service's words: angular velocity in the world's axes."""
     q, v, spin = data.qpos, data.qvel, np.zeros(3)
@@ -41,15 +31,25 @@ def drive(address: str, seconds: float = 10.0) -> np.ndarray:
     """The root's positions, one a control step."""
     with grpc.insecure_channel(address) as channel:
         stub = policy_pb2_grpc.PolicyStub(channel)
-        described = stub.Describe(pb.DescribeRequest(task="sit"))
-        model, frames, path = scene(described.mjcf), queue.SimpleQueue(), []
+        told = stub.Describe(pb.DescribeRequest(task="sit"))
+        spec, solid = mujoco.MjSpec.from_string(told.mjcf), {"contype": 2, "conaffinity": 1}
+        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], **solid)
+        chair = spec.worldbody.add_body(pos=CHAIR.position, quat=CHAIR.rotation)
+        for centre, half in BOXES:
+            chair.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, pos=centre, size=half, **solid)
+        model, frames, path = spec.compile(), queue.SimpleQueue(), []
+        # as in training, torques are limited once a control step, and here instead of in the model
+        model.actuator_forcelimited[:] = model.actuator_ctrllimited[:] = False
+        kp, kd, top = np.array([(s.kp, s.kd, s.limit_nm) for s in told.policies[0].action.servos]).T
         data, replies = mujoco.MjData(model), stub.Control(iter(frames.get, None))
-        substeps = round(described.simulation_hz / described.control_hz)
-        for k in range(round(seconds * described.control_hz)):
+        for k in range(round(seconds * told.control_hz)):
             now = pb.Situation(pose=pose(data), furniture=CHAIR)
             frames.put(pb.ControlRequest(task="sit", sequence=k, situation=now))
-            data.ctrl[:] = np.frombuffer(next(replies).target, "<f4")
-            mujoco.mj_step(model, data, substeps)
+            mujoco.mj_forward(model, data)
+            target, here = np.frombuffer(next(replies).target, "<f4"), data.actuator_length
+            slowed = kd * data.actuator_velocity
+            data.ctrl[:] = here + (np.clip(kp * (target - here) - slowed, -top, top) + slowed) / kp
+            mujoco.mj_step(model, data, round(told.simulation_hz / told.control_hz))
             path.append(data.qpos[:3].copy())
         frames.put(None)
     return np.array(path)

@@ -14,7 +14,8 @@ MEANING = (
     "Position servoes at the control rate: target = clamp(offset + scale * "
     "clamp(action, -clip, clip), low, high), rad. A ball joint has three servoes, which drive x, "
     "y and z of its rotation vector (the rotation of the body in its parent's frame); a hinge has "
-    "one, which drives its angle. Torque = kp (target - position) - kd velocity, within the limit."
+    "one, which drives its angle. Torque = kp (target - position) - kd velocity, within the limit "
+    "at each control step: between two of them only kp and kd act."
 )
 
 
