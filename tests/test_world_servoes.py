@@ -39,7 +39,7 @@ def test_limited_targets_pull_with_the_limit(unlimited: mujoco.MjModel) -> None:
     qpos, qvel = states(20)
     low, high = character.target_bounds()
     wanted = torch.from_numpy(np.random.default_rng(6).uniform(low, high, size=(20, 28)))
-    given = servoes.Effort().limited(wanted, qpos, qvel)
+    given = servoes.limited(wanted, qpos, qvel)
     kp, kd = character.gains()
     strained = 0
     data = mujoco.MjData(unlimited)
@@ -59,7 +59,8 @@ def test_limited_targets_pull_with_the_limit(unlimited: mujoco.MjModel) -> None:
 def test_random_actions_stay_finite() -> None:
     """Ten seconds of random actions in each of 256 scenes, nobody set back on their feet.
 
-    Ten minutes in each, which takes longer than that: `inhabit bench servoes --scenes 256`."""
+    Ten minutes in each: `inhabit bench servoes --scenes 256 --seconds 3600`.
+    """
     scenes = Scenes([scene.compile_scene(None)] * 256, 0.35, 3.0, threads=2)
     qpos = torch.from_numpy(character.standing_qpos()).expand(256, -1)
     ids, still = torch.arange(256), torch.zeros(256, 34)

@@ -76,6 +76,8 @@ def rests_at(piece: Piece, place: Place) -> tuple[float, ...]:
 def drop(piece: Piece, seconds: float = 3.0, above_m: float = 0.02, which: int = 0) -> Rest:
     """Let the ragdoll, its joints held seated by their servoes, down on a place of the piece."""
     model = compile_scene(piece)
+    # nobody tells its servoes anything new: MuJoCo holds them to their limits
+    model.actuator_forcelimited[:] = True
     data = mujoco.MjData(model)
     furniture = model.body(FURNITURE_BODY).id
     place = piece.sit[which]

@@ -50,7 +50,6 @@ class Scenes:
         self._offset = torch.from_numpy(character.neutral_targets())
         self._scale = action_scale * (self._high - self._low)
         self._clip = action_clip
-        self._effort = servoes.Effort()
         self._warned = np.zeros(self.n, dtype=np.int64)
 
     def targets(self, action: Tensor) -> Tensor:
@@ -60,7 +59,7 @@ class Scenes:
 
     def aim(self, action: Tensor) -> None:
         """Tell the servoes what actions [n, 28] want of them, within their effort as they stand."""
-        self._ctrl.copy_(self._effort.limited(self.targets(action), self._qpos, self._qvel))
+        self._ctrl.copy_(servoes.limited(self.targets(action), self._qpos, self._qvel))
 
     def act(self, action: Tensor) -> None:
         """One control step (1/30 s) with the given actions [n, 28]."""

@@ -15,23 +15,11 @@ from world import character, rotations
 
 _BALLS = torch.tensor([range(address, address + 4) for address in character.BALL_QPOS])
 _HINGES = torch.tensor(character.HINGE_QPOS)
-
-
-def _order() -> Tensor:
-    """Where each servo's coordinate stands in (vectors of all balls, angles of all hinges)."""
-    order: list[int] = []
-    ball, hinge = 0, 3 * len(character.BALL_QPOS)
-    for joint in character.JOINTS:
-        if joint.is_ball:
-            order += range(ball, ball + 3)
-            ball += 3
-        else:
-            order.append(hinge)
-            hinge += 1
-    return torch.tensor(order)
-
-
-_ORDER = _order()
+_BALL_DOFS = [first + axis for first in character.BALL_DOF for axis in range(3)]
+#: Where each servo's coordinate stands in (vectors of all balls, angles of all hinges).
+_ORDER = torch.tensor([*_BALL_DOFS, *character.HINGE_DOF]).argsort()
+_KP, _KD = (torch.from_numpy(gain) for gain in character.gains())
+_LIMIT = torch.from_numpy(character.effort_limits())
 
 
 def coordinates(qpos: Tensor) -> Tensor:
@@ -41,17 +29,11 @@ def coordinates(qpos: Tensor) -> Tensor:
     return torch.cat((vectors.flatten(1), qpos[:, _HINGES]), dim=1)[:, _ORDER]
 
 
-class Effort:
-    """Holds servoes to the torques of the character's table at each control step."""
-
-    def __init__(self) -> None:
-        self._kp, self._kd = (torch.from_numpy(gain) for gain in character.gains())
-        self._limit = torch.from_numpy(character.effort_limits())
-
-    def limited(self, target: Tensor, qpos: Tensor, qvel: Tensor) -> Tensor:
-        """Targets [n, 28] rad, moved to where servoes at qpos [n, 43] and qvel [n, 34] pull with no
-        more than their limit; float64. They may lie outside the bounds that policies have."""
-        here, damping = coordinates(qpos), self._kd * qvel[:, 6:]
-        force = self._kp * (target - here) - damping
-        held = torch.maximum(torch.minimum(force, self._limit), -self._limit)
-        return torch.where(force == held, target, here + (held + damping) / self._kp)
+def limited(target: Tensor, qpos: Tensor, qvel: Tensor) -> Tensor:
+    """Targets [n, 28] rad, moved to where servoes at qpos [n, 43] and qvel [n, 34] pull with no
+    more than the character's table allows; float64. They may lie outside the bounds that policies
+    have."""
+    here, damping = coordinates(qpos), _KD * qvel[:, 6:]
+    force = _KP * (target - here) - damping
+    held = torch.maximum(torch.minimum(force, _LIMIT), -_LIMIT)
+    return torch.where(force == held, target, here + (held + damping) / _KP)
