@@ -62,6 +62,16 @@ class StepLike(Protocol):
         """[K] each: figures of the ended episodes."""
         ...
 
+    @property
+    def taught(self) -> Tensor | None:
+        """[n, 28]: what a lesson says of the actions, NaN where nothing."""
+        ...
+
+    @property
+    def led(self) -> Tensor | None:
+        """[n] bool: where that was done."""
+        ...
+
 
 class ShardLike(Protocol):
     """Scenes stepped together; `world.shard.Shard` is one."""
@@ -149,6 +159,8 @@ class Worker:
                 version=version,
                 first_scene=self.scenes.start,
                 seconds={"world": world_s, "policy": acting_s},
+                taught=_lessons([s.taught for s in steps]),
+                led=_lessons([s.led for s in steps]),
             )
         )
 
@@ -169,6 +181,12 @@ class Worker:
     def load_state_dict(self, state: dict[str, Tensor]) -> None:
         """Restore what `state_dict` gave."""
         self.shard.load_state_dict(state)
+
+
+def _lessons(parts: list[Tensor | None]) -> Tensor | None:
+    """Those of all steps, if there is a lesson."""
+    found = [part for part in parts if part is not None]
+    return torch.stack(found) if found else None
 
 
 def _of_sound(step: StepLike, values: Tensor) -> Tensor:

@@ -74,7 +74,8 @@ def export(served: Served, out: Path) -> Difference:
 
 
 def model_of(served: Served) -> bytes:
-    """The ONNX model: normalise, clip, the perceptron, and the servo targets."""
+    """The ONNX model: the mirror, where the policy knows one side alone; normalise, clip, the
+    perceptron, and the servo targets."""
     try:
         from onnx import TensorProto, checker, helper, numpy_helper
     except ImportError as error:
@@ -90,9 +91,27 @@ def model_of(served: Served) -> bytes:
         "action_high": _scalar(servoes.clip),
         **{name: getattr(servoes, name).numpy() for name in ("offset", "scale", "low", "high")},
     }
-    nodes = [
-        helper.make_node("Concat", ["state", "goal"], ["observation"], axis=1),
-        helper.make_node("Sub", ["observation", "mean"], ["centred"]),
+    indices: dict[str, NDArray[np.int64]] = {}
+    nodes = [helper.make_node("Concat", ["state", "goal"], ["observation"], axis=1)]
+    seen, said = "observation", "action"
+    if policy.symmetry is not None and policy.symmetry.sides is not None:
+        seen, said = "seen", "said"
+        for name, value in policy.symmetry.tensors().items():
+            whole = not value.is_floating_point()
+            (indices if whole else constants)[name] = value.numpy()
+        parts = ["x", "y", "second_x", "second_y"]
+        constants["nothing"] = np.zeros(1, np.float32)
+        nodes += [
+            helper.make_node("Gather", ["observation", "sides"], ["directions"], axis=1),
+            helper.make_node("Split", ["directions"], parts, axis=1),
+            helper.make_node("Mul", ["x", "second_y"], ["to_left"]),
+            helper.make_node("Mul", ["y", "second_x"], ["to_right"]),
+            helper.make_node("Sub", ["to_left", "to_right"], ["side"]),
+            helper.make_node("Less", ["side", "nothing"], ["right"]),
+            *_mirrored("observation", "observation", "seen"),
+        ]
+    nodes += [
+        helper.make_node("Sub", [seen, "mean"], ["centred"]),
         helper.make_node("Div", ["centred", "std"], ["scaled"]),
         helper.make_node("Clip", ["scaled", "clip_low", "clip_high"], ["x0"]),
     ]
@@ -101,11 +120,13 @@ def model_of(served: Served) -> bytes:
         last = layer == layers[-1]
         for part in ("weight", "bias"):
             constants[f"{part}{number}"] = weights[f"layers.{layer}.{part}"]
-        out = "action" if last else f"y{number}"
+        out = said if last else f"y{number}"
         inputs = [f"x{number}", f"weight{number}", f"bias{number}"]
         nodes.append(helper.make_node("Gemm", inputs, [out], transB=1))
         if not last:
             nodes.append(helper.make_node("Relu", [out], [f"x{number + 1}"]))
+    if said != "action":
+        nodes += _mirrored("action", said, "action")
     nodes += [
         helper.make_node("Clip", ["action", "action_low", "action_high"], ["clipped"]),
         helper.make_node("Mul", ["clipped", "scale"], ["moved"]),
@@ -125,7 +146,8 @@ def model_of(served: Served) -> bytes:
         [
             numpy_helper.from_array(np.ascontiguousarray(value, dtype=np.float32), name)
             for name, value in constants.items()
-        ],
+        ]
+        + [numpy_helper.from_array(value, name) for name, value in indices.items()],
     )
     model = helper.make_model(
         graph, opset_imports=[helper.make_opsetid("", OPSET)], producer_name="inhabit"
@@ -134,6 +156,18 @@ def model_of(served: Served) -> bytes:
     helper.set_model_props(model, metadata(served))
     checker.check_model(model, full_check=True)
     return model.SerializeToString()
+
+
+def _mirrored(what: str, given: str, out: str) -> list[Any]:
+    """Nodes that give `out`: the mirror image of `given`, an observation or an action, where
+    `right` says so."""
+    from onnx import helper
+
+    return [
+        helper.make_node("Gather", [given, f"{what}_index"], [f"{what}_swapped"], axis=1),
+        helper.make_node("Mul", [f"{what}_swapped", f"{what}_sign"], [f"{what}_image"]),
+        helper.make_node("Where", ["right", f"{what}_image", given], [out]),
+    ]
 
 
 def metadata(served: Served) -> dict[str, str]:

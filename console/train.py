@@ -220,13 +220,14 @@ def begin(
 def clone_clips(learner: Learner, experiment: Experiment) -> list[float]:
     """Regress the learner's actor on its clips; returns the mean squared error of each pass."""
     world, seed = experiment.world, experiment.seed
-    inputs, actions = pairs(
+    found = pairs(
         world,
         assembly.library_of(world),
         assembly.training_bank(world),
         experiment.clone_samples,
         seed,
     )
+    inputs, actions = learner.seen(*found)
     return clone(
         learner.actor, learner.normaliser, inputs, actions, experiment.clone_passes, seed=seed
     )

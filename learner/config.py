@@ -58,7 +58,11 @@ class LearnerConfig:
     """Weight of the squared excess of a mean action over 1, summed over its components."""
     mirror_weight: float = 0.0
     """Weight of the mirror loss: where the critic thinks much better of a state than of its mirror
-    image, the action in the image is drawn to the image of the action; 0: none."""
+    image, the action in the image is drawn to the image of the action; 0, or a task whose networks
+    know one side alone (lie): none."""
+    lesson_weight: float = 0.0
+    """Weight of the lesson's loss: where one says what an action should have been (carry.lesson),
+    the mean action is drawn to it; 0: none."""
     average: float = 0.98
     """Share that the averaged actor, which evaluation and serving act with, keeps of itself an
     iteration; 0: the last actor."""

@@ -15,6 +15,7 @@ from learner.returns import advantages, explained_variance
 from learner.surrogate import (
     clipped_surrogate,
     kl_fixed_sigma,
+    lesson_loss,
     mirror_loss,
     next_rate,
     soft_bound,
@@ -51,6 +52,10 @@ class Batch:
     advantages: Tensor
     targets: Tensor
     mirrored: "Mirrored | None" = None
+    taught: Tensor | None = None
+    """what a lesson says of the actions, NaN where nothing"""
+    led: Tensor | None = None
+    """[n, 28] bool: components that did what was taught: they say nothing of the policy's"""
 
 
 @dataclass(frozen=True)
@@ -77,8 +82,11 @@ class Learner:
         precision: Precision | None = None,
         symmetry: Symmetry | None = None,
     ) -> None:
-        """symmetry: of observations and actions, for the mirror loss; none: no such loss."""
-        self.symmetry = symmetry if config.mirror_weight else None
+        """symmetry: of observations and actions, for the mirror loss and for networks that know one
+        side alone; none: neither."""
+        self.symmetry = symmetry
+        # networks that know one side alone are as good on the other without a loss
+        self._mirrors = config.mirror_weight and symmetry is not None and symmetry.sides is None
         self.config = config
         self.seed = seed
         self.precision = precision or decide("cpu")
@@ -108,30 +116,66 @@ class Learner:
 
     def weights(self) -> dict[str, Tensor]:
         """What actors need: the actor and the observation normaliser."""
-        return publish(self.actor, self.normaliser)
+        return publish(self.actor, self.normaliser, self.symmetry)
 
     def averaged_weights(self) -> dict[str, Tensor]:
         """As `weights`, of the averaged actor."""
-        return publish(self.average, self.normaliser)
+        return publish(self.average, self.normaliser, self.symmetry)
 
     def update(self, rollout: Rollout, rewards: Tensor, sigma: float) -> dict[str, float]:
         """One PPO iteration on a rollout with mixed rewards [T, N]; returns `ppo/` metrics."""
+        rollout = self._seen(rollout)
         raw = torch.cat((rollout.states, rollout.goals), -1)
         observations = self.normaliser(raw)
         batch, explained = self._prepare(rollout, rewards, observations)
-        if self.symmetry is not None and not self.warmup_left:
-            batch = replace(batch, mirrored=self._mirror(self.symmetry, rollout, raw, batch))
+        symmetry = self.symmetry
+        if symmetry is not None and self._mirrors and not self.warmup_left:
+            batch = replace(batch, mirrored=self._mirror(symmetry, rollout, raw, batch))
         critic = self._pool.submit(self._update_critic, batch)
         actor = self._pool.submit(self._update_actor, batch, sigma)
         metrics = {"ppo/value_explained": explained, "ppo/sigma": sigma}
         metrics |= critic.result() | actor.result()
         self._move_average()
         # Frozen until here: the ratios above were taken under the normaliser that acted.
-        self.normaliser.update(raw[:-1][rollout.valid])
+        self._move_normaliser(raw[:-1][rollout.valid])
         self.samples += rollout.samples
         self.version += 1
         self.warmup_left = max(0, self.warmup_left - 1)
         return metrics
+
+    def seen(self, raw: Tensor, *actions: Tensor) -> tuple[Tensor, ...]:
+        """Observations [.., d] and actions [.., 28] in them as the networks see and say them:
+        mirrored where the task's sides say so."""
+        if self.symmetry is None:
+            return raw, *actions
+        raw, right = self.symmetry.seen(raw)
+        return raw, *(self.symmetry.done(action, right) for action in actions)
+
+    def _seen(self, rollout: Rollout) -> Rollout:
+        """The rollout as the networks saw it; densities stay, because all actions have one
+        sigma."""
+        if self.symmetry is None or self.symmetry.sides is None:
+            return rollout
+        widths = [rollout.states.shape[-1], rollout.goals.shape[-1]]
+        raw = torch.cat((rollout.states, rollout.goals), -1)
+        (last,) = self.seen(raw[-1:])
+        taught = () if rollout.taught is None else (rollout.taught,)
+        first, actions, means, *taught = self.seen(
+            raw[:-1], rollout.actions, rollout.means, *taught
+        )
+        states, goals = torch.cat((first, last)).split(widths, -1)
+        (ends,) = self.seen(torch.cat((rollout.end_states, rollout.end_goals), -1))
+        end_states, end_goals = ends.split(widths, -1)
+        return replace(
+            rollout,
+            states=states,
+            goals=goals,
+            actions=actions,
+            means=means,
+            end_states=end_states,
+            end_goals=end_goals,
+            taught=taught[0] if taught else None,
+        )
 
     def _prepare(
         self, rollout: Rollout, rewards: Tensor, observations: Tensor
@@ -163,7 +207,7 @@ class Learner:
             advantages=(gain - gain.mean()) / (spread + 1e-8),
             targets=self.values.normalise(returns),
         )
-        return batch, explained_variance(value, returns)
+        return _with_lesson(batch, rollout), explained_variance(value, returns)
 
     def _mirror(self, symmetry: Symmetry, rollout: Rollout, raw: Tensor, batch: Batch) -> Mirrored:
         """The images of a batch's samples; raw: observations [T+1, N, d] before normalisation."""
@@ -194,6 +238,27 @@ class Learner:
         head = self.critic.head
         head.weight.mul_(std / self.values.std)
         head.bias.mul_(std).add_(mean - self.values.mean).div_(self.values.std)
+
+    @torch.no_grad()
+    def _move_normaliser(self, rows: Tensor) -> None:
+        """Merge observations into their normaliser, keeping what the networks say to them.
+
+        Early moments, or another task's, move by whole deviations as the scenes change: a walker
+        that is taught to carry forgot how to walk, its weights not touched (docs/recipe.md).
+        """
+        normaliser = self.normaliser
+        mean, std, known = normaliser.mean.float(), normaliser.std, normaliser.count > 0.0
+        normaliser.update(rows)
+        scale = normaliser.std / std
+        shift = (normaliser.mean.float() - mean) / std
+        # a number that was all but constant meant nothing yet: its weights stay as they are
+        known &= (scale > 0.5) & (scale < 2.0)
+        scale, shift = torch.where(known, scale, 1.0), torch.where(known, shift, 0.0)
+        for network in (self.actor, self.average, self.critic):
+            first = network.layers[0]
+            assert isinstance(first, nn.Linear)
+            first.bias.add_(first.weight @ shift)
+            first.weight.mul_(scale)
 
     @torch.no_grad()
     def _move_average(self) -> None:
@@ -231,7 +296,7 @@ class Learner:
         config = self.config
         target = piecewise(config.kl_target, self.samples)
         clip = piecewise(config.clip, self.samples)
-        losses, bounds, clipped, mirrors, kls = [], [], [], [], []
+        losses, bounds, clipped, mirrors, lessons, kls = [], [], [], [], [], []
         skipped = 0
         epochs = [] if self.warmup_left else self._minibatches(len(batch.targets), 1)
         for epoch in epochs:
@@ -239,6 +304,9 @@ class Learner:
             for rows in epoch:
                 with self.precision.context():
                     means = self.actor(batch.observations[rows])
+                said = means
+                if batch.led is not None:
+                    means = torch.where(batch.led[rows], batch.means[rows], means)
                 kl = float(kl_fixed_sigma(means.detach(), batch.means[rows], sigma))
                 kls.append(kl)
                 if kl > config.kl_skip * target:
@@ -246,18 +314,25 @@ class Learner:
                     continue
                 log_ratio = log_density(batch.actions[rows], means, sigma) - batch.log_probs[rows]
                 surrogate = clipped_surrogate(log_ratio, batch.advantages[rows], clip)
-                bound = soft_bound(means)
+                bound = soft_bound(said)
+                lesson = torch.zeros(())
+                if batch.taught is not None:
+                    lesson = lesson_loss(said, batch.taught[rows], sigma)
                 mirror = self._mirror_loss(batch, rows, sigma)
                 ramp = min(1.0, (steps_taken(self.actor_optimiser) + 1) / RAMP_STEPS)
                 set_rate(self.actor_optimiser, ramp * self.actor_rate)
                 _step(
                     self.actor,
                     self.actor_optimiser,
-                    surrogate + config.bound_weight * bound + config.mirror_weight * mirror,
+                    surrogate
+                    + config.bound_weight * bound
+                    + config.mirror_weight * mirror
+                    + config.lesson_weight * lesson,
                     config.actor_grad_norm,
                 )
                 losses.append(float(surrogate.detach()))
                 mirrors.append(float(mirror.detach()))
+                lessons.append(float(lesson.detach()))
                 bounds.append(float(bound.detach()))
                 outside = (log_ratio.detach().exp() - 1.0).abs() > clip
                 clipped.append(float(outside.float().mean()))
@@ -273,6 +348,7 @@ class Learner:
             "ppo/surrogate": _mean(losses),
             "ppo/bound": _mean(bounds),
             **({"ppo/mirror": _mean(mirrors)} if batch.mirrored else {}),
+            **({} if batch.taught is None else {"ppo/lesson": _mean(lessons)}),
             "ppo/skipped": float(skipped),
             "rate/actor_s": time.perf_counter() - began,
         }
@@ -337,6 +413,14 @@ def _step(
     loss.backward()
     nn.utils.clip_grad_norm_(network.parameters(), grad_norm, foreach=True)
     optimiser.step()
+
+
+def _with_lesson(batch: Batch, rollout: Rollout) -> Batch:
+    """The batch with what the rollout's lesson, if there is one, says of its samples."""
+    if rollout.taught is None or rollout.led is None:
+        return batch
+    taught, led = rollout.taught[rollout.valid], rollout.led[rollout.valid]
+    return replace(batch, taught=taught, led=led[:, None] & ~taught.isnan())
 
 
 def _mean(numbers: list[float]) -> float:

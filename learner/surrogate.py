@@ -32,6 +32,16 @@ def mirror_loss(means: Tensor, wanted: Tensor, gate: Tensor, sigma: float) -> Te
     return (gate * huber.sum(-1)).mean()
 
 
+def lesson_loss(means: Tensor, taught: Tensor, sigma: float) -> Tensor:
+    """Mean over n of Huber((means − taught) / sigma), summed over the components that are not NaN.
+
+    [n, a], [n, a] -> []; linear beyond one sigma, as `mirror_loss`.
+    """
+    said = ~taught.isnan()
+    apart = torch.where(said, (means - taught.nan_to_num()) / sigma, 0.0)
+    return functional.huber_loss(apart, torch.zeros_like(apart), reduction="sum") / len(means)
+
+
 def next_rate(rate: float, kl: float, target: float, bounds: tuple[float, float]) -> float:
     """Divide by 1.3 above twice the target, multiply by 1.1 below half of it, within bounds."""
     if kl > 2.0 * target:

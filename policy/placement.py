@@ -110,7 +110,7 @@ def fill_place(row: Numbers, where: Standing) -> None:
     row[COLUMNS["point"]] = world(where.spot.point_m)
     row[COLUMNS["head"]] = world(where.spot.head_m)
     row[COLUMNS["facing"]] = np.cos(heading), np.sin(heading)
-    row[COLUMNS["corners"]] = world(where.piece.corners()).ravel()
+    row[COLUMNS["corners"]] = world(where.spot.corners(where.piece)).ravel()
 
 
 def turned(points: Numbers | Vector, yaw: float) -> Numbers:

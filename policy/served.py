@@ -11,7 +11,6 @@ from torch.nn import functional
 from policy.acting import Policy
 from policy.checkpoint import Manifest
 from policy.errors import LayoutError
-from policy.normaliser import normalise
 from world import character, tasks
 from world.config import WorldConfig
 from world.features import STATE
@@ -101,12 +100,11 @@ class Served:
 
     def act(self, observation: Tensor) -> Tensor:
         """Mean actions [n, 28] for rows of (state, goal) [n, width], float32."""
-        policy = self.policy
-        rows = normalise(observation, policy.mean, policy.std, policy.clip)
+        rows, right = self.policy.seen(observation)
         *hidden, (weight, bias) = self._layers
         for inner, offset in hidden:
             rows = functional.linear(rows, inner, offset).relu_()
-        return functional.linear(rows, weight, bias)
+        return self.policy.done(functional.linear(rows, weight, bias), right)
 
     def check(self) -> "Served":
         """Itself, or LayoutError if it cannot act: its features, or numbers in its weights."""

@@ -24,6 +24,8 @@ class PointStep:
     end_goals: Tensor
     terms: Tensor
     episodes: dict[str, Tensor]
+    taught: Tensor | None = None
+    led: Tensor | None = None
 
 
 class PointShard:

@@ -30,6 +30,7 @@ from rpc.v1 import policy_pb2_grpc
 from world import character, tasks
 from world.config import WorldConfig
 from world.features import STATE
+from world.symmetry import symmetry
 
 SIT = tasks.make("sit")
 WIDTH = STATE.width + SIT.goal.width
@@ -56,7 +57,7 @@ def weights(seed: int, task: str = "sit") -> dict[str, torch.Tensor]:
     torch.nn.init.normal_(actor.layers[-1].weight, std=0.3)  # pyright: ignore
     normaliser = Normaliser(width)
     normaliser.update(torch.randn(500, width) * 2.0 + 0.5)
-    return publish(actor, normaliser)
+    return publish(actor, normaliser, symmetry(tasks.make(task)))
 
 
 @cache

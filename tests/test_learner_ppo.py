@@ -10,12 +10,14 @@ from learner.cloning import clone
 from learner.config import LearnerConfig
 from learner.ppo import Learner
 from learner.returns import advantages
-from policy.networks import Actor
+from policy.acting import Policy
+from policy.networks import Actor, log_density
 from policy.normaliser import Normaliser
 from policy.rollout import Rollout, next_states
 from tests.point_shard import ACTION, GOAL, STATE, PointShard
 from tests.test_worker import next_goals
 from world.precision import FLOAT32
+from world.reflection import Reflection, Symmetry
 
 CONFIG = LearnerConfig(
     hidden=(16, 16), warmup_iterations=0, minibatch=64, sigma=((0.0, 0.3),), gamma=0.9, lam=0.8
@@ -231,3 +233,95 @@ def test_a_clone_acts_as_its_teacher():
     errors = clone(actor, normaliser, inputs, targets, passes=8, rate=3e-3, minibatch=256)
     assert errors[-1] < 0.02 * float(targets.var()) and errors[-1] < errors[0]
     torch.testing.assert_close(normaliser.mean.float(), inputs.mean(0))
+
+
+def swapped(rollout: Rollout) -> Rollout:
+    """The same with the two axes of the plane exchanged."""
+    change = {
+        name: getattr(rollout, name).flip(-1) for name in ("goals", "actions", "means", "end_goals")
+    }
+    for name in ("states", "end_states"):
+        change[name] = getattr(rollout, name)[..., [1, 0, 2, 3]]
+    return replace(rollout, **change)
+
+
+def test_networks_of_one_side_learn_the_same_from_both():
+    """A task's mirror image is one experience more, not another experience."""
+    observation = Reflection(torch.tensor([1, 0, 2, 3, 5, 4]), torch.ones(6))
+    action = Reflection(torch.tensor([1, 0]), torch.ones(2))
+    # the diagonal, which the state's constants are, and the goal: left of it or right
+    sides = Symmetry(observation, action, torch.tensor([2, 3, 4, 5]))
+
+    def one() -> Learner:
+        return Learner(STATE + GOAL, ACTION, CONFIG, seed=3, precision=FLOAT32, symmetry=sides)
+
+    held, other = one(), one()
+    rollout = collect(held)
+    right = rollout.goals[..., 1] < rollout.goals[..., 0]
+    assert 0.2 < float(right.float().mean()) < 0.8
+    held.update(rollout, rollout.rewards, 0.3)
+    other.update(swapped(rollout), rollout.rewards, 0.3)
+    assert same(held.policy_state(), other.policy_state())
+    plain = learner()
+    plain.update(rollout, rollout.rewards, 0.3)
+    assert not same(held.policy_state(), plain.policy_state())
+
+
+def test_what_was_led_is_learned_from_the_lesson_alone():
+    """One component is told what to be and was led to it; PPO moves the other one only."""
+    held, free = learner(lesson_weight=0.1), learner()
+    rollout = collect(free)
+    taught = torch.full_like(rollout.actions, float("nan"))
+    taught[..., 0] = 0.4
+    led = torch.ones_like(rollout.valid)
+
+    def off() -> float:
+        policy = Policy(held.weights())
+        means = policy(rollout.states.flatten(0, 1), rollout.goals.flatten(0, 1))
+        return float((means[:, 0] - 0.4).abs().mean())
+
+    before = off()
+    for _ in range(40):
+        held.update(replace(rollout, taught=taught, led=led), rollout.rewards, 0.3)
+    assert off() < 0.25 * before
+
+    # whatever the led component was drawn as, it says nothing: the same update follows
+    one, other = learner(), learner()
+    noisy = rollout.actions.clone()
+    lesson = {"taught": taught, "led": led}
+    one.update(replace(rollout, **lesson), rollout.rewards, 0.3)
+    shift = torch.zeros_like(noisy)
+    shift[..., 0] = 0.5
+    density = log_density(noisy + shift, rollout.means, 0.3)
+    changed = replace(rollout, actions=noisy + shift, log_probs=density, **lesson)
+    other.update(changed, rollout.rewards, 0.3)
+    for name, value in one.actor.state_dict().items():
+        torch.testing.assert_close(other.actor.state_dict()[name], value, atol=1e-4, rtol=1e-3)
+
+
+def test_networks_say_the_same_while_their_normaliser_moves():
+    """Also where another task's moments are far from those of the scenes; but for what was
+    constant, of which the networks could know nothing."""
+    held = learner(warmup_iterations=9)
+    known = 0.5 * torch.randn(1000, STATE + GOAL) - 0.3
+    known[:, 2] = 1.0
+    held.normaliser.update(known)
+    rollout = collect(held)
+    x = torch.cat((rollout.states, rollout.goals), -1)
+    x = x[..., :].clone()
+    x[..., 2:4] = known[0, 2:4]
+
+    def said() -> tuple[torch.Tensor, torch.Tensor]:
+        with torch.no_grad():
+            return held.actor(held.normaliser(x)), held.average(held.normaliser(x))
+
+    before, mean, critic = (
+        said(),
+        held.normaliser.mean.clone(),
+        held.critic.layers[0].weight.clone(),
+    )
+    held.update(rollout, rollout.rewards, 0.3)
+    assert (held.normaliser.mean - mean).abs().max() > 0.1
+    for now, then in zip(said(), before, strict=True):
+        torch.testing.assert_close(now, then, atol=2e-4, rtol=1e-3)
+    assert not torch.equal(held.critic.layers[0].weight, critic)

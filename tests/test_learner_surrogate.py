@@ -6,7 +6,14 @@ import pytest
 import torch
 
 from learner.config import piecewise
-from learner.surrogate import clipped_surrogate, kl_fixed_sigma, mirror_loss, next_rate, soft_bound
+from learner.surrogate import (
+    clipped_surrogate,
+    kl_fixed_sigma,
+    lesson_loss,
+    mirror_loss,
+    next_rate,
+    soft_bound,
+)
 
 
 def test_surrogate_by_hand():
@@ -60,3 +67,16 @@ def test_mirror_loss_by_hand():
     # in sigmas of 0.1: (0.5, 0) and (3, 1): Huber 0.125 and 2.5 + 0.5, gated by 1 and 0.5
     found = mirror_loss(means, wanted, torch.tensor([1.0, 0.5]), 0.1)
     assert float(found) == pytest.approx((0.125 + 0.5 * 3.0) / 2)
+
+
+def test_lesson_loss_by_hand():
+    """Half a sigma off in one component, three in another; nothing said of the rest."""
+    nan = float("nan")
+    means = torch.tensor([[0.05, 0.3, 9.0], [1.0, 2.0, 3.0]], requires_grad=True)
+    taught = torch.tensor([[0.0, 0.0, nan], [nan, nan, nan]])
+    found = lesson_loss(means, taught, 0.1)
+    assert float(found) == pytest.approx((0.5 * 0.5**2 + (3.0 - 0.5)) / 2, rel=1e-5)
+    found.backward()
+    assert means.grad is not None
+    torch.testing.assert_close(means.grad[0], torch.tensor([0.5 / 0.1 / 2, 1 / 0.1 / 2, 0.0]))
+    assert torch.equal(means.grad[1], torch.zeros(3))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from world import box_scene, character, features, streams
+from world import box_scene, character, features, servoes, streams
 from world.box_starts import BoxStarter
 from world.boxes import BoxBank, boxes, resting
 from world.config import CarryConfig, StartMixture, WorldConfig
@@ -125,6 +125,57 @@ def test_style_sees_the_box(library: MotionLibrary) -> None:
     middle = 0.5 * (hands[0] + hands[1])
     assert (place[:, :3] - middle).norm(dim=1).max() < 0.03
     assert (after[:, features.OBJECT] - place).abs().max() < 0.2
+
+
+def held_by_script(library: MotionLibrary, bank: BoxBank, led: float) -> tuple[Shard, Shard]:
+    """A shard whose standing characters begin with the box in hand, as it begins and a second
+    later, told to stand."""
+    carry = replace(CONFIG.carry, in_hand=1.0, near_target=0.0, lesson=True, led=led)
+    config = replace(CONFIG, starts=StartMixture(0, 1, 0), standing=1.0, carry=carry)
+    return tuple(Shard(config, library, bank, range(24), 3) for _ in range(2))  # pyright: ignore
+
+
+def test_a_box_in_hand_stays_there_where_the_script_leads_the_arms(
+    library: MotionLibrary, bank: BoxBank
+) -> None:
+    shard, _ = held_by_script(library, bank, 1.0)
+    scenes = shard._scenes
+    place = scenes.now(shard._places)  # pyright: ignore
+    assert place.box is not None
+    # the largest boxes are wider than the arms reach with ease
+    narrow = place.box.half[:, 1] < 0.25
+    assert narrow.sum() > 8
+    assert reach_m(scenes.body(), place.box)[narrow].max() < 0.04
+    stand = scenes.actions(servoes.coordinates(scenes.qpos)).float()
+    ended = torch.zeros(24, dtype=torch.bool)
+    for _ in range(20):
+        step = shard.step(stand)
+        ended[step.end_ids] = True
+        assert step.taught is not None and step.led is not None and step.led.all()
+    place = scenes.now(shard._places)  # pyright: ignore
+    assert place.box is not None
+    above = place.box.position[:, 2] - scenes.body().root[:, 2]
+    assert not ended[narrow].any()
+    assert above[narrow].min() > -0.1
+    assert (reach_m(scenes.body(), place.box)[narrow] < 0.08).all()
+
+
+def test_a_lesson_that_does_not_lead_only_says(library: MotionLibrary, bank: BoxBank) -> None:
+    """The arms do what the action says, and the box falls; what they should have done is told."""
+    shard, plain = held_by_script(library, bank, 0.0)
+    plain.config = replace(plain.config, carry=CONFIG.carry)
+    for _ in range(4):
+        step, other = shard.step(torch.zeros(24, 28)), plain.step(torch.zeros(24, 28))
+        assert torch.equal(step.reward, other.reward)
+        assert other.taught is None
+        assert step.led is not None and not step.led.any()
+        assert step.taught is not None
+        told = ~step.taught.isnan()
+        # arms and the bend of the trunk, where the box is within reach
+        columns = [1, *range(6, 14)]
+        assert told[:, columns].all(dim=1).float().mean() > 0.9
+        assert told.sum() == told[:, columns].sum()
+        assert step.taught[told].abs().max() <= shard.config.action_clip
 
 
 def roll(shard: Shard, scenes: range, steps: int) -> torch.Tensor:

@@ -1,15 +1,18 @@
 """Left and right exchanged: the mirrored action in the mirrored scene gives the mirrored future, by
 the simulator itself."""
 
+import numpy as np
 import pytest
 import torch
 from torch import Tensor
 
-from world import character, streams, symmetry, tasks
+from world import character, features, streams, symmetry, tasks
 from world.bank import Bank
+from world.furniture.catalogue import find
 from world.furniture.piece import Box, Piece
 from world.furniture.piece import Place as Spot
 from world.scenes import Scenes
+from world.spots import spots
 from world.tasks import Place
 
 N, STEPS = 16, 6
@@ -99,6 +102,54 @@ def test_the_mirrored_action_gives_the_mirrored_future(name: str) -> None:
         )
         here.act(action)
         there.act(reflect.action(action))
+
+
+def test_a_table_is_the_same_from_both_sides() -> None:
+    """Got onto from its other side, its head is to the right; in the mirror nothing differs."""
+    task = tasks.make("lie")
+    sides = symmetry.symmetry(task)
+    piece = find("table-test-004")
+    # two variants: the second is used from the other side
+    bank = Bank([piece, piece], "lie")
+    cross = [
+        float(f[0] * (h - p)[1] - f[1] * (h - p)[0])
+        for f, h, p in zip(bank.facing, bank.head, bank.point, strict=True)
+    ]
+    assert cross[0] < 0.0 < cross[1]
+    qpos = torch.from_numpy(character.standing_qpos()).repeat(N, 1)
+    draws = streams.normal(6, torch.arange(N), 0, 28 + 4)
+    qpos[:, 7:] += 0.1 * draws[:, :28].repeat(1, 2)[:, :36].double()
+    for q in character.BALL_QPOS:
+        qpos[:, q : q + 4] /= qpos[:, q : q + 4].norm(dim=1, keepdim=True)
+    qvel = 0.3 * streams.normal(4, torch.arange(N), 0, 34).double()
+    point, facing = 2.0 * draws[:, 28:30], torch.nn.functional.normalize(draws[:, 30:32])
+    flip = torch.tensor([1.0, -1.0])
+
+    def seen(variant: int, q: Tensor, v: Tensor, at: Tensor, along: Tensor) -> Tensor:
+        body = features.body(q.float(), v.float())
+        place = bank.place(torch.full((N,), variant), at, along)
+        x = torch.cat((tasks.state(body, place), task.goal_features(body, place)), dim=1)
+        found, right = sides.seen(x)
+        assert right is not None and bool((right == (variant == 0)).all())
+        return found
+
+    right = seen(0, qpos, qvel, point, facing)
+    left = seen(1, *mirrored_state(qpos, qvel), point * flip, facing * flip)
+    torch.testing.assert_close(right, left, atol=1e-5, rtol=1e-5)
+
+
+@pytest.mark.parametrize("name", ["table-test-004", "bed-test-003", "sofa-test-000"])
+def test_corners_come_in_the_order_of_the_place(name: str) -> None:
+    piece = find(name)
+    for spot in spots(piece, "lie"):
+        corners = spot.corners(piece)
+        assert sorted(map(tuple, corners)) == sorted(map(tuple, piece.corners()))
+        cos, sin = np.cos(spot.facing_rad), np.sin(spot.facing_rad)
+        turned = corners - corners.mean(axis=0)
+        x, y = turned[:, 0] * cos + turned[:, 1] * sin, turned[:, 1] * cos - turned[:, 0] * sin
+        assert np.array_equal(np.sign(x), [-1, -1, -1, -1, 1, 1, 1, 1])
+        assert np.array_equal(np.sign(y), [-1, -1, 1, 1, -1, -1, 1, 1])
+        assert np.array_equal(np.sign(turned[:, 2]), [-1, 1, -1, 1, -1, 1, -1, 1])
 
 
 def test_a_reflection_is_its_own_inverse_and_keeps_the_middle() -> None:

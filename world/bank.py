@@ -49,7 +49,10 @@ class Bank:
         self.facing = torch.stack((torch.cos(yaw), torch.sin(yaw)), dim=1)
         self.head = torch.tensor([s.head_m for s in chosen], dtype=torch.float32)
         self.corners = torch.stack(
-            [torch.from_numpy(p.corners()).to(torch.float32) for p in variants]
+            [
+                torch.from_numpy(spot.corners(piece)).to(torch.float32)
+                for piece, spot in zip(variants, chosen, strict=True)
+            ]
         )
         padded = [piece.boxes_padded(shared.slots) for piece in variants]
         stacked = [torch.from_numpy(np.stack(rows)) for rows in zip(*padded, strict=True)]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from world import rotations, streams
+from world import hands, rotations, streams
 from world.box_scene import FRICTION
 from world.boxes import BoxBank, Layout
 from world.config import WorldConfig
@@ -17,7 +17,7 @@ from world.motions.library import MotionLibrary
 from world.motions.use import CONTACT, BoxFrames
 from world.scenes import Scenes
 from world.start_states import LIFT_M, Drawn, States, course, unit
-from world.tasks.task import Place
+from world.tasks.task import BoxState, Place
 
 #: The box' least distance from a standing character: its edge is this far from the root, m.
 _CLEAR_M = 0.35
@@ -75,9 +75,14 @@ class BoxStarter:
         if box is not None and bool(from_clip.any()):
             taken = self._from_clips(drawn, box, variant, u)
             layout = _where(from_clip, taken, layout)
-        return BoxStarts(
-            drawn.above_origin(), drawn.qvel, variant, drawn.kind, drawn.named_frame(), layout
-        )
+        qpos, qvel = drawn.above_origin(), drawn.qvel
+        in_hand = ~from_clip & (u[:, 15] < self._config.carry.in_hand)
+        if bool(in_hand.any()):
+            held = self._in_hand(qpos, qvel, self._bank.half[variant], u)
+            layout = _where(in_hand, held, layout)
+            bent = hands.holding(qpos, _box(self._bank.place(variant, layout)))
+            qpos = torch.where(in_hand[:, None], bent, qpos)
+        return BoxStarts(qpos, qvel, variant, drawn.kind, drawn.named_frame(), layout)
 
     def place(self, starts: BoxStarts) -> Place:
         """What the task knows of the boxes of `starts`."""
@@ -133,6 +138,27 @@ class BoxStarter:
         there = torch.where(blocked[:, None], start[:, :2] - offset, there)
         return torch.cat((there, self._rest_height(half, u[:, 2])), dim=1)
 
+    def _ahead(self, heading: Tensor, half: Tensor, u: Tensor) -> Tensor:
+        """[m, 3]: targets of a box in hand, ahead of the character, some of them within reach."""
+        carry = self._config.carry
+        reach = u[:, 13] < carry.near_target
+        low = torch.where(reach, carry.near_target_m[0], carry.target_m[0])
+        high = torch.where(reach, carry.near_target_m[1], carry.target_m[1])
+        spread = torch.where(reach, 1.0 / 9.0, 0.5)
+        bearing = rotations.turn(heading, unit((u[:, 11] - 0.5) * spread))
+        ahead = (low + (high - low) * u[:, 10])[:, None] * bearing
+        return torch.cat((ahead, self._rest_height(half, u[:, 12])), dim=1)
+
+    def _in_hand(self, qpos: Tensor, qvel: Tensor, half: Tensor, u: Tensor) -> Layout:
+        """Boxes held before upright characters, moving along with them; the stands that they were
+        picked up from are behind."""
+        heading = rotations.heading(qpos[:, 3:7])
+        position = hands.before(qpos[:, :3], heading, half[:, 0])
+        behind = torch.cat((-_AWAY_M * heading, self._rest_height(half, u[:, 9])), dim=1)
+        velocity = torch.cat((qvel[:, :3], torch.zeros_like(qvel[:, :3])), dim=1)
+        rotation = rotations.from_heading(heading)
+        return Layout(position, rotation, velocity, behind, heading, self._ahead(heading, half, u))
+
     def _from_clips(self, drawn: Drawn, box: BoxFrames, variant: Tensor, u: Tensor) -> Layout:
         """The boxes of the clips' frames; what is not known of a clip is drawn."""
         half, frame, held = self._bank.half[variant], drawn.frame, drawn.stage == CONTACT
@@ -151,15 +177,7 @@ class BoxStarter:
         behind = -_AWAY_M * heading
         away = torch.cat((behind, picked[:, 2:]), dim=1)
         start = torch.where(unknown[:, None], away, picked)
-        # in hand: on to a target ahead, some of them within reach
-        carry = self._config.carry
-        reach = u[:, 13] < carry.near_target
-        low = torch.where(reach, carry.near_target_m[0], carry.target_m[0])
-        high = torch.where(reach, carry.near_target_m[1], carry.target_m[1])
-        spread = torch.where(reach, 1.0 / 9.0, 0.5)
-        bearing = rotations.turn(heading, unit((u[:, 11] - 0.5) * spread))
-        ahead = (low + (high - low) * u[:, 10])[:, None] * bearing
-        ahead = torch.cat((ahead, self._rest_height(half, u[:, 12])), dim=1)
+        ahead = self._ahead(heading, half, u)
         onwards = torch.where(held[:, None], ahead, self._target(picked, half, u[:, 10:13]))
         target = torch.where(putting[:, None], put, onwards)
         velocity = torch.cat((box.velocity[frame], box.angular[frame]), dim=1)
@@ -168,6 +186,11 @@ class BoxStarter:
         lift = torch.where(moving, LIFT_M, LIFT_M + _BOX_LIFT_M)
         raised = torch.cat((position[:, :2], position[:, 2:] + lift[:, None]), dim=1)
         return Layout(raised, box.rotation[frame], velocity, start, yaw, target)
+
+
+def _box(place: Place) -> BoxState:
+    assert place.box is not None, "a bank of boxes places boxes"
+    return place.box
 
 
 def _where(condition: Tensor, yes: Layout, no: Layout) -> Layout:

@@ -35,6 +35,14 @@ class CarryConfig:
     that putting it down is learned too."""
     near_target_m: tuple[float, float] = (0.45, 1.2)
     """Distance from the character to the target in these."""
+    in_hand: float = 0.0
+    """Share of the near and far starts with the box in hand already, held before the body."""
+    lesson: bool = False
+    """A scripted grip (world.hands) tells the learner what the arms should do near the box; see
+    ppo.lesson-weight. Evaluation never asks it."""
+    led: float = 0.0
+    """With a lesson: share of the training episodes in which the script moves the arms itself, so
+    that legs and trunk learn what it takes before the arms do."""
 
 
 @dataclass(frozen=True)

@@ -97,3 +97,32 @@ def to_rotation_vector(q: Tensor) -> Tensor:
     # angle / sine tends to 2 / w, near which the division loses its digits
     scale = torch.where(sine > 1e-6, angle / sine.clamp_min(1e-12), 2.0 / q[..., :1])
     return v * scale
+
+
+def from_rotation_vector(v: Tensor) -> Tensor:
+    """Unit quaternions [..., 4] of rotation vectors [..., 3], rad; inverse of
+    `to_rotation_vector`."""
+    half = 0.5 * v.norm(dim=-1, keepdim=True)
+    # sin(x) / x, which is 1 at 0
+    return torch.cat((half.cos(), 0.5 * v * torch.sinc(half / torch.pi)), dim=-1)
+
+
+def from_matrix(m: Tensor) -> Tensor:
+    """Unit quaternions [..., 4] of rotation matrices [..., 3, 3], by their largest component."""
+    diagonal = torch.stack(
+        (
+            1.0 + m[..., 0, 0] + m[..., 1, 1] + m[..., 2, 2],
+            1.0 + m[..., 0, 0] - m[..., 1, 1] - m[..., 2, 2],
+            1.0 - m[..., 0, 0] + m[..., 1, 1] - m[..., 2, 2],
+            1.0 - m[..., 0, 0] - m[..., 1, 1] + m[..., 2, 2],
+        ),
+        dim=-1,
+    )
+    wx, wy, wz = (m[..., i, j] - m[..., j, i] for i, j in ((2, 1), (0, 2), (1, 0)))
+    xy, xz, yz = (m[..., i, j] + m[..., j, i] for i, j in ((0, 1), (0, 2), (1, 2)))
+    w, x, y, z = diagonal.unbind(-1)
+    # row k is the quaternion times four times its component k
+    rows = torch.stack((w, wx, wy, wz, wx, x, xy, xz, wy, xy, y, yz, wz, xz, yz, z), dim=-1)
+    rows = rows.unflatten(-1, (4, 4))
+    largest = diagonal.argmax(dim=-1)[..., None, None].expand(*m.shape[:-2], 1, 4)
+    return normalise(rows.gather(-2, largest)[..., 0, :])

@@ -57,14 +57,26 @@ class Scenes:
         wanted = self._offset + self._scale * action.clamp(-self._clip, self._clip)
         return torch.maximum(torch.minimum(wanted, self._high), self._low)
 
+    def actions(self, targets: Tensor) -> Tensor:
+        """The actions [n, 28], within their clip, that tell the servoes these targets [n, 28]
+        rad."""
+        return ((targets - self._offset) / self._scale).clamp(-self._clip, self._clip)
+
     def aim(self, action: Tensor) -> None:
         """Tell the servoes what actions [n, 28] want of them, within their effort as they stand."""
-        self._ctrl.copy_(servoes.limited(self.targets(action), self._qpos, self._qvel))
+        self._tell(self.targets(action))
 
     def act(self, action: Tensor) -> None:
         """One control step (1/30 s) with the given actions [n, 28]."""
-        self.aim(action)
+        self.drive(self.targets(action))
+
+    def drive(self, targets: Tensor) -> None:
+        """One control step (1/30 s) towards the given servo targets [n, 28] rad."""
+        self._tell(targets)
         self.batch.step(nstep=character.SUBSTEPS)
+
+    def _tell(self, targets: Tensor) -> None:
+        self._ctrl.copy_(servoes.limited(targets, self._qpos, self._qvel))
 
     def finite(self) -> Tensor:
         """[n] bool: scenes that the last step left sound; MuJoCo resets the others silently."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from world import character, features, starters, streams, tasks
+from world import character, features, hands, starters, streams, tasks
 from world.bank import Bank
 from world.boxes import BoxBank
 from world.config import WorldConfig
@@ -48,6 +48,10 @@ class Step:
     each stage of the task: whether the episode reached it; float32."""
     broken: Tensor
     """[B, 43 + 34] float64: qpos and qvel of scenes that blew up, as they were before the step."""
+    taught: Tensor | None = None
+    """[n, 28]: what a lesson says that the action should have been, NaN where it says nothing."""
+    led: Tensor | None = None
+    """[n] bool: where that was done, whatever the action."""
 
 
 class Shard:
@@ -65,6 +69,7 @@ class Shard:
         self.task = tasks.make(config.task)
         self.n = len(scenes)
         self.clock = 0
+        self._seed = seed
         self._ids = torch.arange(scenes.start, scenes.stop, dtype=torch.int64)
         self._bank = bank
         self._starter = starters.make(config, library, bank, seed)
@@ -94,7 +99,8 @@ class Shard:
     def step(self, action: Tensor) -> Step:
         """One control step with actions [n, 28]; episodes that end start anew at once."""
         before = torch.cat((self._scenes.qpos, self._scenes.qvel), dim=1)
-        self._scenes.act(action)
+        targets, taught, led = self._lesson(self._scenes.targets(action))
+        self._scenes.drive(targets)
         self.clock += 1
         finite = self._scenes.finite()
         body = self._scenes.body()
@@ -140,11 +146,26 @@ class Shard:
                 },
             },
             broken=before[broken],
+            taught=taught,
+            led=led,
         )
         again = torch.cat((ends, broken))
         if len(again):
             self._reset(again)
         return step
+
+    def _lesson(self, targets: Tensor) -> tuple[Tensor, Tensor | None, Tensor | None]:
+        """The servo targets [n, 28] rad to be driven to, and what the lesson, if there is one, says
+        of the actions; see Step."""
+        carry = self.config.carry
+        if not (carry.lesson and isinstance(self._bank, BoxBank)):
+            return targets, None, None
+        mass, qpos = self._bank.mass[self._variant], self._scenes.qpos.float()
+        wanted, said = hands.lead(qpos, self._place(), mass)
+        u = streams.uniform(self._seed, streams.EPISODE, self._ids, self._episode, 16)[:, 14]
+        led = u < carry.led
+        taught = torch.where(said, self._scenes.actions(wanted.double()).float(), torch.nan)
+        return torch.where(said & led[:, None], wanted.double(), targets), taught, led
 
     def _place(self) -> Place:
         """Where every scene's object is at this moment."""

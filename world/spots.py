@@ -4,6 +4,9 @@ is got onto by."""
 import math
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from world.errors import PieceError
 from world.furniture.piece import Affordance, Piece, Vector
 
@@ -24,6 +27,21 @@ class Spot:
     """Below the head, on the surface; of a seat, the point itself."""
     facing_rad: float
     """Where its user faces: of a lying place, the side that it is got onto by."""
+
+    def corners(self, piece: Piece) -> NDArray[np.float64]:
+        """The corners of the piece's bounding box [8, 3], m, piece frame, in the place's order: by
+        x (where it faces, to the nearest quarter turn), then y, then z, low first.
+
+        A piece got onto by its other side is then the same to a policy, as it should be: in the
+        piece's own order a table that had been lain on in 80 of 100 trials was in 1.
+        """
+        quarter = round(self.facing_rad / (math.pi / 2)) % 4
+        corners = piece.corners()
+        # to be compared, not measured with: which corner is high on which axis
+        x, y, z = (corners > corners.mean(axis=0)).T * 2 - 1
+        for _ in range(quarter):
+            x, y = y, -x
+        return corners[np.lexsort((z, y, x))]
 
 
 def spots(piece: Piece, affordance: Affordance) -> tuple[Spot, ...]:

@@ -19,8 +19,12 @@ _CORNERS = (2, 3, 0, 1, 6, 7, 4, 5)
 
 
 def symmetry(task: Task) -> Symmetry:
-    """The reflections of a task's observations (state and goal) and of actions."""
-    return Symmetry(_joined(_table(STATE), _table(task.goal)), actions())
+    """The reflections of a task's observations (state and goal) and of actions, and its sides."""
+    sides = None
+    if task.sides is not None:
+        starts = [STATE.width + task.goal.slice(name).start for name in task.sides]
+        sides = torch.tensor([start + axis for start in starts for axis in range(2)])
+    return Symmetry(_joined(_table(STATE), _table(task.goal)), actions(), sides)
 
 
 def actions() -> Reflection:

@@ -33,6 +33,8 @@ _PUT_UP_M, _PUT_M, _STILL_M_S = 0.02, 0.10, 0.2
 _TOUCH_M = 0.02
 #: The box is on the ground when its centre is this low, or a corner this near to it, m.
 GROUND_M, _CORNER_M = 0.30, 0.02
+#: Who bends so far that the head is no higher above the root than this leans on the box, m.
+_UPRIGHT_M = 0.1
 #: About the box one may bend down, m.
 _BENDING_M = 1.0
 _HEADING_FRAME = "root heading"
@@ -54,6 +56,7 @@ class Carry:
     )
     # Where one walks first; what the box' target means, no other task knows, nor its size.
     alike: ClassVar[dict[str, str]] = {"box": "target", "target": "", "corners": ""}
+    sides: ClassVar[tuple[str, str] | None] = None
     terms: ClassVar[dict[str, float]] = {
         "walk": 0.15,
         "grasp": 0.2,
@@ -128,10 +131,12 @@ class Carry:
         return (_box(place).position - body.root)[:, :2].norm(dim=1) < _BENDING_M
 
     def fell(self, body: Body, place: Place) -> Tensor:
-        """[n] bool: the character fell, or the box is within 30 cm of the ground."""
+        """[n] bool: the character fell, or lies across box and stand, or the box is within 30 cm of
+        the ground."""
         height = _box(place).position[:, 2]
         touches = place.corners[..., 2].amin(dim=1) < _CORNER_M
-        return fallen(body) | (height < GROUND_M) | touches
+        across = body.head[:, 2] - body.root[:, 2] < _UPRIGHT_M
+        return fallen(body) | across | (height < GROUND_M) | touches
 
 
 def _box(place: Place) -> BoxState:

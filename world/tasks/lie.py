@@ -41,10 +41,12 @@ class Lie:
         Feature("target", 3, _HEADING_FRAME, "m, beyond 1.5 m logarithmic"),
         Feature("head", 3, "root heading's axes, from the target", "m"),
         Feature("facing", 2, _HEADING_FRAME, "cosine, sine"),
-        Feature("corners", 24, "root heading's axes, from the target", "m"),
+        Feature("corners", 24, "root heading's axes, from the target", "m, in the place's order"),
     )
     # A bed's corners are so far out for who knows chairs that he falls over.
     alike: ClassVar[dict[str, str]] = {"corners": ""}
+    # got onto with the head's place to the left; the other side is its mirror image
+    sides: ClassVar[tuple[str, str] | None] = ("facing", "head")
     terms: ClassVar[dict[str, float]] = {
         "lie": 0.5,
         "approach": 0.2,

@@ -48,9 +48,10 @@ class Sit:
         "goal",
         Feature("target", 3, _HEADING_FRAME, "m, beyond 1.5 m logarithmic"),
         Feature("facing", 2, _HEADING_FRAME, "cosine, sine"),
-        Feature("corners", 24, "root heading's axes, from the target", "m"),
+        Feature("corners", 24, "root heading's axes, from the target", "m, in the place's order"),
     )
     alike: ClassVar[dict[str, str]] = {}
+    sides: ClassVar[tuple[str, str] | None] = None
     terms: ClassVar[dict[str, float]] = {
         "sit": 0.5,
         "approach": 0.3,

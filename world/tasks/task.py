@@ -66,7 +66,8 @@ class Place:
     """[n, 2]: cosine and sine of the direction that its user faces; of the side to get on by where
     it is lain on."""
     corners: Tensor
-    """[n, 8, 3]: the corners of the object's bounding box, m."""
+    """[n, 8, 3]: the corners of the object's bounding box, m; of furniture in the order of the
+    place, +x where it faces, x slowest, z fastest, low first."""
     head: Tensor | None = None
     """[n, 3]: the point on the surface below the head of one who lies there, m."""
     box: BoxState | None = None
@@ -127,6 +128,10 @@ class Task(Protocol):
     alike: ClassVar[dict[str, str]]
     """Goal features that mean to a policy what another name means in other tasks: by these, and by
     equal names, one task's networks begin as another's."""
+    sides: ClassVar[tuple[str, str] | None]
+    """Two goal features whose first numbers are directions on the floor: where the second points to
+    the right of the first, the networks see the scene mirrored, and so know one side alone. Both
+    must last an episode, but for the heading they are seen from. None: nothing is mirrored."""
     terms: ClassVar[dict[str, float]]
     """Reward terms by name, with their weights: the task's reward is the weighted sum."""
     stages: ClassVar[tuple[str, ...]]
