@@ -237,6 +237,34 @@ def test_the_episode_ends_with_the_box_near_the_ground() -> None:
     assert task.fell(standing(), replace(tipped, box=leaning, corners=leaning.corners())).item()
 
 
+def test_who_leans_on_the_box_earns_nothing() -> None:
+    """Hands where they should be, the feet under the root and 0.35 m and half a metre behind it."""
+    task, where = Carry(), a_box((0.4, 0.0, 1.0))
+    names = list(task.terms)
+    held = with_hands((0.4, -0.29, 1.0), (0.4, 0.29, 1.0))
+    feet = [character.BODIES.index(f"{side}_foot") for side in ("right", "left")]
+    found = []
+    for behind in (0.0, 0.35, 0.5):
+        position = held.position.clone()
+        position[0, feet, 0], position[0, feet, 1] = held.root[0, 0] - behind, held.root[0, 1]
+        terms = task.reward_terms(replace(held, position=position), where)[0]
+        found.append((float(terms[names.index("walk")]), float(terms[names.index("grasp")])))
+    assert found[0] == pytest.approx((1.0, 1.0), abs=1e-3)
+    assert found[1] == pytest.approx((0.5, 0.5), abs=1e-3)
+    assert found[2] == (0.0, 0.0)
+
+
+def test_who_lies_across_the_box_has_fallen() -> None:
+    task, where = Carry(), a_box((0.4, 0.0, 0.7))
+    upright = standing()
+    assert not task.fell(upright, where).item()
+    bent = upright.head.clone()
+    bent[0, 2] = upright.root[0, 2] + 0.15
+    assert not task.fell(replace(upright, head=bent), where).item()
+    bent[0, 2] = upright.root[0, 2] + 0.05
+    assert task.fell(replace(upright, head=bent), where).item()
+
+
 def test_stages() -> None:
     task = Carry()
     held = with_hands((0.4, -0.29, 1.0), (0.4, 0.29, 1.0))

@@ -16,6 +16,7 @@ from world.tasks.sit import compressed, fallen
 from world.tasks.task import Affordance, BoxState, Place
 
 _HANDS = (BODIES.index("right_hand"), BODIES.index("left_hand"))
+_FEET = (BODIES.index("right_foot"), BODIES.index("left_foot"))
 _HAND_M = 0.04
 #: Speeds that earn the full reward, to the box and with it, m/s.
 _SPEED_M_S = 0.9
@@ -33,6 +34,8 @@ _PUT_UP_M, _PUT_M, _STILL_M_S = 0.02, 0.10, 0.2
 _TOUCH_M = 0.02
 #: The box is on the ground when its centre is this low, or a corner this near to it, m.
 GROUND_M, _CORNER_M = 0.30, 0.02
+#: Feet so far from below the root bear nobody who stands, m.
+_ASTRIDE_M = 0.45
 #: Who bends so far that the head is no higher above the root than this leans on the box, m.
 _UPRIGHT_M = 0.1
 #: About the box one may bend down, m.
@@ -87,7 +90,10 @@ class Carry:
         at_box = to_box.norm(dim=1) < _AT_BOX_M
         walk = _towards(body.root_velocity, to_box)
         walk = torch.where(at_box, 0.5 + 0.5 * _faced(body, to_box), 0.8 * walk)
-        grasp = torch.exp(-8.0 * reach_m(body, box).square().sum(dim=1))
+        # who leans on the box has his feet far behind him: that neither reaches nor lifts
+        stood = _stood(body)
+        walk = walk * stood
+        grasp = torch.exp(-8.0 * reach_m(body, box).square().sum(dim=1)) * stood
         risen = ((box.position - box.start)[:, 2] / _LIFT_M).clamp(0.0, 1.0)
         # a box that was kicked up is not lifted: the hands are on it
         lift = risen * grasp
@@ -148,6 +154,12 @@ def _towards(velocity: Tensor, way: Tensor) -> Tensor:
     """[n] in [0, 1]: speed along the horizontal way [n, 2], of that which earns all."""
     unit = way / way.norm(dim=1, keepdim=True).clamp_min(1e-6)
     return ((unit * velocity[:, :2]).sum(dim=1) / _SPEED_M_S).clamp(0.0, 1.0)
+
+
+def _stood(body: Body) -> Tensor:
+    """[n] in [0, 1]: 1 with the feet below the root, 0 where their middle is _ASTRIDE_M away."""
+    away = (body.position[:, _FEET].mean(dim=1) - body.root)[:, :2].norm(dim=1)
+    return ((_ASTRIDE_M - away) / 0.2).clamp(0.0, 1.0)
 
 
 def _faced(body: Body, way: Tensor) -> Tensor:
