@@ -127,18 +127,17 @@ def test_style_sees_the_box(library: MotionLibrary) -> None:
     assert (after[:, features.OBJECT] - place).abs().max() < 0.2
 
 
-def held_by_script(library: MotionLibrary, bank: BoxBank, led: float) -> tuple[Shard, Shard]:
-    """A shard whose standing characters begin with the box in hand, as it begins and a second
-    later, told to stand."""
-    carry = replace(CONFIG.carry, in_hand=1.0, near_target=0.0, lesson=True, led=led)
+def holding(library: MotionLibrary, bank: BoxBank, lesson: bool, led: float) -> Shard:
+    """A shard whose standing characters begin with the box in hand."""
+    carry = replace(CONFIG.carry, in_hand=1.0, near_target=0.0, lesson=lesson, led=led)
     config = replace(CONFIG, starts=StartMixture(0, 1, 0), standing=1.0, carry=carry)
-    return tuple(Shard(config, library, bank, range(24), 3) for _ in range(2))  # pyright: ignore
+    return Shard(config, library, bank, range(24), 3)
 
 
 def test_a_box_in_hand_stays_there_where_the_script_leads_the_arms(
     library: MotionLibrary, bank: BoxBank
 ) -> None:
-    shard, _ = held_by_script(library, bank, 1.0)
+    shard = holding(library, bank, False, 1.0)
     scenes = shard._scenes
     place = scenes.now(shard._places)  # pyright: ignore
     assert place.box is not None
@@ -162,8 +161,7 @@ def test_a_box_in_hand_stays_there_where_the_script_leads_the_arms(
 
 def test_a_lesson_that_does_not_lead_only_says(library: MotionLibrary, bank: BoxBank) -> None:
     """The arms do what the action says, and the box falls; what they should have done is told."""
-    shard, plain = held_by_script(library, bank, 0.0)
-    plain.config = replace(plain.config, carry=CONFIG.carry)
+    shard, plain = holding(library, bank, True, 0.0), holding(library, bank, False, 0.0)
     for _ in range(4):
         step, other = shard.step(torch.zeros(24, 28)), plain.step(torch.zeros(24, 28))
         assert torch.equal(step.reward, other.reward)

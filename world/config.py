@@ -41,8 +41,8 @@ class CarryConfig:
     """A scripted grip (world.hands) tells the learner what the arms should do near the box; see
     ppo.lesson-weight. Evaluation never asks it."""
     led: float = 0.0
-    """With a lesson: share of the training episodes in which the script moves the arms itself, so
-    that legs and trunk learn what it takes before the arms do."""
+    """Share of the training episodes in which the script moves the arms itself, so that legs and
+    trunk learn what it takes before the arms do; a lesson is then given in all of them."""
 
 
 @dataclass(frozen=True)

@@ -158,7 +158,7 @@ class Shard:
         """The servo targets [n, 28] rad to be driven to, and what the lesson, if there is one, says
         of the actions; see Step."""
         carry = self.config.carry
-        if not (carry.lesson and isinstance(self._bank, BoxBank)):
+        if not ((carry.lesson or carry.led) and isinstance(self._bank, BoxBank)):
             return targets, None, None
         mass, qpos = self._bank.mass[self._variant], self._scenes.qpos.float()
         wanted, said = hands.lead(qpos, self._place(), mass)
