@@ -26,8 +26,16 @@ _CLEAR_M = 0.8
 _BANDS = (0.5, 0.75, 1.0, 1.25, 1.5)
 
 
-def boxes(trials: int, seed: int, config: CarryConfig) -> tuple[Piece, ...]:
-    """The box of each trial: its size uniform, and its weight where the task randomises it."""
+def tried(config: CarryConfig, target_m: tuple[float, float]) -> CarryConfig:
+    """What boxes and stands are tried: the protocol's, whatever a policy was trained on, but for
+    the weights, which are a task of their own; targets target_m from where the box stands, m."""
+    return CarryConfig(weight_kg=config.weight_kg, target_m=target_m)
+
+
+def boxes(trials: int, seed: int, weight_kg: tuple[float, float] | None) -> tuple[Piece, ...]:
+    """The box of each trial: its size uniform over the protocol's, and its weight where the task
+    randomises it."""
+    config = CarryConfig(weight_kg=weight_kg)
     u = streams.uniform(seed, _CARRY, torch.arange(trials), 0, 2).double().numpy()
     low, high = config.scale
     found = []

@@ -50,7 +50,7 @@ def objects_of(found: assembly.Trained, objects: str, number: int, seed: int) ->
     if affordance == "carry":
         if objects != "test":
             raise ConfigError("--objects: carry draws a box for each trial; leave it out")
-        return boxes(number, seed, found.experiment.world.carry)
+        return boxes(number, seed, found.experiment.world.carry.weight_kg)
     return pieces_of(objects, 0, affordance)
 
 

@@ -10,7 +10,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from console.arrangement import arranged, sized
+from console.arrangement import arranged, sized, tried
 from console.recording import Take, boxes_of
 from policy.acting import Policy
 from world import character, tasks
@@ -45,6 +45,8 @@ class Trials:
     """Of all m."""
     seed: int = 0
     """That they are drawn from."""
+    target_m: tuple[float, float] = (1.0, 10.0)
+    """Nearest and farthest target of a box from where it stands, m."""
 
     def __len__(self) -> int:
         return len(self.pieces)
@@ -107,9 +109,8 @@ def step_chunk(
     pieces = [sized(trials.pieces[i], float(trials.scale[i])) for i in rows]
     point, facing = _spots(trials, rows)
     numbers = np.arange(rows.start, rows.stop)
-    objects = arranged(
-        task.affordance, pieces, what, point, facing, numbers, trials.seed, world.carry
-    )
+    carry = tried(world.carry, trials.target_m)
+    objects = arranged(task.affordance, pieces, what, point, facing, numbers, trials.seed, carry)
     scenes = Scenes(objects.models, world.action_scale, world.action_clip)
     places = objects.begin(scenes)
     thrower = Thrower(what, scenes) if what.kind == "projectiles" else None

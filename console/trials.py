@@ -31,7 +31,8 @@ def manifest(
     scale: tuple[float, float] = (0.8, 1.2),
     disturbance: Disturbance | None = None,
 ) -> Trials:
-    """The trials of a seed: pieces in turn, the rest uniform (paper, section 7.1)."""
+    """The trials of a seed: pieces in turn, the rest uniform (paper, section 7.1). A box is near_m
+    to far_m from the character, and its target from the box."""
     u = streams.uniform(seed, PURPOSE, torch.arange(trials), 0, 4).double().numpy()
     low, high = scale
     return Trials(
@@ -42,6 +43,7 @@ def manifest(
         2 * np.pi * u[:, 3],
         disturbance or perturbations.draw("none", trials, seed, 0),
         seed,
+        (near_m, far_m),
     )
 
 

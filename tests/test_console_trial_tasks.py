@@ -1,5 +1,6 @@
 """Trials of the other tasks: lying places and boxes stand where the manifest has them, and move."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -57,7 +58,7 @@ def test_furniture_that_cannot_be_lain_on_is_refused() -> None:
 
 
 def test_boxes_are_uniform_in_size_and_weight() -> None:
-    plain, weighed = boxes(400, 3, CarryConfig()), boxes(400, 3, CarryConfig(weight_kg=(2.0, 8.0)))
+    plain, weighed = boxes(400, 3, None), boxes(400, 3, (2.0, 8.0))
     widths = np.array([2 * piece.boxes[0].half_m[1] for piece in plain])
     assert 0.25 <= widths.min() < 0.26 and 0.74 < widths.max() <= 0.75  # 50 cm at 0.5-1.5
     assert [piece.boxes for piece in plain] == [piece.boxes for piece in weighed]
@@ -70,7 +71,7 @@ def test_boxes_are_uniform_in_size_and_weight() -> None:
 
 
 def test_boxes_stand_where_they_should_and_an_oracle_brings_them_all(tmp_path: Path) -> None:
-    chosen = trials.manifest(boxes(12, 0, CARRY.carry), 12, 0)
+    chosen = trials.manifest(boxes(12, 0, None), 12, 0)
     waiting = trials.drive(CARRY, still, chosen, 1, 1, record=12)
     for i, track in enumerate(waiting.tracks):
         box = track.take.qpos[0, character.NQ :]
@@ -98,9 +99,20 @@ def test_boxes_stand_where_they_should_and_an_oracle_brings_them_all(tmp_path: P
     )
 
 
+def test_boxes_are_the_protocols_whatever_was_trained_on() -> None:
+    chosen = trials.manifest(boxes(8, 0, None), 8, 0, 1.0, 5.0)
+    narrow = replace(
+        CARRY, carry=CarryConfig(scale=(0.5, 0.6), stand_m=(0.7, 0.7), target_m=(9.0, 9.5))
+    )
+    takes = [trials.drive(world, still, chosen, 1, 1, record=8).takes for world in (CARRY, narrow)]
+    for one, other in zip(*takes, strict=True):
+        assert np.array_equal(one.qpos, other.qpos) and np.array_equal(one.stand, other.stand)
+        assert 1.0 <= np.hypot(*(one.stand - one.qpos[0, 43:46])[:2]) <= 5.0
+
+
 def test_a_box_moves_with_its_stand() -> None:
     what = perturbations.draw("moved", 16, 0, 600)
-    chosen = trials.manifest(boxes(16, 0, CARRY.carry), 16, 0, 1.0, 1.2, disturbance=what)
+    chosen = trials.manifest(boxes(16, 0, None), 16, 0, 1.0, 1.2, disturbance=what)
     results = trials.drive(CARRY, still, chosen, 20, 1, record=16)
     assert 4 <= results.disturbed.sum() < 16  # thresholds of 0.4-2 m, starts at 1-1.2 m
     for moved, take in zip(results.disturbed, results.takes, strict=True):

@@ -19,9 +19,10 @@ _SOLID, _CHARACTER = 2, 1
 #: radius, so that a box held between two hands does not swing about the line between them.
 FRICTION, _TORSION_M, _ROLLING_M = 1.2, 0.032, 0.001
 _CONDIM = 4
-#: Friction as stiff against slip as against penetration times this. Pyramidal cones: with elliptic
-#: ones, as good at a ratio of 10, a control step takes 2.4 times as long (docs/recipe.md).
-IMPRATIO = 30.0
+#: Friction as stiff against slip as against penetration times this. Elliptic cones, though a
+#: control step takes 1.6 times as long with them: between pyramidal ones a box creeps down by 3 cm
+#: a second in hands that shake with every step, the faster the higher the ratio (docs/recipe.md).
+IMPRATIO = 3.0
 
 
 def box(scale: float = 1.0, mass_kg: float | None = None) -> Piece:
@@ -48,7 +49,7 @@ STAND = Piece(
 def add(spec: mujoco.MjSpec, cargo: Piece) -> None:
     """Add the stand to put down on, a mocap body, and the free box `cargo`, in this order."""
     spec.option.impratio = IMPRATIO
-    spec.option.cone = mujoco.mjtCone.mjCONE_PYRAMIDAL
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     stand = spec.worldbody.add_body(name=STAND_BODY, mocap=True)
     for part in STAND.boxes:
         stand.add_geom(
