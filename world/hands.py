@@ -64,7 +64,7 @@ _OVER_M, _DOWN_M, _AT_M = 0.12, 0.02, 0.09
 
 
 @dataclass(frozen=True)
-class _Grip:
+class Grip:
     """Where the hands hold."""
 
     axis: Tensor
@@ -109,7 +109,7 @@ def holding(qpos: Tensor, box: BoxState) -> Tensor:
     position, rotation = kinematics.forward(
         qpos[:, :3], rotations.matrix(kinematics.local_rotations(qpos))
     )
-    grip = _grip(box, rotations.heading(qpos[:, 3:7]))
+    grip = grip_of(box, rotations.heading(qpos[:, 3:7]))
     found = qpos.clone()
     for sign, (upper, lower, _, first) in zip((-1.0, 1.0), _SIDES, strict=True):
         goal = box.position + sign * grip.axis * grip.out_m[:, None]
@@ -128,8 +128,8 @@ def _angles(
     position, rotation = kinematics.forward(
         qpos[:, :3], rotations.matrix(kinematics.local_rotations(qpos))
     )
-    grip = _grip(box, heading)
-    placed, rests = _placed(box), _rests(box)
+    grip = grip_of(box, heading)
+    placed, rests = is_placed(box), is_at_start(box)
     reached, hands, goals, steps = [], [], [], []
     for sign, (_, _, hand, _) in zip((-1.0, 1.0), _SIDES, strict=True):
         here = position[:, hand]
@@ -143,7 +143,7 @@ def _angles(
         goals.append(hold + clear[:, None] * outward)
         # between the planes of the faces the box is in the way: sideways first, then along it
         sideways = ((clear - off).clamp(-_STEP_M, _STEP_M))[:, None] * outward
-        along = _short(gap - off[:, None] * outward, _STEP_M)
+        along = shortened(gap - off[:, None] * outward, _STEP_M)
         free = ((off - _IN_THE_WAY_M) / _IN_THE_WAY_M).clamp(0.0, 1.0)
         free = torch.where(rests & apart, free, 1.0)
         steps.append(sideways - free[:, None] * along)
@@ -182,19 +182,19 @@ def _near(box: BoxState, qpos: Tensor, heading: Tensor) -> Tensor:
     return (there.norm(dim=1) < _REACH_M) & ((there * heading).sum(dim=1) > 0.0)
 
 
-def _placed(box: BoxState) -> Tensor:
+def is_placed(box: BoxState) -> Tensor:
     """[n] bool: the box stands where it should."""
     error = box.target - box.position
     return (error[:, 2].abs() < _DOWN_M) & (error[:, :2].norm(dim=1) < _AT_M)
 
 
-def _rests(box: BoxState) -> Tensor:
+def is_at_start(box: BoxState) -> Tensor:
     """[n] bool: the box is on the stand that it started on."""
     gone = box.position - box.start
     return (gone[:, 2] < 0.02) & (gone[:, :2].norm(dim=1) < 0.19)
 
 
-def _grip(box: BoxState, heading: Tensor) -> _Grip:
+def grip_of(box: BoxState, heading: Tensor) -> Grip:
     """The two opposite upright faces that lie most to the sides of the heading [n, 2]."""
     axes = rotations.matrix(box.rotation)[:, :, :2]
     left = torch.stack((-heading[:, 1], heading[:, 0]), dim=1)
@@ -202,7 +202,7 @@ def _grip(box: BoxState, heading: Tensor) -> _Grip:
     chosen = along.abs().argmax(dim=1)
     rows = torch.arange(len(chosen))
     sign = torch.where(along[rows, chosen] < 0, -1.0, 1.0)
-    return _Grip(axes[rows, :, chosen] * sign[:, None], box.half[rows, chosen] + _HAND_M)
+    return Grip(axes[rows, :, chosen] * sign[:, None], box.half[rows, chosen] + _HAND_M)
 
 
 def _onward(box: BoxState, position: Tensor, heading: Tensor) -> Tensor:
@@ -218,16 +218,17 @@ def _onward(box: BoxState, position: Tensor, heading: Tensor) -> Tensor:
     held = torch.cat((held[:, :2] + lean[:, None] * heading, held[:, 2:]), dim=1)
     within = (box.target - held)[:, :2].norm(dim=1) < _OUT_M
     held[:, :2] = torch.where(within[:, None], box.target[:, :2], held[:, :2])
-    carried = _short(held - box.position, _LIFT_M)
-    # off the stand first: a box is not drawn along it
+    # off the stand first: a box is not drawn along it, and the way there takes nothing of the lift
     risen = (box.position - box.start)[:, 2] > 0.02
     moved = (box.position - box.start)[:, :2].norm(dim=1) > 0.3
     free = (risen | moved)[:, None]
-    carried = torch.cat((torch.where(free, carried[:, :2], 0.0), carried[:, 2:]), dim=1)
-    return torch.where(over[:, None], _short(error, _LIFT_M), carried)
+    way = held - box.position
+    way = torch.cat((torch.where(free, way[:, :2], 0.0), way[:, 2:]), dim=1)
+    carried = shortened(way, _LIFT_M)
+    return torch.where(over[:, None], shortened(error, _LIFT_M), carried)
 
 
-def _short(way: Tensor, most: float) -> Tensor:
+def shortened(way: Tensor, most: float) -> Tensor:
     """Vectors [n, 3] cut to a length of at most `most`."""
     return way * (most / way.norm(dim=1, keepdim=True).clamp_min(most))
 

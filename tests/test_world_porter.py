@@ -1,0 +1,225 @@
+"""The porter: stepping, and boxes that it picks up, carries and puts down, in the physics."""
+
+import math
+
+import pytest
+import torch
+from torch import Tensor
+
+from world import character, mover, rotations, wayfinding
+from world.box_scene import box
+from world.boxes import BoxBank, resting
+from world.gait import OMEGA, Footing, Gait, unit, wrapped
+from world.mover import Pace, Reach
+from world.porter import Phase, Porter
+from world.scene import compile_scene
+from world.scenes import Scenes
+from world.tasks.carry import Carry
+from world.tasks.task import BoxState
+from world.wholebody import Figure, Load, Mass
+
+
+@pytest.fixture(autouse=True)
+def one_thread() -> None:
+    torch.set_num_threads(1)
+
+
+class Walk:
+    """n characters on an empty floor who go as they are told; the hands hang."""
+
+    def __init__(self, n: int) -> None:
+        self.n, self.gait = n, Gait(n)
+        self.scenes = Scenes([compile_scene(None)] * n, 0.35, 3.0)
+        standing = torch.from_numpy(character.standing_qpos()).float()[None].repeat(n, 1)
+        away, ahead = torch.full((n, 3), -9.0), torch.tensor([[1.0, 0.0]]).repeat(n, 1)
+        self.scenes.set_down(torch.arange(n), standing, torch.zeros(n, 34), away, ahead)
+
+    def go(self, wish: Tensor, stop: bool, steps: int) -> None:
+        n, nothing = self.n, torch.zeros(self.n, 2, 3).double()
+        none = torch.zeros(n, dtype=torch.bool)
+        hang = Reach(
+            none, none, nothing, nothing, nothing, nothing[:, 0, 0], nothing[:, 0], nothing
+        )
+        for _ in range(steps):
+            figure = Figure.of(self.scenes.qpos, self.scenes.qvel)
+            feet = Footing.of(figure)
+            mass = Mass.of(figure, Load(torch.zeros(n), nothing[:, 0]))
+            stride = self.gait.advance(feet, mass, wish.double(), torch.full((n,), stop))
+            pace = Pace(torch.full((n,), 0.8).double(), figure.velocity[:, :2])
+            self.scenes.drive(mover.move(figure, feet, mass, stride, hang, pace))
+
+    @property
+    def feet(self) -> Footing:
+        return Footing.of(Figure.of(self.scenes.qpos, self.scenes.qvel))
+
+    @property
+    def yaw_rad(self) -> Tensor:
+        heading = self.feet.heading
+        return torch.atan2(heading[:, 1], heading[:, 0])
+
+
+def test_it_walks_turns_and_comes_to_rest() -> None:
+    walk = Walk(3)
+    # ahead; about to the left on the spot; backwards to the right
+    orders = torch.tensor([[0.3, 0.0, 0.0], [0.0, 0.0, 0.4], [-0.15, -0.05, 0.0]])
+    walk.go(orders, stop=False, steps=20 + 8 * 14)
+    middle, yaw_rad = walk.feet.middle(0.0), walk.yaw_rad
+    assert middle[0, 0] > 1.5 and middle[0, 1].abs() < 0.3
+    assert middle[1].norm() < 0.6 and (wrapped(yaw_rad[1]).abs() > 1.0)
+    assert middle[2, 0] < -0.5 and middle[2, 1] < 0.0
+    assert (yaw_rad[[0, 2]].abs() < 0.4).all(), "nobody tells them where they have drifted to"
+    walk.go(torch.zeros(3, 3), stop=True, steps=90)
+    assert walk.gait.stands.all()
+    rests = walk.feet
+    walk.go(torch.zeros(3, 3), stop=True, steps=60)
+    assert walk.gait.stands.all()
+    assert (walk.scenes.qpos[:, 2] > 0.8).all(), "nobody fell"
+    assert (walk.feet.soles - rests.soles).norm(dim=2).max() < 0.02, "feet that rest stay"
+    assert walk.scenes.qvel[:, :2].norm(dim=1).max() < 0.05
+    across = rotations.turn_back(rests.heading, rests.soles[:, 1, :2] - rests.soles[:, 0, :2])
+    assert (across[:, 0].abs() < 0.1).all() and (across[:, 1] > 0.1).all()
+
+
+@pytest.mark.parametrize("walked", [0.0, 0.3])
+def test_the_divergent_component_repeats_itself_under_the_pendulum(walked: float) -> None:
+    """A point mass that falls over each foot, and is caught where the next one lands, walks on as
+    wished; within a seventh, since the pressure moves with the control steps."""
+    gait, order = Gait(1), torch.tensor([[walked, 0.0, 0.0]]).double()
+    stop = torch.zeros(1, dtype=torch.bool)
+    soles = torch.tensor([[[0.0, -0.1, 0.0], [0.0, 0.1, 0.0]]]).double()
+    ankle = torch.tensor([-0.045, 0.0, 0.05]).double()
+    place, velocity = torch.tensor([[0.0, 0.0]]).double(), torch.zeros(1, 2).double()
+    landed = []
+    for _ in range(20 * 14):
+        ahead = torch.tensor([[1.0, 0.0]]).double()
+        feet = Footing(soles + ankle, soles, torch.zeros(1, 2).double(), ahead)
+        swung = int(gait.swing)
+        stride = gait.advance(feet, Mass(torch.ones(1), place, velocity), order, stop)
+        side = stride.air[0].nonzero().flatten()
+        if len(side):
+            soles = soles.clone()
+            soles[:, int(side)] += stride.velocity / character.CONTROL_HZ
+        elif swung != int(gait.swing):
+            landed.append(soles[0, swung].clone())
+        # x'' = ω² (x − u), over a control step by its closed form
+        off, t = place - stride.pressure, OMEGA / character.CONTROL_HZ
+        place = stride.pressure + off * math.cosh(t) + velocity / OMEGA * math.sinh(t)
+        velocity = off * OMEGA * math.sinh(t) + velocity * math.cosh(t)
+    steps = torch.stack(landed[-7:]).diff(dim=0)
+    torch.testing.assert_close(steps[:, 0], torch.full((6,), walked).double(), atol=0.043, rtol=0)
+    torch.testing.assert_close(steps[:, 1].abs(), torch.full((6,), 0.2).double(), atol=0.03, rtol=0)
+
+
+def feet_at(x: float, y: float, yaw_rad: float) -> Footing:
+    """Side by side about this place."""
+    heading = unit(torch.tensor([yaw_rad], dtype=torch.float64))
+    middle = torch.tensor([[x, y]]).double() + 0.035 * heading
+    aside = 0.1 * torch.stack((-heading[:, 1], heading[:, 0]), dim=1)
+    soles = torch.stack((middle - aside, middle + aside), dim=1)
+    soles = torch.cat((soles, torch.zeros(1, 2, 1).double()), dim=2)
+    yaw = torch.full((1, 2), yaw_rad, dtype=torch.float64)
+    return Footing(soles, soles, yaw, heading)
+
+
+def box_at(at: tuple[float, float], target: tuple[float, float]) -> BoxState:
+    """The default box, its short edges along x, on a stand of 60 cm."""
+    still, level = torch.zeros(1, 3).double(), torch.tensor([[1.0, 0.0, 0.0, 0.0]]).double()
+    half = torch.tensor([[0.175, 0.25, 0.15]]).double()
+    place, end = (torch.tensor([[x, y, 0.75]]).double() for x, y in (at, target))
+    return BoxState(place, level, still, half, place, end)
+
+
+NO, YES = torch.tensor([False]), torch.tensor([True])
+
+
+def test_the_nearest_narrow_face_is_chosen_and_kept() -> None:
+    crate = box_at((0.0, 0.0), (5.0, 0.0))
+    none = torch.tensor([-1])
+    for root, face in (((-2.0, 0.0), 0), ((2.0, 0.0), 1), ((0.3, -2.0), 2), ((0.3, 2.0), 3)):
+        found = wayfinding.choose(torch.tensor([root]).double(), crate, none)
+        assert found.item() == face
+    # across a corner the narrow one that faces the target is better, but not by what a change takes
+    corner = torch.tensor([[-0.6, -0.95]]).double()
+    assert wayfinding.choose(corner, crate, none).item() == 0
+    assert wayfinding.choose(corner, crate, torch.tensor([2])).item() == 2
+    view = wayfinding.view(feet_at(-2.0, 0.0, 0.0), unit(torch.zeros(1).double()), crate, none + 1)
+    # 20 cm at the least from the middle, and the gap
+    torch.testing.assert_close(view.spot, torch.tensor([[-0.4, 0.0]]).double())
+    assert view.off_spot_m.item() == pytest.approx(1.6)
+
+
+def wish(feet: Footing, crate: BoxState, face: int, laden: Tensor, straight: Tensor) -> list[float]:
+    view = wayfinding.view(feet, feet.heading, crate, torch.tensor([face]))
+    return wayfinding.wish(view, crate, laden, straight)[0].tolist()
+
+
+def test_the_way_goes_straight_or_round_the_box() -> None:
+    far = box_at((3.0, 0.0), (9.0, 9.0))
+    assert wish(feet_at(0.0, 0.0, 0.0), far, 0, NO, NO) == pytest.approx([0.45, 0.0, 0.0])
+    # to the face at its back, past it at 0.62 m; more slowly, since one turns
+    near = box_at((2.0, 0.0), (9.0, 9.0))
+    turn = math.asin(0.62 / 2.0)
+    ahead = 0.45 * (1.0 - turn)
+    expected = [ahead, 0.0, turn * (1.0 - ahead / 0.9)]
+    assert wish(feet_at(0.0, 0.0, 0.0), near, 1, NO, NO) == pytest.approx(expected)
+    # before the face, 20 cm short of its place and 5 cm to the right, turned by 0.1
+    view = feet_at(2.0 - 0.4 - 0.2, -0.05, 0.1)
+    seen = rotations.turn_back(view.heading, torch.tensor([[0.2, 0.05]]).double())[0]
+    expected = [0.8 * float(seen[0]), 0.7 * float(seen[1]), -0.1]
+    assert wish(view, near, 0, NO, YES) == pytest.approx(expected)
+
+
+def test_with_the_box_one_leaves_its_stand_backwards_and_stops_before_the_target() -> None:
+    crate = box_at((0.4, 0.0), (0.4, 3.0))
+    assert wish(feet_at(0.0, 0.0, 0.0), crate, 0, YES, NO) == pytest.approx([-0.24, 0.0, 0.0])
+    # 1.25 m off sideways: a box 25 cm deep that way is put down from 44 cm before
+    there = feet_at(0.4, 3.0 - 0.25 - 0.19 - 0.03, math.pi / 2)
+    view = wayfinding.view(there, there.heading, crate, torch.tensor([0]))
+    assert view.left_m.item() == pytest.approx(0.03)
+    assert wayfinding.arrived(view, YES, NO).item() and wayfinding.at_target(view).item()
+    beyond = feet_at(0.4, 3.0 - 0.25 - 0.19 - 0.14, math.pi / 2)
+    view = wayfinding.view(beyond, beyond.heading, crate, torch.tensor([0]))
+    assert not wayfinding.arrived(view, YES, NO).item()
+    assert wayfinding.arrived(view, YES, YES).item(), "who has stopped does not go on for that"
+
+
+def test_it_carries_boxes_to_their_targets() -> None:
+    """Default and small boxes, in eight scenes each: it is no master."""
+    each, u = 8, torch.rand(16, 4, generator=torch.Generator().manual_seed(2))
+    scale = [1.0] * each + [0.6] * each
+    n = len(scale)
+    bank = BoxBank([box(one) for one in scale])
+    scenes, ids = Scenes(bank.models, 0.35, 3.0), torch.arange(n)
+    away, yaw = 1.2 + 0.8 * u[:, 0], math.pi * (2.0 * u[:, 1] - 1.0)
+    way, stand = math.pi * (2.0 * u[:, 2] - 1.0), 0.4 + 0.4 * u[:, 3]
+    at = torch.stack((away, torch.zeros(n), bank.half[:, 2] + stand), dim=1)
+    target = torch.cat((at[:, :2] + 2.0 * unit(way), bank.half[:, 2:] + 0.6), dim=1)
+    layout = resting(at, unit(yaw), target)
+    standing = torch.from_numpy(character.standing_qpos()).float()[None].repeat(n, 1)
+    scenes.set_down(ids, standing, torch.zeros(n, 34), layout.start, layout.start_yaw)
+    bank.put(scenes, ids, ids, layout)
+    place, task, porter = bank.place(ids, layout), Carry(), Porter(n)
+    fell, lasted = torch.zeros(n, dtype=torch.bool), torch.zeros(n)
+    seen, lifted = torch.zeros(n, 4, dtype=torch.bool), torch.zeros(n, dtype=torch.bool)
+    for _ in range(750):
+        scenes.drive(porter.act(scenes.qpos, scenes.qvel, scenes.now(place), bank.mass))
+        now, body = scenes.now(place), scenes.body()
+        fell |= task.fell(body, now)
+        seen[ids, porter.phase] = True
+        near = (task.error_m(body, now) < task.success_m) & ~fell
+        lasted = torch.where(near, lasted + 1, torch.where(lasted < 30, 0, lasted))
+        lifted |= task.stage(body, now)[:, 2] & ~fell
+        if lifted.sum() >= each and (lasted >= 30).any():
+            break
+    assert lifted.sum() >= each, "half of them come off their stands, in both hands"
+    assert (lasted >= 30).any(), "some stay at their targets for a second"
+    assert seen[lasted >= 30].all(), "by way of all phases"
+
+
+def test_a_porter_begins_anew_in_one_scene_alone() -> None:
+    porter = Porter(3)
+    porter.phase[:] = Phase.PUT_DOWN
+    porter.gait.mode[:] = 2
+    porter.reset(torch.tensor([0, 2]), torch.tensor([False, True]))
+    assert porter.phase.tolist() == [Phase.APPROACH, Phase.PUT_DOWN, Phase.CARRY]
+    assert porter.gait.stands.tolist() == [True, False, True]

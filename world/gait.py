@@ -1,0 +1,294 @@
+"""Stepping: which foot is in the air, where it lands and where the floor should push meanwhile.
+
+The mass falls over its foot as an inverted pendulum does. The unstable half of that motion, its
+divergent component ξ = x + ẋ/ω (Takenaka et al. 2009; Englsberger et al. 2015), grows away from the
+centre of pressure u by ξ(t) = u + (ξ(0) − u) exp(ω t), so that at each moment it is known where it
+will be when the foot comes down: the foot lands so far from there as the next step needs (Khadiv et
+al., "A robust walking controller based on online step location and duration optimization",
+arXiv:1704.01271; the duration is fixed here, but that a foot that is down early has landed). While
+both feet stand, u moves evenly from one to the other.
+"""
+
+import math
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from world import character, rotations
+from world.wholebody import GRAVITY_M_S2, Figure, Mass, apply
+
+_BODY = character.BODIES.index
+#: Right first, as everywhere here: 0 is the right one, 1 the left one.
+FEET = (_BODY("right_foot"), _BODY("left_foot"))
+#: The middle of the sole in the foot's frame, and the height of that frame above it, m.
+_SOLE, ANKLE_M = (0.045, 0.0, -0.05), 0.05
+CONTROL_S = 1.0 / character.CONTROL_HZ
+#: Rate at which a mass 0.88 m high falls over, 1/s.
+OMEGA = math.sqrt(GRAVITY_M_S2 / 0.88)
+STAND, SHIFT, STEP = 0, 1, 2
+#: Control steps with one foot in the air, and with both down between two of these.
+_SWING_STEPS, _BOTH_STEPS = 12, 2
+#: A sole this near to the floor has landed, m, once so much of the swing is over.
+_DOWN_M, _LATE = 0.006, 0.7
+#: From here on the landing place is kept: what moves now does so because the foot comes down.
+_FIXED = 0.75
+#: From a stand the first foot lifts when ξ is within this of the other one, sideways, m.
+_OVER_M = 0.04
+#: Between the feet, sideways, m.
+_WIDTH_M = 0.2
+#: Bounds of a step along and across the stance foot, m: as far as legs reach without crossing.
+_AHEAD_M, _ASIDE_M = (-0.4, 0.6), (0.1, 0.5)
+#: The foot turns by at most this a step, rad, and the step with it by this share.
+_TURN_RAD, _TURN_SHARE = 0.7, 0.3
+#: The pressure below the standing foot gives way by this much of where ξ is amiss, but no further
+#: than the sole reaches, ahead and aside, m.
+_TRIM, _TRIM_M = 0.7, (0.07, 0.025)
+#: A foot rises by so much; a share of that path starts and ends at rest.
+_RISE_M, _SOFT = 0.08, 0.2
+#: By this share of the swing it is turned; it is brought back to its path at this rate, 1/s.
+_TURNED_BY, _TRACK_HZ = 0.8, 6.0
+#: Level, near and turned like this the feet may rest side by side: ahead m, aside m, rad.
+_LEVEL_M, _NEAR_M, _ALIKE_RAD = 0.06, 0.32, 0.4
+#: A turn (rad), else a way to the left (m) beyond these is begun with the foot of that side.
+_FIRST_TURN_RAD, _FIRST_LEFT_M = 0.1, 0.02
+
+# What becomes of an offset of ξ while both feet stand, and while one does; and how many times the
+# move of u between the feet is taken off it.
+_GROWTH_BOTH = math.exp(OMEGA * _BOTH_STEPS * CONTROL_S)
+_GROWTH_SWING = math.exp(OMEGA * _SWING_STEPS * CONTROL_S)
+_HANDED_OVER = (_GROWTH_BOTH - 1.0) / (OMEGA * _BOTH_STEPS * CONTROL_S)
+
+
+@dataclass(frozen=True)
+class Footing:
+    """Where the feet are."""
+
+    ankles: Tensor
+    """[n, 2, 3]: of the feet's frames, m."""
+    soles: Tensor
+    """[n, 2, 3]: of the middles of the soles, m."""
+    yaw_rad: Tensor
+    """[n, 2]: of the feet."""
+    heading: Tensor
+    """[n, 2]: horizontal unit vector between the ways that they point."""
+
+    @staticmethod
+    def of(figure: Figure) -> "Footing":
+        ankles, rotation = figure.position[:, FEET], figure.rotation[:, FEET]
+        soles = ankles + apply(rotation, ankles.new_tensor(_SOLE))
+        yaw_rad = torch.atan2(rotation[..., 1, 0], rotation[..., 0, 0])
+        heading = unit(yaw_rad).sum(dim=1)
+        return Footing(ankles, soles, yaw_rad, heading / heading.norm(dim=1, keepdim=True))
+
+    def middle(self, ahead_m: float) -> Tensor:
+        """[n, 2]: so far ahead of the middle between the soles, m."""
+        return self.soles[:, :, :2].mean(dim=1) + ahead_m * self.heading
+
+
+@dataclass(frozen=True)
+class Stride:
+    """What stepping asks of the body at this moment."""
+
+    stands: Tensor
+    """[n] bool: both feet rest; of the others' pressure and mass the gait has the say."""
+    air: Tensor
+    """[n, 2] bool: the foot is in the air."""
+    pressure: Tensor
+    """[n, 2]: where the floor should push, m; of those who do not stand."""
+    velocity: Tensor
+    """[n, 3]: of the foot in the air, m/s."""
+    yaw_rad: Tensor
+    """[n]: where it should point."""
+
+
+@dataclass(frozen=True)
+class _Stance:
+    """Those who step, seen from the foot that stands."""
+
+    foot: Tensor
+    """[n, 2]: the middle of its sole, m."""
+    other: Tensor
+    """[n, 2]: of the other one's."""
+    yaw_rad: Tensor
+    """[n]."""
+    heading: Tensor
+    """[n, 2]."""
+    side: Tensor
+    """[n]: 1 where the other foot is the left one, −1 where it is the right one."""
+
+    def seen(self, point: Tensor) -> Tensor:
+        """[n, 2]: a point on the floor, ahead of and to the left of the foot, m."""
+        return rotations.turn_back(self.heading, point - self.foot)
+
+
+class Gait:
+    """The steps of n characters."""
+
+    def __init__(self, n: int) -> None:
+        self.mode = torch.zeros(n, dtype=torch.int64)
+        """[n]: STAND, SHIFT (the weight goes to the first stance foot) or STEP."""
+        self.swing = torch.zeros(n, dtype=torch.int64)
+        """[n]: the foot that is in the air, or is next."""
+        self.time = torch.zeros(n, dtype=torch.float64)
+        """[n]: control steps since it lifted; below 0 both feet are still down."""
+        self._lifted = torch.zeros(n, 3, dtype=torch.float64)
+        self._lifted_yaw = torch.zeros(n, dtype=torch.float64)
+        self._goal = torch.zeros(n, 2, dtype=torch.float64)
+
+    def reset(self, ids: Tensor) -> None:
+        """Let the characters `ids` stand."""
+        kept = (self.mode, self.swing, self.time, self._lifted, self._lifted_yaw, self._goal)
+        for state in kept:
+            state[ids] = 0
+
+    @property
+    def stands(self) -> Tensor:
+        """[n] bool: both feet rest."""
+        return self.mode == STAND
+
+    @property
+    def walks(self) -> Tensor:
+        """[n] bool: a step was begun."""
+        return self.mode == STEP
+
+    @property
+    def landed(self) -> Tensor:
+        """[n] bool: a step ended just now, or none has begun: time to want another one."""
+        return (self.mode != STEP) | (self.time == -_BOTH_STEPS)
+
+    def advance(self, feet: Footing, mass: Mass, wish: Tensor, stop: Tensor) -> Stride:
+        """One control step on.
+
+        wish [n, 3]: how far a step goes ahead and to the left, m, and turns, rad, seen from the
+        feet; stop [n] bool: come to rest with the feet side by side.
+        """
+        falling = mass.position + mass.velocity / OMEGA
+        self._set_off(wish, stop)
+        self._go_on(feet, falling, stop)
+        stance = self._stance(feet)
+        pressure = self._pressure(stance, falling, wish)
+        turn = wish[:, 2].clamp(-_TURN_RAD, _TURN_RAD)
+        landing = self._landing(stance, falling, pressure, wish, turn)
+        kept = self.time > _FIXED * _SWING_STEPS
+        self._goal = torch.where(kept[:, None], self._goal, landing)
+        velocity, yaw_rad = self._swing(feet, stance.yaw_rad + turn)
+        flies = (self.mode == STEP) & (self.time >= 0)
+        air = torch.stack((flies & (self.swing == 0), flies & (self.swing == 1)), dim=1)
+        # pushed away from the foot that will lift, the mass goes to the other one
+        shifts = (self.mode == SHIFT)[:, None]
+        pressure = torch.where(shifts, stance.other, pressure)
+        return Stride(self.mode == STAND, air, pressure, velocity, yaw_rad)
+
+    def _stance(self, feet: Footing) -> _Stance:
+        rows = torch.arange(len(self.swing))
+        standing = 1 - self.swing
+        yaw_rad = feet.yaw_rad[rows, standing]
+        side = torch.where(self.swing == 1, 1.0, -1.0).double()
+        foot, other = feet.soles[rows, standing, :2], feet.soles[rows, self.swing, :2]
+        return _Stance(foot, other, yaw_rad, unit(yaw_rad), side)
+
+    def _set_off(self, wish: Tensor, stop: Tensor) -> None:
+        """Who stands and should not begins with the foot of the side that he turns or goes to."""
+        goes = (self.mode == STAND) & ~stop
+        turns = wish[:, 2].abs() > _FIRST_TURN_RAD
+        left = torch.where(turns, wish[:, 2] > 0.0, wish[:, 1] > _FIRST_LEFT_M)
+        self.swing = torch.where(goes, left.long(), self.swing)
+        self.mode = torch.where(goes, SHIFT, self.mode)
+        self.time = torch.where(goes, 0.0, self.time)
+
+    def _go_on(self, feet: Footing, falling: Tensor, stop: Tensor) -> None:
+        """Lift the foot from which the weight has gone, set down the one whose time is over, and
+        stand where both rest side by side and should."""
+        stance = self._stance(feet)
+        over = stance.seen(falling)[:, 1] * stance.side < _OVER_M
+        lifts = (self.mode == SHIFT) & over
+        self.time = torch.where(self.mode != STAND, self.time + 1.0, self.time)
+        rows = torch.arange(len(self.swing))
+        down = feet.soles[rows, self.swing, 2] < _DOWN_M
+        late = self.time > _LATE * _SWING_STEPS
+        ends = (self.mode == STEP) & ((self.time >= _SWING_STEPS) | (late & down))
+        self.swing = torch.where(ends, 1 - self.swing, self.swing)
+        self.time = torch.where(ends, -float(_BOTH_STEPS), self.time)
+        self.mode = torch.where(lifts, STEP, self.mode)
+        self.time = torch.where(lifts, 0.0, self.time)
+        grounded = (self.mode == STEP) & (self.time <= 0)
+        ankle, yaw = feet.ankles[rows, self.swing], feet.yaw_rad[rows, self.swing]
+        self._lifted = torch.where(grounded[:, None], ankle, self._lifted)
+        self._lifted_yaw = torch.where(grounded, yaw, self._lifted_yaw)
+        stance = self._stance(feet)
+        apart = stance.seen(stance.other).abs()
+        alike = (feet.yaw_rad[:, 0] - feet.yaw_rad[:, 1]).abs() < _ALIKE_RAD
+        rests = stop & ends & (apart[:, 0] < _LEVEL_M) & (apart[:, 1] < _NEAR_M) & alike
+        self.mode = torch.where(rests, STAND, self.mode)
+
+    def _pressure(self, stance: _Stance, falling: Tensor, wish: Tensor) -> Tensor:
+        """[n, 2]: where the floor should push, m: below the standing foot, trimmed against what is
+        amiss with ξ; between the feet while both are down."""
+        share = ((self.time + _BOTH_STEPS) / _BOTH_STEPS).clamp(0.0, 1.0)[:, None]
+        between = stance.other + (stance.foot - stance.other) * share
+        since = self.time.clamp_min(0.0) * CONTROL_S
+        due = _offset(wish, stance.side) * torch.exp(OMEGA * since)[:, None]
+        amiss = _TRIM * (stance.seen(falling) - due)
+        most = amiss.new_tensor(_TRIM_M)
+        trimmed = rotations.turn(stance.heading, torch.maximum(torch.minimum(amiss, most), -most))
+        return torch.where((self.time < 0)[:, None], between, stance.foot + trimmed)
+
+    def _landing(
+        self, stance: _Stance, falling: Tensor, pressure: Tensor, wish: Tensor, turn: Tensor
+    ) -> Tensor:
+        """[n, 2]: where the middle of the sole should come down, m: so that ξ is there with the
+        offset that the next step begins with."""
+        left = (_SWING_STEPS - self.time.clamp_min(0.0)).clamp_min(0.0) * CONTROL_S
+        there = pressure + (falling - pressure) * torch.exp(OMEGA * left)[:, None]
+        offset = _offset(wish, -stance.side)
+        offset = rotations.turn(unit(_TURN_SHARE * turn), offset)
+        step = (_GROWTH_BOTH * stance.seen(there) - offset) / _HANDED_OVER
+        aside = (step[:, 1] * stance.side).clamp(*_ASIDE_M) * stance.side
+        step = torch.stack((step[:, 0].clamp(*_AHEAD_M), aside), dim=1)
+        return stance.foot + rotations.turn(stance.heading, step)
+
+    def _swing(self, feet: Footing, yaw_rad: Tensor) -> tuple[Tensor, Tensor]:
+        """Velocity [n, 3] m/s and yaw [n] rad of the foot in the air, that should land with this
+        yaw [n]."""
+        back = rotations.turn(unit(yaw_rad), yaw_rad.new_tensor(_SOLE[:2]))
+        goal = self._goal - back
+        now = (self.time.clamp_min(0.0) / _SWING_STEPS).clamp(0.0, 1.0)
+        then = ((self.time.clamp_min(0.0) + 1.0) / _SWING_STEPS).clamp(0.0, 1.0)
+        ankle = feet.ankles[torch.arange(len(self.swing)), self.swing]
+        place = self._path(goal, now)
+        velocity = (self._path(goal, then) - place) / CONTROL_S + _TRACK_HZ * (place - ankle)
+        turned = _eased((then / _TURNED_BY).clamp_max(1.0))
+        return velocity, self._lifted_yaw + wrapped(yaw_rad - self._lifted_yaw) * turned
+
+    def _path(self, goal: Tensor, share: Tensor) -> Tensor:
+        """[n, 3]: where the ankle is after this share [n] of the swing to a goal [n, 2], m."""
+        level = self._lifted[:, :2] + (goal - self._lifted[:, :2]) * _eased(share)[:, None]
+        arc = torch.sin(math.pi * share)
+        height = ANKLE_M + _RISE_M * (_SOFT * arc.square() + (1.0 - _SOFT) * arc)
+        return torch.cat((level, height[:, None]), dim=1)
+
+
+def _offset(wish: Tensor, side: Tensor) -> Tensor:
+    """[n, 2]: from the standing foot to ξ, ahead and to the left, m, as its swing begins, where
+    every step goes as wished and the other foot is at this side [n]: what repeats itself under the
+    growth over a step."""
+    growth = _GROWTH_BOTH * _GROWTH_SWING
+    on = _HANDED_OVER * wish[:, :2] / (growth - 1.0)
+    aside = side * _HANDED_OVER * _WIDTH_M / (growth + 1.0)
+    return torch.stack((on[:, 0], aside + on[:, 1]), dim=1)
+
+
+def unit(angle_rad: Tensor) -> Tensor:
+    """Cosine and sine [..., 2] of angles [...]."""
+    return torch.stack((angle_rad.cos(), angle_rad.sin()), dim=-1)
+
+
+def wrapped(angle_rad: Tensor) -> Tensor:
+    """The same angles in [−π, π)."""
+    return (angle_rad + math.pi) % (2.0 * math.pi) - math.pi
+
+
+def _eased(share: Tensor) -> Tensor:
+    """Shares from 0 to 1 that begin and end at rest."""
+    return share * share * (3.0 - 2.0 * share)
