@@ -3,7 +3,7 @@
 
 Pupil and porter (world.porter) take turns at the servoes, the porter less and less; of every state
 that they get into the porter says what it would do, and the pupil's networks are regressed on all
-that it ever said.
+that it ever said. What came of it so far: docs/recipe.md, "A script for the whole body".
 
 python examples/teach_carry.py runs/taught
 inhabit evaluate runs/taught
