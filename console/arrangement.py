@@ -24,25 +24,20 @@ _CARRY = 104
 _CLEAR_M = 0.8
 #: Bands of size by which boxes are told apart in the figures.
 _BANDS = (0.5, 0.75, 1.0, 1.25, 1.5)
-
-
-def tried(config: CarryConfig, target_m: tuple[float, float]) -> CarryConfig:
-    """What boxes and stands are tried: the protocol's, whatever a policy was trained on, but for
-    the weights, which are a task of their own; targets target_m from where the box stands, m."""
-    return CarryConfig(weight_kg=config.weight_kg, target_m=target_m)
+#: Sizes and stands of trials, whatever a policy was trained on.
+_PROTOCOL = CarryConfig()
 
 
 def boxes(trials: int, seed: int, weight_kg: tuple[float, float] | None) -> tuple[Piece, ...]:
     """The box of each trial: its size uniform over the protocol's, and its weight where the task
     randomises it."""
-    config = CarryConfig(weight_kg=weight_kg)
     u = streams.uniform(seed, _CARRY, torch.arange(trials), 0, 2).double().numpy()
-    low, high = config.scale
+    low, high = _PROTOCOL.scale
     found = []
     for size, weight in u:
         scale, mass = low + (high - low) * size, None
-        if config.weight_kg is not None:
-            mass = config.weight_kg[0] + (config.weight_kg[1] - config.weight_kg[0]) * weight
+        if weight_kg is not None:
+            mass = weight_kg[0] + (weight_kg[1] - weight_kg[0]) * weight
         found.append(_named(box_scene.box(float(scale), mass), float(scale)))
     return tuple(found)
 
@@ -114,21 +109,21 @@ def stacked_layout(
     facing: Tensor,
     trials: NDArray[np.int64],
     seed: int,
-    config: CarryConfig,
+    target_m: tuple[float, float],
 ) -> Layout:
-    """Boxes at rest above the floor points [n, 2] m with the yaws facing [n, 2], and targets at any
-    bearing from them; of the trials numbered [n]."""
+    """Boxes at rest above the floor points [n, 2] m with the yaws facing [n, 2], and targets
+    target_m from them, at any bearing; of the trials numbered [n]."""
     u = streams.uniform(seed, _CARRY, torch.from_numpy(trials), 1, 4)
     half = torch.tensor([piece.boxes[0].half_m[2] for piece in pieces])
-    low, high = config.stand_m
+    low, high = _PROTOCOL.stand_m
     start = torch.cat((point, (half + low + (high - low) * u[:, 0])[:, None]), dim=1)
-    low, high = config.target_m
+    low, high = target_m
     angle = 2 * torch.pi * u[:, 2]
     unit = torch.stack((angle.cos(), angle.sin()), dim=1)
     offset = (low + (high - low) * u[:, 1])[:, None] * unit
     blocked = (point + offset).norm(dim=1) < _CLEAR_M
     there = torch.where(blocked[:, None], point - offset, point + offset)
-    low, high = config.stand_m
+    low, high = _PROTOCOL.stand_m
     target = torch.cat((there, (half + low + (high - low) * u[:, 3])[:, None]), dim=1)
     return resting(start, facing, target)
 
@@ -141,12 +136,12 @@ def arranged(
     facing: Tensor,
     trials: NDArray[np.int64],
     seed: int,
-    config: CarryConfig,
+    target_m: tuple[float, float],
 ) -> Furnished | Stacked:
     """The arrangement of what a task uses."""
     if affordance != "carry":
         return Furnished(pieces, affordance, what, point, facing)
-    layout = stacked_layout(pieces, point, facing, trials, seed, config)
+    layout = stacked_layout(pieces, point, facing, trials, seed, target_m)
     return Stacked(pieces, what, layout, point, facing)
 
 

@@ -10,7 +10,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from console.arrangement import arranged, sized, tried
+from console.arrangement import arranged, sized
 from console.recording import Take, boxes_of
 from policy.acting import Policy
 from world import character, tasks
@@ -109,8 +109,9 @@ def step_chunk(
     pieces = [sized(trials.pieces[i], float(trials.scale[i])) for i in rows]
     point, facing = _spots(trials, rows)
     numbers = np.arange(rows.start, rows.stop)
-    carry = tried(world.carry, trials.target_m)
-    objects = arranged(task.affordance, pieces, what, point, facing, numbers, trials.seed, carry)
+    objects = arranged(
+        task.affordance, pieces, what, point, facing, numbers, trials.seed, trials.target_m
+    )
     scenes = Scenes(objects.models, world.action_scale, world.action_clip)
     places = objects.begin(scenes)
     thrower = Thrower(what, scenes) if what.kind == "projectiles" else None

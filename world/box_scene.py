@@ -20,8 +20,8 @@ _SOLID, _CHARACTER = 2, 1
 FRICTION, _TORSION_M, _ROLLING_M = 1.2, 0.032, 0.001
 _CONDIM = 4
 #: Friction as stiff against slip as against penetration times this. Elliptic cones, though a
-#: control step takes 1.6 times as long with them: between pyramidal ones a box creeps down by 3 cm
-#: a second in hands that shake with every step, the faster the higher the ratio (docs/recipe.md).
+#: control step takes 1.6 times as long with them: between pyramidal ones a box creeps down in hands
+#: that shake with every step, by 3 cm a second at a ratio of 30 (docs/recipe.md).
 IMPRATIO = 3.0
 
 

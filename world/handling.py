@@ -83,12 +83,6 @@ def reach(figure: Figure, box: BoxState, mass_kg: Tensor) -> Reach:
     )
 
 
-def deep_m(box: BoxState, heading: Tensor) -> Tensor:
-    """[n]: from the box' centre to its edge along a heading [n, 2], m."""
-    axes = rotations.matrix(box.rotation)[:, :2, :2]
-    return ((axes * heading[..., None]).sum(dim=1).abs() * box.half[:, :2]).sum(dim=1)
-
-
 def _hold(box: BoxState, grip: hands.Grip) -> Tensor:
     """[n, 3]: from the middle of a face to where it is held, m: nearer and higher."""
     axes = rotations.matrix(box.rotation)
@@ -118,7 +112,7 @@ def _onward(figure: Figure, box: BoxState, heading: Tensor) -> Tensor:
     # before the chest, where the trunk is bent
     chest = (figure.position[:, _TORSO] - figure.position[:, 0])[:, :2]
     lean = (chest * heading).sum(dim=1).clamp_min(0.0)
-    held = hands.before(figure.position[:, 0], heading, deep_m(box, heading) + lean)
+    held = hands.before(figure.position[:, 0], heading, hands.deep_m(box, heading) + lean)
     level = held[:, :2]
     within = (box.target[:, :2] - level).norm(dim=1) < _OUT_M
     level = torch.where(within[:, None], box.target[:, :2], level)

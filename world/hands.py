@@ -96,10 +96,10 @@ def lead(qpos: Tensor, place: Place, mass_kg: Tensor) -> tuple[Tensor, Tensor]:
     return torch.maximum(torch.minimum(targets, high), low), said
 
 
-def before(root: Tensor, heading: Tensor, deep_m: Tensor) -> Tensor:
-    """[n, 3]: where the centre of a box in hand is held, m; root [n, 3], heading [n, 2], deep_m
+def before(root: Tensor, heading: Tensor, depth_m: Tensor) -> Tensor:
+    """[n, 3]: where the centre of a box in hand is held, m; root [n, 3], heading [n, 2], depth_m
     [n]: from its centre to its edge along the heading."""
-    ahead = root[:, :2] + (_BEFORE_M + deep_m)[:, None] * heading
+    ahead = root[:, :2] + (_BEFORE_M + depth_m)[:, None] * heading
     return torch.cat((ahead, root[:, 2:] + _ABOVE_M), dim=1)
 
 
@@ -212,9 +212,7 @@ def _onward(box: BoxState, position: Tensor, heading: Tensor) -> Tensor:
     over = error[:, :2].norm(dim=1) < _OVER_M
     # before the chest, where the trunk is bent
     lean = ((position[:, _TORSO] - position[:, 0])[:, :2] * heading).sum(dim=1).clamp_min(0.0)
-    axes = rotations.matrix(box.rotation)[:, :2, :2]
-    deep = ((axes * heading[..., None]).sum(dim=1).abs() * box.half[:, :2]).sum(dim=1)
-    held = before(position[:, 0], heading, deep)
+    held = before(position[:, 0], heading, deep_m(box, heading))
     held = torch.cat((held[:, :2] + lean[:, None] * heading, held[:, 2:]), dim=1)
     within = (box.target - held)[:, :2].norm(dim=1) < _OUT_M
     held[:, :2] = torch.where(within[:, None], box.target[:, :2], held[:, :2])
@@ -228,8 +226,14 @@ def _onward(box: BoxState, position: Tensor, heading: Tensor) -> Tensor:
     return torch.where(over[:, None], shortened(error, _LIFT_M), carried)
 
 
+def deep_m(box: BoxState, heading: Tensor) -> Tensor:
+    """[n]: from the box' centre to its edge along a heading [n, 2], m."""
+    axes = rotations.matrix(box.rotation)[:, :2, :2]
+    return ((axes * heading[..., None]).sum(dim=1).abs() * box.half[:, :2]).sum(dim=1)
+
+
 def shortened(way: Tensor, most: float) -> Tensor:
-    """Vectors [n, 3] cut to a length of at most `most`."""
+    """Vectors [n, k] cut to a length of at most `most`."""
     return way * (most / way.norm(dim=1, keepdim=True).clamp_min(most))
 
 

@@ -12,6 +12,7 @@ from torch import Tensor
 
 from world import character, servoes
 from world.gait import ANKLE_M, CONTROL_S, FEET, OMEGA, Footing, Stride, unit
+from world.hands import shortened
 from world.wholebody import (
     BODY_KG,
     GRAVITY_M_S2,
@@ -174,7 +175,7 @@ def _walk(tasks: Tasks, figure: Figure, feet: Footing, stride: Stride, pace: Pac
     lean = torch.full_like(walks, _LEAN_RAD)
     for body, share in ((_PELVIS, _LEAN_PELVIS), (_TORSO, 1.0)):
         turn = way_round(figure.rotation[:, body], attitude(feet.heading, lean * share))
-        turn = _at_most(turn, _TRUNK_RAD) * (_TRUNK_HZ * _SERVO_S)
+        turn = shortened(turn, _TRUNK_RAD) * (_TRUNK_HZ * _SERVO_S)
         tasks.add(figure.turning_jacobian(body), turn, _TRUNK_WALKS * walks)
     rise = (pace.height_m - figure.position[:, _PELVIS, 2]).clamp(-_HEIGHT_M, _HEIGHT_M)
     tasks.add(figure.point_jacobian(_PELVIS)[:, 2:], rise[:, None], _HEIGHT_WALKS * walks)
@@ -186,7 +187,7 @@ def _bend(tasks: Tasks, figure: Figure, feet: Footing, stride: Stride, reach: Re
     weight = torch.where(reach.pressing, _TRUNK_PRESSES, _TRUNK) * stride.stands
     for body, share in ((_PELVIS, _PELVIS_SHARE), (_TORSO, 1.0)):
         turn = way_round(figure.rotation[:, body], attitude(feet.heading, pitch * share))
-        tasks.add(figure.turning_jacobian(body), _at_most(turn, _BEND_RAD), weight)
+        tasks.add(figure.turning_jacobian(body), shortened(turn, _BEND_RAD), weight)
     rise = (_TALL_M - figure.position[:, _PELVIS, 2]).clamp(0.0, _RISE_M)
     up = (reach.pressing | ~reach.led) & stride.stands
     tasks.add(figure.point_jacobian(_PELVIS)[:, 2:], rise[:, None], _HEIGHT * up)
@@ -242,7 +243,7 @@ def _effort(
     share = torch.where(stride.air[:, 1], 0.0, torch.where(stride.air[:, 0], 1.0, share))
     share = share.clamp(0.0, 1.0)
     beside = pressure - right - share[:, None] * line
-    beside = _at_most(beside, _SOLE_M)
+    beside = shortened(beside, _SOLE_M)
     force = torch.cat((push, torch.full_like(push[:, :1], GRAVITY_M_S2)), dim=1)
     effort = moments(figure.com_jacobian, BODY_KG * force)
     for side, (foot, part) in enumerate(zip(FEET, (1.0 - share, share), strict=True)):
@@ -251,8 +252,3 @@ def _effort(
         borne = (part * mass.mass_kg)[:, None] * force
         effort = effort - moments(figure.point_jacobian(foot, point), borne)
     return effort
-
-
-def _at_most(way: Tensor, most: float) -> Tensor:
-    """Vectors [n, k] cut to a length of at most `most`."""
-    return way * (most / way.norm(dim=1, keepdim=True).clamp_min(most))

@@ -11,7 +11,7 @@ from torch import Tensor
 
 from world import rotations
 from world.gait import Footing, wrapped
-from world.handling import deep_m
+from world.hands import deep_m
 from world.tasks.task import BoxState
 
 #: A porter's place is so far behind the middle of the soles, m: about the ankles.

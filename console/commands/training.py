@@ -91,9 +91,9 @@ class Evaluate:
     preset: Protocol = "table1"
     """Protocol: table1 (1-10 m), or table3, the comparison with kinematic methods (1-5 m)."""
     near_m: float | None = None
-    """Closest start; default: the preset's."""
+    """Closest start, and target of a box from where it stands; default: the preset's."""
     far_m: float | None = None
-    """Farthest start; default: the preset's."""
+    """Farthest start, and target of a box; default: the preset's."""
     quality: int = 64
     """Trials that motion quality is measured on, beside the mocap's; 0: none."""
     motions: tuple[Path, ...] = ()
@@ -176,9 +176,9 @@ class Video:
     objects: str = "test"
     """Pieces: test or train."""
     near_m: float = 1.5
-    """Closest start."""
+    """Closest start, and target of a box from where it stands."""
     far_m: float = 5.0
-    """Farthest start."""
+    """Farthest start, and target of a box."""
     seed: int = 0
     """Of the trials."""
     width: int = 640

@@ -1,0 +1,11 @@
+"""The example that tries the porter in the trials of policies."""
+
+from examples.try_porter import Settings, attempt
+
+
+def test_the_porter_comes_to_boxes_near_by() -> None:
+    figures = attempt(Settings(trials=4, near_m=1.0, far_m=1.5, seconds=9.0))
+    stages = {part["stage"]: part["rate"] for part in figures["by_stage"]}
+    assert stages["approached"] == 1.0
+    assert stages["grasped"] > 0.0
+    assert len(figures["by_distance"]) and figures["success"]["rate"] <= stages["placed"]
