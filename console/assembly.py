@@ -106,6 +106,7 @@ def layout(experiment: Experiment) -> Layout:
         goal=tuple((f.name, f.width) for f in task.goal),
         actions=NU,
         hidden=tuple(experiment.ppo.hidden),
+        skip=experiment.ppo.skip,
     )
 
 

@@ -75,7 +75,7 @@ def export(served: Served, out: Path) -> Difference:
 
 def model_of(served: Served) -> bytes:
     """The ONNX model: the mirror, where the policy knows one side alone; normalise, clip, the
-    perceptron, and the servo targets."""
+    perceptron with what skips it, and the servo targets."""
     try:
         from onnx import TensorProto, checker, helper, numpy_helper
     except ImportError as error:
@@ -115,16 +115,21 @@ def model_of(served: Served) -> bytes:
         helper.make_node("Div", ["centred", "std"], ["scaled"]),
         helper.make_node("Clip", ["scaled", "clip_low", "clip_high"], ["x0"]),
     ]
+    skip = weights.pop("skip.weight", None)
     layers = sorted({int(name.split(".")[1]) for name in weights})
     for number, layer in enumerate(layers):
         last = layer == layers[-1]
         for part in ("weight", "bias"):
             constants[f"{part}{number}"] = weights[f"layers.{layer}.{part}"]
-        out = said if last else f"y{number}"
+        out = f"y{number}" if skip is not None or not last else said
         inputs = [f"x{number}", f"weight{number}", f"bias{number}"]
         nodes.append(helper.make_node("Gemm", inputs, [out], transB=1))
         if not last:
             nodes.append(helper.make_node("Relu", [out], [f"x{number + 1}"]))
+    if skip is not None:
+        constants["skip"] = skip
+        bent = f"y{len(layers) - 1}"
+        nodes.append(helper.make_node("Gemm", ["x0", "skip", bent], [said], transB=1))
     if said != "action":
         nodes += _mirrored("action", said, "action")
     nodes += [

@@ -1,22 +1,27 @@
 """Teaches networks to carry from a script that sees the simulator's state, by DAgger (Ross et al.,
 "A reduction of imitation learning and structured prediction to no-regret online learning", 2011).
 
-Pupil and porter (world.porter) take turns at the servoes, the porter less and less; of every state
-that they get into the porter says what it would do, and the pupil's networks are regressed on all
-that it ever said. What came of it so far: docs/recipe.md, "A script for the whole body".
+Pupil and porter (world.porter) take turns at the servoes, the pupil longer and longer; of every
+state that they get into the porter says what it would do, and the pupil's networks are regressed on
+all that it ever said. Lessons are given in processes of their own while this one regresses, on a
+GPU where there is one. What came of it so far: docs/recipe.md, "A script for the whole body".
 
-python examples/teach_carry.py runs/taught
+python examples/teach_carry.py runs/taught --minutes 60 --workers 1
 inhabit evaluate runs/taught
 inhabit train carry --init runs/taught
 """
 
+import copy
 import json
 import math
-from collections.abc import Callable
+import queue
+import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import torch
+import torch.multiprocessing as mp
 import tyro
 from torch import Tensor
 
@@ -24,6 +29,7 @@ from console import assembly
 from console.experiment import Experiment, to_json
 from learner.config import LearnerConfig
 from learner.ppo import Learner
+from policy.acting import Policy
 from policy.checkpoint import Manifest, write
 from world import character, hands, rotations, tasks
 from world.box_scene import box
@@ -38,16 +44,18 @@ from world.tasks.carry import Carry
 #: this low goes on, m.
 _LONGEST, _HELD, _LYING_M = 600, 60, 0.45
 #: What the porter says so many steps before a fall is not learned: it was too late for it.
-_TOO_LATE = 14
-#: Who drives changes so often a control step, where both may.
-_CHANGES = 0.02
+_TOO_LATE = 25
+#: The porter drives for about so many control steps before the pupil may again.
+_SPELL = 20.0
+#: The pupil has this share of the episodes for itself.
+_ALONE = 0.1
 #: The regression's error is squared up to this, linear beyond.
 _HUBER = 0.3
 #: The pupil is the actor averaged over about so many batches.
-_AVERAGED = 1000
+_AVERAGED = 2000
+#: Batches between two looks at the clock; seconds between two lines, and two checkpoints.
+_CHUNK, _TELL_S, _SAVE_S = 50, 20.0, 60.0
 _DATA = "none: a scripted teacher (world.porter)"
-
-Pupil = Callable[[Tensor], Tensor]
 
 
 @dataclass(frozen=True)
@@ -56,28 +64,33 @@ class Settings:
 
     out: tyro.conf.Positional[Path]
     """Folder to write the networks to, a checkpoint."""
-    rounds: int = 30
-    """Rounds of lessons, each followed by a regression on all so far."""
-    steps: int = 400
-    """Control steps of a round."""
+    minutes: float = 60.0
+    """How long."""
+    workers: int = 1
+    """Processes that give lessons."""
+    steps: int = 40
+    """Control steps of a lesson."""
     scenes: int = 128
-    """Scenes at once, each with a box of its own."""
-    batches: int = 1500
-    """Batches of a regression."""
+    """Scenes of a lesson, each with a box of its own."""
     batch: int = 1024
     """Samples of a batch, half of them from the newest third."""
     rate: float = 1e-3
     """Learning rate of the first batch; it falls to nearly nothing by the last."""
-    alone: float = 0.8
-    """The porter's share of the driving falls by this factor a round."""
-    noise: float = 0.04
+    spell: tuple[float, float] = (10.0, 100.0)
+    """Control steps that the pupil drives for before the porter takes over, at first and in the
+    end: as many as it is likely to make without coming to where nobody can help it any more."""
+    noise: float = 0.03
     """Of the actions in every other scene, in their own units."""
     in_hand: float = 0.25
     """Share of the episodes that start with the box in hand."""
+    first: int = 100_000
+    """Samples before the first batch: normaliser and linear map are fitted to these."""
+    capacity: int = 6_000_000
+    """Samples kept, the newest."""
     hidden: tuple[int, ...] = (512, 256)
     """Widths of the networks."""
     seed: int = 0
-    """Of everything that is random."""
+    """Of everything that is random, but for who is first of several processes."""
 
 
 class School:
@@ -93,46 +106,62 @@ class School:
         self._age, self._held = torch.zeros(n), torch.zeros(n)
         self._stages = torch.zeros(n, len(self.task.stages), dtype=torch.bool)
         self._drives = torch.zeros(n, dtype=torch.bool)
+        self._alone = torch.zeros(n, dtype=torch.bool)
+        self._recent: list[tuple[Tensor, Tensor]] = []
+        self._fell: list[Tensor] = []
         qpos, layout, laden = self._draw()
         self.place = self.bank.place(self.ids, layout)
         self._begin(self.ids, qpos, layout, laden)
 
-    def lesson(self, pupil: Pupil | None, share: float) -> tuple[Tensor, Tensor, str]:
-        """Observations [m, 150] and what the porter would do then [m, 28] over a round in which it
-        drives in this share of the time; and how the episodes that ended went."""
-        seen, said, valid, ended = [], [], [], []
+    def lesson(self, pupil: Policy | None, spell: float) -> tuple[Tensor, Tensor, Tensor]:
+        """Observations [m, 150] and what the porter would do then [m, 28] over a lesson in which
+        the pupil drives for about so many control steps at a time; and of each episode that ended
+        [k, 8] whether the pupil had it for itself, its length, whether it ended in a fall, and its
+        stages."""
+        seen, said, ended = [], [], []
         scale = self._settings.noise * (self.ids % 2 == 0)[:, None]
         for _ in range(self._settings.steps):
             now, body = self.scenes.now(self.place), self.scenes.body()
-            features = (tasks.state(body, now), self.task.goal_features(body, now))
-            observation = torch.cat(features, dim=1)
+            state, goal = tasks.state(body, now), self.task.goal_features(body, now)
             qpos, qvel = self.scenes.qpos, self.scenes.qvel
             targets = self.porter.act(qpos, qvel, now, self.bank.mass)
             action = self.scenes.actions(targets).float()
-            valid.append(action.isfinite().all(dim=1) & observation.isfinite().all(dim=1))
-            seen.append(observation)
-            said.append(action)
+            self._recent.append((torch.cat((state, goal), dim=1), action))
             if pupil is not None:
-                changes = self._uniform() < _CHANGES
-                self._drives = torch.where(changes, self._uniform() >= share, self._drives)
-                action = torch.where(self._drives[:, None], pupil(observation), action)
+                changes = self._uniform() < torch.where(self._drives, 1.0 / spell, 1.0 / _SPELL)
+                self._drives = (self._drives ^ changes) | self._alone
+                action = torch.where(self._drives[:, None], pupil(state, goal), action)
             noise = torch.randn(action.shape, generator=self._random)
             self.scenes.act(torch.nan_to_num(action + scale * noise).double())
             fell, over = self._observe()
-            for late in valid[-_TOO_LATE:]:
-                late[fell] = False
+            self._fell.append(fell)
+            if len(self._recent) > _TOO_LATE:
+                one, other = self._recent.pop(0)
+                late = torch.stack(self._fell).any(dim=0)
+                self._fell.pop(0)
+                kept = one.isfinite().all(dim=1) & other.isfinite().all(dim=1) & ~late
+                seen.append(one[kept])
+                said.append(other[kept])
             if over.any():
-                ended.append(torch.cat((fell[:, None], self._stages), dim=1)[over].float())
-                rows = over.nonzero().flatten()
-                self._begin(rows, *self._draw())
-        kept = torch.cat(valid)
-        return torch.cat(seen)[kept], torch.cat(said)[kept], self._report(ended)
+                facts = (self._alone, self._age, fell, *self._stages.T)
+                ended.append(torch.stack([fact.float() for fact in facts], dim=1)[over])
+                self.again(over)
+                self._drives &= ~over
+                alone = (self._uniform() < _ALONE) & (pupil is not None)
+                self._alone = torch.where(over, alone, self._alone)
+        none = torch.zeros(0, 3 + len(self.task.stages))
+        return _rows(seen, 150), _rows(said, character.NU), torch.cat([none, *ended])
 
-    def _report(self, ended: list[Tensor]) -> str:
-        if not ended:
-            return "no episode ended"
-        names, means = ("fell", *self.task.stages), torch.cat(ended).mean(dim=0).tolist()
-        return ", ".join(f"{name} {mean:.2f}" for name, mean in zip(names, means, strict=True))
+    def drive(self) -> tuple[Tensor, Tensor]:
+        """One control step by the porter alone; [n] bool each: who fell, whose episode is over."""
+        now = self.scenes.now(self.place)
+        self.scenes.drive(self.porter.act(self.scenes.qpos, self.scenes.qvel, now, self.bank.mass))
+        return self._observe()
+
+    def again(self, over: Tensor) -> None:
+        """Begin anew where it is over [n] bool."""
+        if over.any():
+            self._begin(over.nonzero().flatten(), *self._draw())
 
     def _observe(self) -> tuple[Tensor, Tensor]:
         """[n] bool each: the character or the box fell; the episode is over."""
@@ -204,31 +233,107 @@ def weights_of(world: WorldConfig) -> Tensor:
     return (torque / torque.mean()).clamp(0.3, 3.0)
 
 
-def regress(learner: Learner, seen: Tensor, said: Tensor, worth: Tensor, s: Settings) -> float:
-    """Regress the actor on what was said [m, 28] of what was seen [m, 150], and its average with
-    it; the mean error of its actions, in their own units."""
-    m, actor = len(seen), learner.actor
-    optimiser = torch.optim.Adam(actor.parameters(), s.rate)
-    random = torch.Generator().manual_seed(s.seed + m)
-    newest = m - max(1, m // 3)
-    total = 0.0
-    for step in range(s.batches):
-        for group in optimiser.param_groups:
-            group["lr"] = s.rate * (1.0 - step / s.batches) + 1e-5
-        rows = torch.randint(0, m, (s.batch,), generator=random)
-        rows[::2] = torch.randint(newest, m, (len(rows[::2]),), generator=random)
-        error = worth * (actor(learner.normaliser(seen[rows])) - said[rows])
-        loss = torch.nn.functional.smooth_l1_loss(error, torch.zeros_like(error), beta=_HUBER)
-        optimiser.zero_grad(set_to_none=True)
-        loss.backward()
-        optimiser.step()
-        total += float((error / worth).detach().square().mean())
+class Lessons:
+    """What was seen and said, the newest `capacity` samples."""
+
+    def __init__(self, capacity: int, observation: int, device: torch.device) -> None:
+        self.seen = torch.empty(capacity, observation, device=device)
+        self.said = torch.empty(capacity, character.NU, device=device)
+        self.total = 0
+
+    def add(self, seen: Tensor, said: Tensor) -> None:
+        """Add samples [m, 150] and [m, 28]."""
+        rows = (self.total + torch.arange(len(seen))) % len(self.seen)
+        rows = rows.to(self.seen.device)
+        self.seen[rows] = seen.to(self.seen.device)
+        self.said[rows] = said.to(self.said.device)
+        self.total += len(seen)
+
+    def draw(self, n: int) -> tuple[Tensor, Tensor]:
+        """Samples, half of them from the newest third."""
+        device, m = self.seen.device, min(self.total, len(self.seen))
+        age = torch.randint(0, m, (n,), device=device)
+        age[::2] %= max(1, m // 3)
+        rows = (self.total - 1 - age) % len(self.seen)
+        return self.seen[rows], self.said[rows]
+
+
+class Regression:
+    """Of an actor on lessons; its average is the pupil."""
+
+    def __init__(self, learner: Learner, worth: Tensor, settings: Settings) -> None:
+        self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+        self.learner, self._settings = learner, settings
+        self.actor = copy.deepcopy(learner.actor).to(self.device)
+        self.average = copy.deepcopy(self.actor).requires_grad_(False)
+        self._worth = worth.to(self.device)
+        self._optimiser = torch.optim.Adam(self.actor.parameters(), settings.rate)
+        self.steps = 0
+
+    @torch.no_grad()
+    def begin(self, seen: Tensor, said: Tensor) -> None:
+        """Fit the normaliser and, by least squares, the linear map to samples [m, ..]."""
+        self.learner.normaliser.update(seen.cpu())
+        x = self.learner.normaliser(seen.cpu()).double()
+        y = said.cpu().double()
+        mean = y.mean(dim=0)
+        ridge = x.T @ x + torch.eye(x.shape[1]).double()
+        found = torch.linalg.solve(ridge, x.T @ (y - mean))
+        for actor in (self.actor, self.average):
+            assert actor.skip is not None
+            actor.skip.weight.copy_(found.T)
+            actor.head.bias.copy_(mean)
+        normaliser = self.learner.normaliser
+        self._mean, self._std = normaliser.mean.float().to(self.device), normaliser.std
+        self._std = self._std.to(self.device)
+
+    def step(self, lessons: Lessons, rate: float) -> Tensor:
+        """One batch; the mean squared error of its actions [], in their own units."""
+        for group in self._optimiser.param_groups:
+            group["lr"] = rate
+        seen, said = lessons.draw(self._settings.batch)
+        clip = self.learner.config.observation_clip
+        error = self.actor(((seen - self._mean) / self._std).clamp_(-clip, clip)) - said
+        loss = self._worth * torch.nn.functional.smooth_l1_loss(
+            error, torch.zeros_like(error), beta=_HUBER, reduction="none"
+        )
+        self._optimiser.zero_grad(set_to_none=True)
+        loss.mean().backward()
+        self._optimiser.step()
+        self.steps += 1
         with torch.no_grad():
-            keep = 1.0 / min(_AVERAGED, step + 1)
-            pairs = zip(learner.average.parameters(), actor.parameters(), strict=True)
-            for mean, value in pairs:
-                mean.lerp_(value, keep)
-    return math.sqrt(total / s.batches)
+            pairs = (list(net.parameters()) for net in (self.average, self.actor))
+            torch._foreach_lerp_(*pairs, max(1.0 / _AVERAGED, 1.0 / self.steps))
+        return error.detach().square().mean()
+
+    def hand_back(self) -> Learner:
+        """The learner with what was learned."""
+        for mine, theirs in (
+            (self.actor, self.learner.actor),
+            (self.average, self.learner.average),
+        ):
+            theirs.load_state_dict(mine.state_dict())
+        return self.learner
+
+
+def experiment_of(settings: Settings) -> Experiment:
+    """What the checkpoint says of itself."""
+    world = WorldConfig(task="carry", episode_s=Carry.episode_s)
+    ppo = LearnerConfig(hidden=settings.hidden, skip=True, observation_clip=10.0)
+    return Experiment(seed=settings.seed, world=world, ppo=ppo)
+
+
+def give(settings: Settings, number: int, said: Any, spell: Any, weights: Path) -> None:
+    """A worker: lessons without end, by the newest pupil in the file `weights`."""
+    torch.set_num_threads(1)
+    mine = Settings(**{**vars(settings), "seed": settings.seed + 1000 * number})
+    school, pupil, stamp = School(mine, experiment_of(settings).world), None, 0
+    while True:
+        if weights.exists() and weights.stat().st_mtime_ns != stamp:
+            stamp = weights.stat().st_mtime_ns
+            pupil = Policy(torch.load(weights))
+        lesson = school.lesson(pupil, spell.value)
+        said.put([part.numpy() for part in lesson])
 
 
 def save(out: Path, experiment: Experiment, learner: Learner, samples: int) -> None:
@@ -239,28 +344,97 @@ def save(out: Path, experiment: Experiment, learner: Learner, samples: int) -> N
 
 
 def teach(settings: Settings) -> None:
-    """All rounds; the networks are written after each."""
-    world = WorldConfig(task="carry", episode_s=Carry.episode_s)
-    ppo = LearnerConfig(hidden=settings.hidden, observation_clip=10.0)
-    experiment = Experiment(seed=settings.seed, world=world, ppo=ppo)
-    learner, worth = assembly.learner(experiment), weights_of(world)
-    school = School(settings, world)
+    """Lessons and regression until the time is over; the networks are written every minute."""
+    context = mp.get_context("spawn")
+    said, spell = context.Queue(4 * settings.workers), context.Value("d", settings.spell[0])
+    settings.out.parent.mkdir(parents=True, exist_ok=True)
+    weights = settings.out.with_name(f".{settings.out.name}.pupil")
+    weights.unlink(missing_ok=True)
+    workers = [
+        context.Process(target=give, args=(settings, k, said, spell, weights), daemon=True)
+        for k in range(settings.workers)
+    ]
+    for worker in workers:
+        worker.start()
+    try:
+        _regress(settings, said, spell, weights)
+    finally:
+        for worker in workers:
+            worker.terminate()
+            worker.join()
+        weights.unlink(missing_ok=True)
 
-    @torch.no_grad()
-    def pupil(observation: Tensor) -> Tensor:
-        return learner.average(learner.normaliser(observation))
 
-    seen, said = torch.zeros(0, learner.normaliser.mean.numel()), torch.zeros(0, character.NU)
-    for k in range(settings.rounds):
-        share = settings.alone**k
-        new_seen, new_said, report = school.lesson(pupil if k else None, share)
-        if k == 0:
-            learner.normaliser.update(new_seen)
-        seen, said = torch.cat((seen, new_seen)), torch.cat((said, new_said))
-        error = regress(learner, seen, said, worth, settings)
-        save(settings.out, experiment, learner, len(seen))
-        print(f"round {k}: porter {share:.2f}, {len(seen)} samples, error {error:.3f}; {report}")
+def _regress(settings: Settings, said: Any, spell: Any, weights: Path) -> None:
+    experiment = experiment_of(settings)
+    learner = assembly.learner(experiment)
+    regression = Regression(learner, weights_of(experiment.world), settings)
+    lessons = Lessons(settings.capacity, experiment_width(experiment), regression.device)
+    while lessons.total < settings.first:
+        _take(said, lessons, wait=True)
+    regression.begin(lessons.seen[: lessons.total], lessons.said[: lessons.total])
+    began = told = saved = time.monotonic()
+    errors, ended = [], []
+    while (gone := (time.monotonic() - began) / (60.0 * settings.minutes)) < 1.0:
+        ended += _take(said, lessons, wait=False)
+        rate = 1e-6 + settings.rate * 0.5 * (1.0 + math.cos(math.pi * gone))
+        errors += [regression.step(lessons, rate) for _ in range(_CHUNK)]
+        first, last = settings.spell
+        spell.value = first * (last / first) ** gone
+        now = time.monotonic()
+        if now - told > _TELL_S:
+            error = math.sqrt(float(torch.stack(errors).mean()))
+            print(
+                f"{(now - began) / 60:.1f} min: {lessons.total} samples, {regression.steps} "
+                f"batches, error {error:.4f}, spells {spell.value:.0f}; {_report(ended)}",
+                flush=True,
+            )
+            errors, ended, told = [], [], now
+            partial = weights.with_suffix(".part")
+            torch.save(regression.hand_back().averaged_weights(), partial)
+            partial.replace(weights)
+        if now - saved > _SAVE_S:
+            save(settings.out, experiment, regression.hand_back(), lessons.total)
+            saved = now
+    save(settings.out, experiment, regression.hand_back(), lessons.total)
+    print(f"{settings.out}: {lessons.total} samples, {regression.steps} batches")
     learner.close()
+
+
+def _take(said: Any, lessons: Lessons, wait: bool) -> list[Tensor]:
+    """Put waiting lessons to the others; how the episodes in them ended."""
+    ended = []
+    while True:
+        try:
+            seen, told, ends = (torch.from_numpy(part) for part in said.get(wait, 120.0))
+        except queue.Empty:
+            return ended
+        lessons.add(seen, told)
+        ended.append(ends)
+        if wait:
+            return ended
+
+
+def _report(ended: list[Tensor]) -> str:
+    """How episodes ended: those that the pupil had for itself, and the others."""
+    names = ("steps", "fell", *Carry.stages)
+    facts = torch.cat(ended) if ended else torch.zeros(0, 3 + len(Carry.stages))
+    lines = []
+    for who, some in (("alone", facts[facts[:, 0] > 0]), ("led", facts[facts[:, 0] == 0])):
+        if len(some):
+            means = zip(names, some[:, 1:].mean(dim=0).tolist(), strict=True)
+            told = ", ".join(f"{name} {mean:.3g}" for name, mean in means)
+            lines.append(f"{who} ({len(some)}): {told}")
+    return "; ".join(lines) or "no episode ended"
+
+
+def _rows(parts: list[Tensor], width: int) -> Tensor:
+    return torch.cat([torch.zeros(0, width), *parts])
+
+
+def experiment_width(experiment: Experiment) -> int:
+    """Of an observation."""
+    return assembly.layout(experiment).observation
 
 
 if __name__ == "__main__":

@@ -24,6 +24,9 @@ class LearnerConfig:
 
     hidden: tuple[int, ...] = (512, 256)
     """Hidden widths of actor and critic; the paper's are 1024, 512."""
+    skip: bool = False
+    """A linear map from the observation beside the actor's layers: what a teacher says is mostly
+    where the joints already are."""
     sigma: Schedule = ((0.0, 0.035),)
     """Action noise, in units of the normalised action, by samples: ((0, 0.035), (4e7, 0.02))."""
     task_weight: float = 0.6

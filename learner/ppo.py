@@ -92,7 +92,7 @@ class Learner:
         self.precision = precision or decide("cpu")
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed)
-            self.actor = Actor(observation, actions, config.hidden)
+            self.actor = Actor(observation, actions, config.hidden, config.skip)
             self.critic = Critic(observation, config.hidden)
         #: The mean of the actors of the last iterations: what evaluation and serving act with.
         self.average = copy.deepcopy(self.actor).requires_grad_(False)
@@ -259,6 +259,10 @@ class Learner:
             assert isinstance(first, nn.Linear)
             first.bias.add_(first.weight @ shift)
             first.weight.mul_(scale)
+        for actor in (self.actor, self.average):
+            if actor.skip is not None:
+                actor.head.bias.add_(actor.skip.weight @ shift)
+                actor.skip.weight.mul_(scale)
 
     @torch.no_grad()
     def _move_average(self) -> None:

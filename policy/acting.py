@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import torch
 from torch import Tensor
 
-from policy.networks import Actor, hidden_widths
+from policy.networks import Actor
 from policy.normaliser import Normaliser, normalise
 from world.precision import FLOAT32, Precision
 from world.reflection import Symmetry
@@ -32,8 +32,8 @@ class Policy:
 
     def __init__(self, weights: Mapping[str, Tensor], precision: Precision = FLOAT32) -> None:
         self.precision = precision
-        inputs, self.actions, hidden = hidden_widths(dict(weights), ACTOR)
-        self.actor = Actor(inputs, self.actions, hidden)
+        self.actor = Actor.like(weights, ACTOR)
+        self.actions = self.actor.actions
         self.load(weights)
 
     def load(self, weights: Mapping[str, Tensor]) -> None:

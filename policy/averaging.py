@@ -9,7 +9,7 @@ from torch import Tensor
 from policy.errors import CheckpointError
 from policy.normaliser import Normaliser, NormaliserConfig
 
-_FIRST = "layers.0."
+_FIRST, _SKIP = "layers.0.", "skip.weight"
 
 
 def mean_policy(policies: Sequence[Mapping[str, Any]], limits: NormaliserConfig) -> dict[str, Any]:
@@ -49,6 +49,12 @@ def _under(actor: Mapping[str, Tensor], own: Normaliser, target: Normaliser) -> 
     moved = {name: value.double() for name, value in actor.items()}
     weight = moved[_FIRST + "weight"]
     shift = (target.mean - own.mean) / own.std.double()
+    scale = target.std.double() / own.std.double()
     moved[_FIRST + "bias"] = moved[_FIRST + "bias"] + weight @ shift
-    moved[_FIRST + "weight"] = weight * (target.std.double() / own.std.double())
+    moved[_FIRST + "weight"] = weight * scale
+    if _SKIP in moved:
+        biases = [name for name in moved if name.endswith(".bias")]
+        head = max(biases, key=lambda name: int(name.split(".")[1]))
+        moved[head] = moved[head] + moved[_SKIP] @ shift
+        moved[_SKIP] = moved[_SKIP] * scale
     return moved

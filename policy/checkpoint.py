@@ -34,6 +34,8 @@ class Layout:
     goal: Table
     actions: int
     hidden: tuple[int, ...]
+    skip: bool = False
+    """Whether the actor has a linear map beside its layers."""
 
     @property
     def observation(self) -> int:
@@ -42,7 +44,7 @@ class Layout:
 
     def require(self, other: "Layout", where: str) -> None:
         """Raise LayoutError, naming the first difference, unless `other` can be loaded as this."""
-        for name in ("features", "goal", "actions", "hidden"):
+        for name in ("features", "goal", "actions", "hidden", "skip"):
             mine, theirs = getattr(self, name), getattr(other, name)
             if mine != theirs:
                 raise LayoutError(
@@ -207,6 +209,7 @@ def _manifest(raw: Mapping[str, Any], path: Path) -> Manifest:
             goal=tuple((str(name), int(width)) for name, width in table["goal"]),
             actions=int(table["actions"]),
             hidden=tuple(int(width) for width in table["hidden"]),
+            skip=bool(table.get("skip", False)),
         )
         raw["files"], raw["values"]
         return Manifest(layout, int(raw["iteration"]), int(raw["samples"]), dict(raw["notes"]))

@@ -1,7 +1,7 @@
 """The actor and critic networks: separate ReLU perceptrons on the normalised state and goal."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import torch
@@ -41,13 +41,40 @@ def evaluate(layers: nn.Sequential, x: Tensor) -> Tensor:
 class Actor(nn.Module):
     """Mean of the Gaussian policy, in units of the normalised action."""
 
-    def __init__(self, inputs: int, actions: int, hidden: Sequence[int] = (512, 256)) -> None:
+    def __init__(
+        self, inputs: int, actions: int, hidden: Sequence[int] = (512, 256), skip: bool = False
+    ) -> None:
+        """skip: with a linear map from the observation beside the layers, 0 at first."""
         super().__init__()
         self.layers = perceptron(inputs, hidden, actions, ACTOR_OUTPUT_GAIN)
+        # Joints are told about where they already are: what the layers need not say again.
+        self.skip = nn.Linear(inputs, actions, bias=False) if skip else None
+        if self.skip is not None:
+            nn.init.zeros_(self.skip.weight)
+
+    @property
+    def head(self) -> nn.Linear:
+        """The last layer."""
+        return _head(self.layers)
+
+    @property
+    def actions(self) -> int:
+        """Width of an action."""
+        return self.head.out_features
+
+    @staticmethod
+    def like(weights: Mapping[str, Tensor], prefix: str = "") -> "Actor":
+        """A fresh one of the shape of these weights."""
+        inputs, actions, hidden = hidden_widths(weights, prefix)
+        return Actor(inputs, actions, hidden, f"{prefix}skip.weight" in weights)
 
     def forward(self, observation: Tensor) -> Tensor:
         """Normalised (state, goal) [n, inputs] -> mean action [n, actions]."""
-        return evaluate(self.layers, observation)
+        means = evaluate(self.layers, observation)
+        if self.skip is None:
+            return means
+        with torch.autocast(observation.device.type, enabled=False):
+            return means + self.skip(observation.float())
 
 
 class Critic(nn.Module):
@@ -60,16 +87,22 @@ class Critic(nn.Module):
     @property
     def head(self) -> nn.Linear:
         """The last layer, rescaled when the value normaliser moves."""
-        last = self.layers[-1]
-        assert isinstance(last, nn.Linear)
-        return last
+        return _head(self.layers)
 
     def forward(self, observation: Tensor) -> Tensor:
         """Normalised (state, goal) [n, inputs] -> normalised value [n]."""
         return evaluate(self.layers, observation).squeeze(-1)
 
 
-def hidden_widths(weights: dict[str, Tensor], prefix: str = "") -> tuple[int, int, tuple[int, ...]]:
+def _head(layers: nn.Sequential) -> nn.Linear:
+    last = layers[-1]
+    assert isinstance(last, nn.Linear)
+    return last
+
+
+def hidden_widths(
+    weights: Mapping[str, Tensor], prefix: str = ""
+) -> tuple[int, int, tuple[int, ...]]:
     """(inputs, outputs, hidden widths) of a perceptron, read from its weights' shapes."""
     keys = [k for k in weights if k.startswith(f"{prefix}layers.") and k.endswith(".weight")]
     keys.sort(key=lambda k: int(k.removeprefix(f"{prefix}layers.").split(".")[0]))

@@ -98,13 +98,23 @@ class Served:
         linears = [m for m in self.policy.actor.layers if isinstance(m, nn.Linear)]
         return [(linear.weight.detach(), linear.bias.detach()) for linear in linears]
 
+    @cached_property
+    def _skip(self) -> Tensor | None:
+        """Transposed matrix of the actor's linear map, if it has one, detached likewise."""
+        skip = self.policy.actor.skip
+        return None if skip is None else skip.weight.detach().T
+
     def act(self, observation: Tensor) -> Tensor:
         """Mean actions [n, 28] for rows of (state, goal) [n, width], float32."""
         rows, right = self.policy.seen(observation)
         *hidden, (weight, bias) = self._layers
-        for inner, offset in hidden:
-            rows = functional.linear(rows, inner, offset).relu_()
-        return self.policy.done(functional.linear(rows, weight, bias), right)
+        inner = rows
+        for matrix, offset in hidden:
+            inner = functional.linear(inner, matrix, offset).relu_()
+        means = functional.linear(inner, weight, bias)
+        if self._skip is not None:
+            means = torch.addmm(means, rows, self._skip)
+        return self.policy.done(means, right)
 
     def check(self) -> "Served":
         """Itself, or LayoutError if it cannot act: its features, or numbers in its weights."""

@@ -10,7 +10,7 @@ from policy.errors import LayoutError
 
 #: How many samples the old task's moments still count for: the new one's soon outweigh them.
 _REMEMBERED = 2e5
-_FIRST = "layers.0.weight"
+_FIRST = ("layers.0.weight", "skip.weight")
 
 
 def adopt(
@@ -23,7 +23,7 @@ def adopt(
 
     Raises LayoutError, naming the first difference, where states, actions or widths differ.
     """
-    for name in ("features", "actions", "hidden"):
+    for name in ("features", "actions", "hidden", "skip"):
         if getattr(mine, name) != getattr(theirs, name):
             raise LayoutError(
                 f"{where}: its {name} differ from this task's, so that nothing of it carries over:"
@@ -35,7 +35,8 @@ def adopt(
     for network in ("actor", "average", "critic"):
         if network in found:
             weights = dict(found[network])
-            weights[_FIRST] = _picked(weights[_FIRST].T, columns, known, 0.0).T.contiguous()
+            for name in weights.keys() & set(_FIRST):
+                weights[name] = _picked(weights[name].T, columns, known, 0.0).T.contiguous()
             found[network] = weights
     moments = found["normaliser"]
     found["normaliser"] = {

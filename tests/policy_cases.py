@@ -46,6 +46,7 @@ def layout(task: str = "sit") -> Layout:
         tuple((f.name, f.width) for f in goal),
         character.NU,
         (16,),
+        skip=task == "carry",
     )
 
 
@@ -53,8 +54,10 @@ def weights(seed: int, task: str = "sit") -> dict[str, torch.Tensor]:
     """An actor whose actions are not all alike, and a normaliser that is not the identity."""
     width = STATE.width + tasks.make(task).goal.width
     torch.manual_seed(seed)
-    actor = Actor(width, character.NU, (16,))
+    actor = Actor(width, character.NU, (16,), layout(task).skip)
     torch.nn.init.normal_(actor.layers[-1].weight, std=0.3)  # pyright: ignore
+    if actor.skip is not None:
+        torch.nn.init.normal_(actor.skip.weight, std=0.05)
     normaliser = Normaliser(width)
     normaliser.update(torch.randn(500, width) * 2.0 + 0.5)
     return publish(actor, normaliser, symmetry(tasks.make(task)))

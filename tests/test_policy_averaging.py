@@ -50,6 +50,23 @@ def test_a_function_stays_itself_under_another_normaliser() -> None:
     assert both["normaliser"] is second["normaliser"]
 
 
+def test_so_does_what_skips_the_layers() -> None:
+    torch.manual_seed(2)
+    rows = torch.randn(4000, 3)
+    actor = Actor(3, 2, (5, 4), skip=True)
+    assert actor.skip is not None
+    torch.nn.init.normal_(actor.skip.weight)
+    first, second = section(actor, rows), section(actor, 2.0 * rows + 3.0)
+    mean = mean_policy([first, second], LIMITS)["average"]
+    x, old, new = torch.randn(50, 3), Normaliser(3, LIMITS), Normaliser(3, LIMITS)
+    old.load_state_dict(first["normaliser"])
+    new.load_state_dict(second["normaliser"])
+    moved = mean["skip.weight"] @ new(x).T + mean["layers.4.bias"][:, None]
+    head = actor.head.bias[:, None]
+    expected = actor.skip.weight @ (0.5 * old(x) + 0.5 * new(x)).T + head
+    torch.testing.assert_close(moved, expected, atol=1e-5, rtol=1e-5)
+
+
 def test_weights_are_averaged_where_the_normaliser_stands_still() -> None:
     torch.manual_seed(1)
     rows = torch.randn(100, 3)

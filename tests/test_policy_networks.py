@@ -41,6 +41,22 @@ def test_widths_are_read_back_from_weights():
     assert hidden_widths(dict(actor.state_dict())) == (143, 28, (64, 32, 16))
 
 
+def test_what_skips_the_layers_is_added_in_float32():
+    torch.manual_seed(5)
+    actor, x = Actor(143, 28, (64, 32), skip=True), torch.randn(10, 143)
+    assert actor.skip is not None and not actor.skip.weight.any()
+    torch.nn.init.normal_(actor.skip.weight)
+    plain = Actor.like({k: v for k, v in actor.state_dict().items() if k != "skip.weight"})
+    assert plain.skip is None
+    plain.load_state_dict({k: v for k, v in actor.state_dict().items() if k != "skip.weight"})
+    with decide("cpu", frozenset({"amx_bf16"})).context():
+        means, bent = actor(x), plain(x)
+    torch.testing.assert_close(means, bent + x @ actor.skip.weight.T)
+    again = Actor.like(actor.state_dict())
+    again.load_state_dict(actor.state_dict())
+    assert torch.equal(again(x), actor(x)) and again.actions == 28
+
+
 def test_log_density_agrees_with_torch_distributions():
     torch.manual_seed(1)
     mean, action = torch.randn(5, 28), torch.randn(5, 28)

@@ -18,18 +18,21 @@ NAMES = {"box": "target", "target": ""}
 
 
 def learner(layout: Layout, seed: int) -> Learner:
-    config = LearnerConfig(hidden=layout.hidden)
+    config = LearnerConfig(hidden=layout.hidden, skip=layout.skip)
     return Learner(layout.observation, layout.actions, config, seed, FLOAT32)
 
 
-@pytest.fixture
-def old() -> Learner:
-    made = learner(OLD, 1)
+@pytest.fixture(params=[False, True])
+def old(request: pytest.FixtureRequest) -> Learner:
+    made = learner(replace(OLD, skip=request.param), 1)
     torch.manual_seed(0)
     rows = 3.0 + 2.0 * torch.randn(1_000_000, OLD.observation)
     made.normaliser.update(rows)
     made.values.update(rows[:, 0])
     with torch.no_grad():
+        for actor in (made.actor, made.average):
+            if actor.skip is not None:
+                actor.skip.weight.normal_()
         for network in (made.actor, made.average, made.critic):
             network.layers[-1].weight.normal_()
             network.layers[0].bias.normal_()
@@ -37,7 +40,7 @@ def old() -> Learner:
 
 
 def test_what_both_observe_gives_the_same_actions_and_values(old: Learner) -> None:
-    new = learner(NEW, 2)
+    new = learner(replace(NEW, skip=old.config.skip), 2)
     new.load_policy_state(adopt(old.policy_state(), OLD, NEW, NAMES, "there"))
     shared = torch.randn(50, 6)  # height, pose, and where to go
     facing, target, corner = (torch.randn(50, n) for n in (2, 3, 1))
@@ -62,6 +65,7 @@ def test_moments_of_the_old_task_fade_and_new_ones_begin_anew(old: Learner) -> N
 
 def test_other_states_or_widths_are_refused_by_name(old: Learner) -> None:
     state = old.policy_state()
-    for name, value in (("features", (("height", 1),)), ("actions", 5), ("hidden", (16, 4))):
+    others = {"features": (("height", 1),), "actions": 5, "hidden": (16, 4), "skip": True}
+    for name, value in others.items():
         with pytest.raises(LayoutError, match=f"^there: its {name} differ from this task's"):
             adopt(state, OLD, replace(NEW, **{name: value}), NAMES, "there")
