@@ -28,7 +28,7 @@ CONTROL_S = 1.0 / character.CONTROL_HZ
 OMEGA = math.sqrt(GRAVITY_M_S2 / 0.88)
 STAND, SHIFT, STEP = 0, 1, 2
 #: Control steps with one foot in the air, and with both down between two of these.
-_SWING_STEPS, _BOTH_STEPS = 12, 2
+_SWING_STEPS, _BOTH_STEPS = 11, 1
 #: A sole this near to the floor has landed, m, once so much of the swing is over.
 _DOWN_M, _LATE = 0.006, 0.7
 #: From here on the landing place is kept: what moves now does so because the foot comes down.
@@ -36,7 +36,7 @@ _FIXED = 0.75
 #: From a stand the first foot lifts when ξ is within this of the other one, sideways, m.
 _OVER_M = 0.04
 #: Between the feet, sideways, m.
-_WIDTH_M = 0.2
+_WIDTH_M = 0.22
 #: Bounds of a step along and across the stance foot, m: as far as legs reach without crossing.
 _AHEAD_M, _ASIDE_M = (-0.4, 0.6), (0.1, 0.5)
 #: The foot turns by at most this a step, rad, and the step with it by this share.
@@ -46,10 +46,11 @@ _TURN_RAD, _TURN_SHARE = 0.7, 0.3
 _TRIM, _TRIM_M = 0.7, (0.07, 0.025)
 #: A foot rises by so much; a share of that path starts and ends at rest.
 _RISE_M, _SOFT = 0.08, 0.2
-#: By this share of the swing it is turned; it is brought back to its path at this rate, 1/s.
-_TURNED_BY, _TRACK_HZ = 0.8, 6.0
+#: By this share of the swing it is turned; it is brought back to its path at this rate, 1/s, and
+#: led along it and up and down by so many control steps more, for it lags.
+_TURNED_BY, _TRACK_HZ, _LEAD, _LEAD_UP = 0.8, 6.0, 0.5, 1.0
 #: Level, near and turned like this the feet may rest side by side: ahead m, aside m, rad.
-_LEVEL_M, _NEAR_M, _ALIKE_RAD = 0.06, 0.32, 0.4
+_LEVEL_M, _NEAR_M, _ALIKE_RAD = 0.14, 0.4, 0.6
 #: A turn (rad), else a way to the left (m) beyond these is begun with the foot of that side.
 _FIRST_TURN_RAD, _FIRST_LEFT_M = 0.1, 0.02
 
@@ -157,6 +158,20 @@ class Gait:
         """[n] bool: a step ended just now, or none has begun: time to want another one."""
         return (self.mode != STEP) | (self.time == -_BOTH_STEPS)
 
+    def ending(self, feet: Footing) -> Footing:
+        """The feet as they will be if the step that is made is the last one, for it ends beside the
+        foot that stands: what the next step is judged from. Who stands has them so already."""
+        stance = self._stance(feet)
+        left = torch.stack((-stance.heading[:, 1], stance.heading[:, 0]), dim=1)
+        beside = stance.foot + (stance.side * _WIDTH_M)[:, None] * left
+        beside = torch.cat((beside, torch.zeros_like(beside[:, :1])), dim=1)
+        swings = (self.mode == STEP)[:, None] & (torch.arange(2) == self.swing[:, None])
+        soles = torch.where(swings[..., None], beside[:, None], feet.soles)
+        yaw_rad = torch.where(swings, stance.yaw_rad[:, None], feet.yaw_rad)
+        heading = unit(yaw_rad).sum(dim=1)
+        heading = heading / heading.norm(dim=1, keepdim=True)
+        return Footing(feet.ankles, soles, yaw_rad, heading)
+
     def advance(self, feet: Footing, mass: Mass, wish: Tensor, stop: Tensor) -> Stride:
         """One control step on.
 
@@ -253,18 +268,21 @@ class Gait:
         yaw [n]."""
         back = rotations.turn(unit(yaw_rad), yaw_rad.new_tensor(_SOLE[:2]))
         goal = self._goal - back
-        now = (self.time.clamp_min(0.0) / _SWING_STEPS).clamp(0.0, 1.0)
-        then = ((self.time.clamp_min(0.0) + 1.0) / _SWING_STEPS).clamp(0.0, 1.0)
+        time = self.time.clamp_min(0.0)[:, None]
+        leads = time.new_tensor((_LEAD, _LEAD_UP))
+        ahead = [((time + leads + k) / _SWING_STEPS).clamp(0.0, 1.0) for k in (0.0, 1.0)]
+        then = ((time[:, 0] + 1.0) / _SWING_STEPS).clamp(0.0, 1.0)
         ankle = feet.ankles[torch.arange(len(self.swing)), self.swing]
-        place = self._path(goal, now)
-        velocity = (self._path(goal, then) - place) / CONTROL_S + _TRACK_HZ * (place - ankle)
+        place, goes = self._path(goal, ahead[0]), self._path(goal, ahead[1])
+        velocity = (goes - place) / CONTROL_S + _TRACK_HZ * (place - ankle)
         turned = _eased((then / _TURNED_BY).clamp_max(1.0))
         return velocity, self._lifted_yaw + wrapped(yaw_rad - self._lifted_yaw) * turned
 
     def _path(self, goal: Tensor, share: Tensor) -> Tensor:
-        """[n, 3]: where the ankle is after this share [n] of the swing to a goal [n, 2], m."""
-        level = self._lifted[:, :2] + (goal - self._lifted[:, :2]) * _eased(share)[:, None]
-        arc = torch.sin(math.pi * share)
+        """[n, 3]: where the ankle is after these shares [n, 2] of the swing, level and upwards, to
+        a goal [n, 2], m."""
+        level = self._lifted[:, :2] + (goal - self._lifted[:, :2]) * _eased(share[:, :1])
+        arc = torch.sin(math.pi * share[:, 1])
         height = ANKLE_M + _RISE_M * (_SOFT * arc.square() + (1.0 - _SOFT) * arc)
         return torch.cat((level, height[:, None]), dim=1)
 

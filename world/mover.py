@@ -35,11 +35,11 @@ _OUTWARD = (-1.0, 1.0)
 _NOMINAL = servoes.coordinates(torch.from_numpy(character.standing_qpos())[None])[0]
 _ARMS, _KNEES = slice(6, 14), [17, 24]
 #: kd / kp of every servo, s.
-_SERVO_S = 0.1
+SERVO_S = 0.1
 
 # What a metre amiss is worth; a radian, of the feet, the share named.
 #: Feet that stand hold all else up; one in the air may give way a little.
-_FOOT, _FOOT_IN_AIR, _FOOT_TURN = 60.0, 30.0, 0.3
+_FOOT, _FOOT_IN_AIR, _FOOT_TURN = 60.0, 30.0, 0.6
 _MASS, _HAND, _ELBOW = 12.0, 12.0, 12.0
 #: Trunk and height: walking, and standing over a box; with the box in hand the trunk follows it.
 _TRUNK_WALKS, _HEIGHT_WALKS = 8.0, 10.0
@@ -62,7 +62,7 @@ _SOLE_M = 0.08
 _GAIN_STANDS = 0.55
 #: A turning foot is brought round at this rate, 1/s, a trunk that walks at that, at most so much at
 #: once, rad. It leans forward a little, the pelvis half of it.
-_FOOT_HZ, _TRUNK_HZ, _TRUNK_RAD, _LEAN_RAD, _LEAN_PELVIS = 8.0, 8.0, 0.08, 0.08, 0.5
+_FOOT_HZ, _TRUNK_HZ, _TRUNK_RAD, _LEAN_RAD, _LEAN_PELVIS = 8.0, 8.0, 0.2, 0.08, 0.5
 #: A walker's height is mended by at most this at once, m.
 _HEIGHT_M = 0.03
 #: Over things that are lower than the first, m, the trunk bends by so much a metre, rad/m, up to
@@ -73,7 +73,7 @@ _UPRIGHT_M, _BEND_RAD_M, _BENT_RAD = 0.95, 1.6, 1.0
 _EASY_M, _BEND_ON_RAD, _BENT_MOST_RAD, _PELVIS_SHARE = 0.42, 0.05, 1.1, 0.6
 #: With the box in hand it comes up by so much at once, rad, once the legs are this straight, m:
 #: before, they do the lifting.
-_UNBEND_RAD, _RISEN_M = 0.02, 0.84
+_UNBEND_RAD, _RISEN_M = 0.03, 0.84
 #: Bends are asked for by at most this at once, rad, and the pelvis comes up to its standing height
 #: by at most that, m.
 _BEND_RAD, _TALL_M, _RISE_M = 0.05, 0.88, 0.02
@@ -145,11 +145,11 @@ def _feet(tasks: Tasks, figure: Figure, feet: Footing, stride: Stride) -> None:
         yaw_rad = torch.where(air, stride.yaw_rad, feet.yaw_rad[:, side])
         flat = attitude(unit(yaw_rad), torch.zeros_like(yaw_rad))
         turn = way_round(figure.rotation[:, foot], flat)
-        turn = turn * torch.where(air, _FOOT_HZ * _SERVO_S, 1.0)[:, None]
+        turn = turn * torch.where(air, _FOOT_HZ * SERVO_S, 1.0)[:, None]
         tasks.add(figure.turning_jacobian(foot), turn, weight * _FOOT_TURN)
         sunk = torch.zeros_like(turn)
         sunk[:, 2] = ANKLE_M - feet.ankles[:, side, 2]
-        step = torch.where(air[:, None], stride.velocity * _SERVO_S, sunk)
+        step = torch.where(air[:, None], stride.velocity * SERVO_S, sunk)
         tasks.add(figure.point_jacobian(foot), step, weight)
 
 
@@ -162,7 +162,7 @@ def _balance(
     amiss = resting(feet) - mass.position
     held = mass.position - _PRESS * amiss + _PRESS_S * mass.velocity
     falls = OMEGA**2 * (mass.position - stride.pressure)
-    wanted = torch.where(stands, amiss, (mass.velocity + falls * CONTROL_S) * _SERVO_S)
+    wanted = torch.where(stands, amiss, (mass.velocity + falls * CONTROL_S) * SERVO_S)
     # the load comes along with the body's share alone
     share = (mass.mass_kg / BODY_KG)[:, None]
     tasks.add(figure.com_jacobian[:, :2], wanted * share, _MASS)
@@ -173,12 +173,21 @@ def _walk(tasks: Tasks, figure: Figure, feet: Footing, stride: Stride, pace: Pac
     """A walker's trunk faces where the feet do, and the pelvis keeps its height."""
     walks = (~stride.stands).double()
     lean = torch.full_like(walks, _LEAN_RAD)
+    ahead = _facing(feet, stride)
     for body, share in ((_PELVIS, _LEAN_PELVIS), (_TORSO, 1.0)):
-        turn = way_round(figure.rotation[:, body], attitude(feet.heading, lean * share))
-        turn = shortened(turn, _TRUNK_RAD) * (_TRUNK_HZ * _SERVO_S)
+        turn = way_round(figure.rotation[:, body], attitude(ahead, lean * share))
+        turn = shortened(turn, _TRUNK_RAD) * (_TRUNK_HZ * SERVO_S)
         tasks.add(figure.turning_jacobian(body), turn, _TRUNK_WALKS * walks)
     rise = (pace.height_m - figure.position[:, _PELVIS, 2]).clamp(-_HEIGHT_M, _HEIGHT_M)
     tasks.add(figure.point_jacobian(_PELVIS)[:, 2:], rise[:, None], _HEIGHT_WALKS * walks)
+
+
+def _facing(feet: Footing, stride: Stride) -> Tensor:
+    """[n, 2]: unit vector between the ways that the feet point, once the one in the air is where
+    it should be."""
+    yaw_rad = torch.where(stride.air, stride.yaw_rad[:, None], feet.yaw_rad)
+    ahead = unit(yaw_rad).sum(dim=1)
+    return ahead / ahead.norm(dim=1, keepdim=True)
 
 
 def _bend(tasks: Tasks, figure: Figure, feet: Footing, stride: Stride, reach: Reach) -> None:
@@ -210,7 +219,7 @@ def _pitch(figure: Figure, feet: Footing, reach: Reach) -> Tensor:
 def _hands(tasks: Tasks, figure: Figure, stride: Stride, reach: Reach, pace: Pace) -> None:
     """The hands go where they are led, along with a walker; the elbows stay outside of what is
     between them."""
-    along = torch.where(stride.stands[:, None], 0.0, pace.velocity * _SERVO_S)
+    along = torch.where(stride.stands[:, None], 0.0, pace.velocity * SERVO_S)
     along = torch.cat((along, torch.zeros_like(along[:, :1])), dim=1)
     for side, (hand, elbow, sign) in enumerate(zip(HANDS, _ELBOWS, _OUTWARD, strict=True)):
         outward = sign * reach.left

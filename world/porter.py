@@ -13,7 +13,7 @@ from torch import Tensor
 
 from world import character, handling, hands, mover, rotations, wayfinding
 from world.gait import Footing, Gait, unit, wrapped
-from world.mover import HANDS, Pace, Reach
+from world.mover import HANDS, SERVO_S, Pace, Reach
 from world.tasks.task import BoxState, Place
 from world.wayfinding import View
 from world.wholebody import Figure, Load, Mass
@@ -34,7 +34,7 @@ class Phase(IntEnum):
 _LIFTED_M, _MOVED_M = 0.04, 0.25
 #: It is carried once the pelvis is this high, m, and the trunk's axis this much upright: its part
 #: along z.
-_RISEN_M, _UPRIGHT = 0.84, 0.93
+_RISEN_M, _UPRIGHT = 0.81, 0.86
 #: A phase lasts at least so many control steps before the next: what is seen just after a change is
 #: still of the old one.
 _APPROACHES, _PICKS_UP, _CARRIES = 5, 10, 10
@@ -42,8 +42,10 @@ _APPROACHES, _PICKS_UP, _CARRIES = 5, 10, 10
 #: the box still that far from its target, m, one has to go nearer.
 _PICKS_UP_MOST, _PUTS_DOWN, _ASTRAY_M = 330, 150, 0.25
 #: By no more than this is the next step's length ahead, aside, m, and turn, rad, another than the
-#: last one's; and no more than that is wanted of the first.
-_CHANGE, _FIRST = (0.12, 0.06, 0.25), (0.15, 0.08, 0.4)
+#: last one's, alone and with the box; and no more than that is wanted of the first. Ahead, alone,
+#: it may be shorter by the last.
+_CHANGE, _CHANGE_LADEN, _FIRST = (0.15, 0.06, 0.35), (0.12, 0.06, 0.25), (0.2, 0.08, 0.5)
+_BRAKES_M = 0.3
 #: Height of a walking pelvis, m; the last metres before the box, and before the target from the
 #: third on, m, one goes taller, as one stands.
 _WALKS_M, _TALL_M, _TALL_FROM_M = 0.80, 0.845, 0.5
@@ -78,6 +80,7 @@ class Porter:
         self._halts = torch.zeros(n, dtype=torch.bool)
         self._wish = torch.zeros(n, 3, dtype=torch.float64)
         self._yaw_rad = torch.zeros(n, dtype=torch.float64)
+        self._spin = torch.zeros(n, dtype=torch.float64)
         self._velocity = torch.zeros(n, 2, dtype=torch.float64)
 
     def reset(self, ids: Tensor, laden: Tensor | None = None) -> None:
@@ -98,13 +101,13 @@ class Porter:
         figure, box, mass_kg = Figure.of(qpos, qvel), _box(place), mass_kg.double()
         feet = Footing.of(figure)
         reach = handling.reach(figure, box, mass_kg)
-        view = self._look(figure, feet, box)
+        view = self._look(figure, self.gait.ending(feet), box)
         self._proceed(figure, box, view, reach.pressing)
         laden = self.phase == Phase.CARRY
         self._straight = wayfinding.aligned(view, self._straight)
         self._want(view, box, laden)
         stops = self._stops(view, laden)
-        self._follow(figure, view)
+        self._follow(figure, feet)
         held = reach.pressing & (self.phase >= Phase.PICK_UP)
         reach = self._reach(figure, box, view, reach, held)
         borne = held & (~hands.is_at_start(box) | _lifted(box))
@@ -145,7 +148,10 @@ class Porter:
         """The next step, by a little another than the last; decided when a foot has landed."""
         wish = wayfinding.wish(view, box, laden, self._straight)
         wish = torch.where(self._halts[:, None], 0.0, wish)
-        most = wish.new_tensor(_CHANGE)
+        alone, with_box = wish.new_tensor(_CHANGE), wish.new_tensor(_CHANGE_LADEN)
+        most = torch.where(laden[:, None], with_box, alone)
+        brakes = ~laden & (wish[:, 0].abs() < self._wish[:, 0].abs())
+        most[:, 0] = torch.where(brakes, _BRAKES_M, most[:, 0])
         change = torch.maximum(torch.minimum(wish - self._wish, most), -most)
         wish = torch.where(self.gait.landed[:, None], self._wish + change, self._wish)
         first = wish.new_tensor(_FIRST)
@@ -163,11 +169,13 @@ class Porter:
         tall = torch.where(laden, view.left_m < _TALL_FROM_M, self._straight)
         return torch.where(tall, _TALL_M, _WALKS_M).double()
 
-    def _follow(self, figure: Figure, view: View) -> None:
+    def _follow(self, figure: Figure, feet: Footing) -> None:
         """The heading and the velocity that the box goes along with."""
         anew = (self._age <= 1) | (self.phase < Phase.CARRY)
-        turn = _FOLLOW * wrapped(view.yaw_rad - self._yaw_rad)
-        self._yaw_rad = torch.where(anew, view.yaw_rad, self._yaw_rad + turn)
+        yaw_rad = torch.atan2(feet.heading[:, 1], feet.heading[:, 0])
+        turn = _FOLLOW * wrapped(yaw_rad - self._yaw_rad)
+        self._yaw_rad = torch.where(anew, yaw_rad, self._yaw_rad + turn)
+        self._spin = torch.where(anew, 0.0, turn * character.CONTROL_HZ)
         velocity = figure.velocity[:, :2]
         change = _FOLLOW_VELOCITY * (velocity - self._velocity)
         self._velocity = torch.where(anew[:, None], velocity, self._velocity + change)
@@ -178,6 +186,7 @@ class Porter:
         laden, down = self.phase == Phase.CARRY, self.phase == Phase.PUT_DOWN
         way = torch.where(down[:, None], _put(box), self._carry(figure, box, view))
         step = way[:, None] + self._opposed(figure)
+        step = torch.where(laden[:, None, None], step + self._swept(figure), step)
         faces = near.faces - box.position[:, None]
         goal = box.target[:, None] + faces
         height_m = torch.where(laden, box.position[:, 2], near.height_m)
@@ -202,6 +211,13 @@ class Porter:
         height = (torch.maximum(start, end) + _CLEAR_M).clamp_min(_CARRY_M)
         way = torch.cat((level, height[:, None]), dim=1) - box.position
         return hands.shortened(way * way.new_tensor((_SHARE, _SHARE, _SHARE_UP)), _STEP_M)
+
+    def _swept(self, figure: Figure) -> Tensor:
+        """[n, 2, 3]: how far the hands have to be led on to go round the root with the heading, m:
+        left to `_carry` alone a box would lag behind a turn, and be lost."""
+        arm = figure.position[:, HANDS] - figure.position[:, :1]
+        arm = arm * (SERVO_S * self._spin)[:, None, None]
+        return torch.stack((-arm[..., 1], arm[..., 0], torch.zeros_like(arm[..., 0])), dim=2)
 
     def _opposed(self, figure: Figure) -> Tensor:
         """[n, 2, 3]: what brings the hands to lie across the heading from one another, m."""

@@ -21,7 +21,7 @@ _BEHIND_M = 0.035
 _DEEP_M, _GAP_M, _GAP_DOWN_M = 0.2, 0.20, 0.19
 #: What a face costs besides the way to it, m: by each metre that the box is deeper there, each that
 #: one is behind it, each radian that one would have to turn to the target then.
-_COST_DEEP, _COST_ROUND, _COST_TURN_M = 6.0, 1.0, 0.1
+_COST_DEEP, _COST_ROUND, _COST_TURN_M = 6.0, 1.0, 0.3
 #: A face that was chosen is kept unless another one is better by this, m.
 _KEEP_M = 0.3
 #: First one goes to a point so far before the place, and from there straight on, m.
@@ -31,8 +31,8 @@ _BEFORE_M = 0.25
 _BESIDE_M, _FACING_RAD, _PAST_M, _SHORT_M = (0.07, 0.27), (0.3, 0.7), 0.12, 0.3
 #: One has arrived before the face within these, m and rad; is near enough to pick the box up within
 #: so many times as much, and stays there within that much of the turn.
-_AT_M, _AT_RAD = 0.09, 0.2
-_NEAR_ENOUGH, _STAYS_TURNED = 1.6, 1.8
+_AT_M, _AT_RAD = 0.1, 0.2
+_NEAR_ENOUGH, _STAYS_TURNED = 2.2, 1.8
 #: Likewise with the box, before the target: m and rad.
 _DONE_M, _DONE_RAD, _STAY_M, _STAY_RAD = 0.06, 0.2, 0.15, 0.4
 #: From within these the box may be put down, m and rad.
@@ -42,8 +42,9 @@ _PUT_M, _PUT_RAD = 0.12, 0.35
 _ROUND_M, _ROUND_TARGET_M = 0.62, 0.5
 #: Only stands within these are minded, m: from inside one gets out as one likes.
 _INSIDE_M, _MINDED_M = 0.3, 2.5
-#: Length of a step, alone and with the box, m; most that one turns with it, rad.
-_STEP_M, _STEP_LADEN_M, _TURN_RAD = 0.45, 0.42, 0.6
+#: Length of a step, alone and with the box, m; most that one turns with it, likewise, rad.
+_STEP_M, _STEP_LADEN_M = 0.45, 0.38
+_TURN_RAD, _TURN_LADEN_RAD = 0.6, 0.35
 #: Who must turn by this goes no further meanwhile, rad; a full turn and such a step, m, exclude
 #: each other.
 _TURNS_ONLY_RAD, _NO_TURN_M = 1.0, 0.9
@@ -205,7 +206,8 @@ def _far(laden: Tensor, far_m: Tensor, turn: Tensor) -> Tensor:
     length = length * (1.0 - turn.abs() / _TURNS_ONLY_RAD).clamp(0.0, 1.0)
     alone = ((far_m + _BEYOND_M) / _SLOW_M).clamp(_SLOWEST, 1.0)
     length = length * torch.where(laden, (far_m / _SLOW_LADEN_M).clamp(_SLOWEST_LADEN, 1.0), alone)
-    turn = turn.clamp(-_TURN_RAD, _TURN_RAD) * (1.0 - length / _NO_TURN_M)
+    most = torch.where(laden, _TURN_LADEN_RAD, _TURN_RAD).double()
+    turn = torch.maximum(torch.minimum(turn, most), -most) * (1.0 - length / _NO_TURN_M)
     return torch.stack((length, torch.zeros_like(length), turn), dim=1)
 
 
