@@ -107,7 +107,8 @@ def test_the_divergent_component_repeats_itself_under_the_pendulum(walked: float
         velocity = off * OMEGA * math.sinh(t) + velocity * math.cosh(t)
     steps = torch.stack(landed[-7:]).diff(dim=0)
     torch.testing.assert_close(steps[:, 0], torch.full((6,), walked).double(), atol=0.043, rtol=0)
-    torch.testing.assert_close(steps[:, 1].abs(), torch.full((6,), 0.22).double(), atol=0.03, rtol=0)
+    width = torch.full((6,), 0.22).double()
+    torch.testing.assert_close(steps[:, 1].abs(), width, atol=0.03, rtol=0)
 
 
 def feet_at(x: float, y: float, yaw_rad: float) -> Footing:
@@ -138,7 +139,7 @@ def test_the_nearest_narrow_face_is_chosen_and_kept() -> None:
     for root, face in (((-2.0, 0.0), 0), ((2.0, 0.0), 1), ((0.3, -2.0), 2), ((0.3, 2.0), 3)):
         found = wayfinding.choose(torch.tensor([root]).double(), crate, none)
         assert found.item() == face
-    # before a wide one the narrow one that faces the target is better, but not by what a change takes
+    # before a wide one that which faces the target is better, but not by what a change takes
     corner = torch.tensor([[0.0, -1.5]]).double()
     assert wayfinding.choose(corner, crate, none).item() == 0
     assert wayfinding.choose(corner, crate, torch.tensor([2])).item() == 2

@@ -33,7 +33,7 @@ _SIDEWAYS_M, _OFF_M = 0.10, 0.03
 _KEPT_M = 0.25
 #: A hand presses this many times as hard as the weight needs, and so many N more: what the servoes
 #: of a moving body lose again.
-_GRIP, _GRIP_N = 1.0, 140.0
+_GRIP, _GRIP_N = 1.0, 190.0
 #: Farthest that hands with the box between them go on at once, upwards and sideways, m.
 _LIFT_M, _DRAW_M = 0.03, 0.01
 #: Off the stand first: from the first height above it on, m, the box is drawn to the body, wholly

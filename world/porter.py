@@ -55,6 +55,8 @@ _AHEAD_M, _DEPTH_M, _CARRY_M = 0.15, 0.1, 0.95
 #: So far above where it stood, or will, while one is within these of the stand or the end of the
 #: way, m.
 _CLEAR_M, _OFF_STAND_M, _TO_TARGET_M = 0.08, 0.8, 1.2
+#: It sinks there from so far before the end of the way, m.
+_SINKS_FROM_M = 0.3
 #: So much of the way to there at once, horizontally and up, and no more than this, m.
 _SHARE, _SHARE_UP, _STEP_M = 0.2, 0.6, 0.03
 #: It follows the feet's heading and the root's velocity by these shares a control step: they sway
@@ -64,7 +66,7 @@ _FOLLOW, _FOLLOW_VELOCITY = 0.2, 0.1
 _OPPOSE_M = 0.02
 #: Putting down: over the target, horizontally within the first, m, the box sinks, by at most so
 #: much at once; else it is taken there, by at most the last, kept so far above.
-_OVER_M, _SINK_M, _ABOVE_M, _TAKE_M = 0.12, 0.025, 0.06, 0.02
+_OVER_M, _SINK_M, _ABOVE_M, _TAKE_M = 0.12, 0.04, 0.06, 0.03
 
 
 class Porter:
@@ -208,7 +210,9 @@ class Porter:
         level = figure.position[:, 0, :2] + ahead[:, None] * unit(self._yaw_rad)
         start = torch.where(view.off_stand_m < _OFF_STAND_M, box.start[:, 2], 0.0)
         end = torch.where(view.left_m < _TO_TARGET_M, box.target[:, 2], 0.0)
-        height = (torch.maximum(start, end) + _CLEAR_M).clamp_min(_CARRY_M)
+        height = torch.maximum(start, end) + _CLEAR_M
+        # sinking on the last steps, it needs less time where it is put down
+        height = torch.where(view.left_m < _SINKS_FROM_M, height, height.clamp_min(_CARRY_M))
         way = torch.cat((level, height[:, None]), dim=1) - box.position
         return hands.shortened(way * way.new_tensor((_SHARE, _SHARE, _SHARE_UP)), _STEP_M)
 

@@ -34,9 +34,9 @@ _BESIDE_M, _FACING_RAD, _PAST_M, _SHORT_M = (0.07, 0.27), (0.3, 0.7), 0.12, 0.3
 _AT_M, _AT_RAD = 0.1, 0.2
 _NEAR_ENOUGH, _STAYS_TURNED = 2.2, 1.8
 #: Likewise with the box, before the target: m and rad.
-_DONE_M, _DONE_RAD, _STAY_M, _STAY_RAD = 0.06, 0.2, 0.15, 0.4
+_DONE_M, _DONE_RAD, _STAY_M, _STAY_RAD = 0.1, 0.3, 0.18, 0.5
 #: From within these the box may be put down, m and rad.
-_PUT_M, _PUT_RAD = 0.12, 0.35
+_PUT_M, _PUT_RAD = 0.18, 0.5
 #: Stands are passed at this distance from their middle, with the box or going round it, m; that of
 #: the target without the box is passed nearer.
 _ROUND_M, _ROUND_TARGET_M = 0.62, 0.5
@@ -59,7 +59,7 @@ _CREEP_M, _ASIDE_M, _CREEP_TURN_RAD = (-0.15, 0.2), 0.06, 0.6
 _CREEP_AHEAD, _CREEP_ASIDE = 0.8, 0.7
 #: With the box this near to its stand one goes backwards, by such steps, m, before one turns by
 #: more than that, rad: the box would sweep the stand.
-_LEAVES_M, _BACK_M, _LEAVES_RAD = 0.52, -0.24, 0.4
+_LEAVES_M, _BACK_M, _LEAVES_RAD = 0.47, -0.24, 0.4
 
 
 @dataclass(frozen=True)
