@@ -126,14 +126,36 @@ def film(
 
     model: of the takes' scene, where it is at hand.
     """
-    import imageio_ffmpeg
-
     require_gl()
     out.parent.mkdir(parents=True, exist_ok=True)
     rate = recording.meta.get("control_hz", CONTROL_HZ)
     temporary = out.with_name(f".{out.stem}.part{out.suffix or '.mp4'}")
+    try:
+        try:
+            count = _encode(recording, temporary, rate, look, model)
+        except _EncoderError:
+            # Seen once, on a machine under load: the encoder was gone without a word. Once more.
+            count = _encode(recording, temporary, rate, look, model)
+        temporary.replace(out)
+    except OSError as error:
+        raise VideoError(f"cannot write {out}: {error}") from error
+    finally:
+        temporary.unlink(missing_ok=True)
+    return count
+
+
+class _EncoderError(OSError):
+    """The encoder's process ended before it had all images."""
+
+
+def _encode(
+    recording: Recording, out: Path, rate: float, look: Look, model: mujoco.MjModel | None
+) -> int:
+    """Draw all takes and encode them; the number of images."""
+    import imageio_ffmpeg
+
     writer = imageio_ffmpeg.write_frames(
-        str(temporary),
+        str(out),
         (look.width, look.height),
         fps=rate,
         codec="libx264",
@@ -141,19 +163,16 @@ def film(
         macro_block_size=2,
         ffmpeg_log_level="error",
     )
+    writer.send(None)
     count = 0
-    try:
-        writer.send(None)
-        for take in recording.takes:
-            for image in draw(take, look, range(len(take)), 0.15, model):
+    for take in recording.takes:
+        for image in draw(take, look, range(len(take)), 0.15, model):
+            try:
                 writer.send(np.ascontiguousarray(image))
-                count += 1
-        writer.close()
-        temporary.replace(out)
-    except OSError as error:
-        raise VideoError(f"cannot write {out}: {error}") from error
-    finally:
-        temporary.unlink(missing_ok=True)
+            except OSError as error:
+                raise _EncoderError(*error.args) from error
+            count += 1
+    writer.close()
     return count
 
 

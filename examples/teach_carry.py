@@ -27,16 +27,17 @@ from torch import Tensor
 
 from console import assembly
 from console.experiment import Experiment, to_json
+from console.runs import checkpoint_folder
 from learner.config import LearnerConfig
 from learner.ppo import Learner
 from policy.acting import Policy
-from policy.checkpoint import Manifest, write
+from policy.checkpoint import Manifest, read, write
 from world import character, hands, rotations, tasks
 from world.box_scene import box
 from world.boxes import BoxBank, Layout
 from world.config import WorldConfig
 from world.gait import unit
-from world.porter import Porter
+from world.porter import Phase, Porter
 from world.scenes import Scenes
 from world.tasks.carry import Carry
 
@@ -83,6 +84,13 @@ class Settings:
     """Of the actions in every other scene, in their own units."""
     in_hand: float = 0.25
     """Share of the episodes that start with the box in hand."""
+    near: float = 0.25
+    """Of the others, share that start within a step or two of the box."""
+    init: Path | None = None
+    """Checkpoint of a carry policy, with a linear map, to go on from."""
+    walker: Path | None = None
+    """Checkpoint of a carry policy that shall go on coming to the box as it does: the porter is the
+    teacher from where it stands there."""
     first: int = 100_000
     """Samples before the first batch: normaliser and linear map are fitted to these."""
     capacity: int = 6_000_000
@@ -107,6 +115,8 @@ class School:
         self._stages = torch.zeros(n, len(self.task.stages), dtype=torch.bool)
         self._drives = torch.zeros(n, dtype=torch.bool)
         self._alone = torch.zeros(n, dtype=torch.bool)
+        walker = settings.walker
+        self._walker = None if walker is None else Policy(assembly.trained(walker).weights)
         self._recent: list[tuple[Tensor, Tensor]] = []
         self._fell: list[Tensor] = []
         qpos, layout, laden = self._draw()
@@ -126,6 +136,9 @@ class School:
             qpos, qvel = self.scenes.qpos, self.scenes.qvel
             targets = self.porter.act(qpos, qvel, now, self.bank.mass)
             action = self.scenes.actions(targets).float()
+            if self._walker is not None:
+                comes = (self.porter.phase == Phase.APPROACH)[:, None]
+                action = torch.where(comes, self._walker(state, goal), action)
             self._recent.append((torch.cat((state, goal), dim=1), action))
             if pupil is not None:
                 changes = self._uniform() < torch.where(self._drives, 1.0 / spell, 1.0 / _SPELL)
@@ -190,7 +203,8 @@ class School:
         qpos = torch.from_numpy(character.standing_qpos()).float()[None].repeat(n, 1)
         laden = self._uniform() < self._settings.in_hand
         ahead = torch.tensor([[1.0, 0.0]]).repeat(n, 1)
-        far = torch.where(self._uniform() < 0.25, self._between(0.6, 1.5), self._between(1.0, 5.0))
+        near = self._uniform() < self._settings.near
+        far = torch.where(near, self._between(0.6, 1.5), self._between(1.0, 5.0))
         far = torch.maximum(far, half[:, :2].norm(dim=1) + 0.35)
         on_stand = self._about(torch.zeros(n, 2), far)
         in_hand = hands.before(qpos[:, :3], ahead, half[:, 0])
@@ -270,9 +284,17 @@ class Regression:
         self._optimiser = torch.optim.Adam(self.actor.parameters(), settings.rate)
         self.steps = 0
 
-    @torch.no_grad()
     def begin(self, seen: Tensor, said: Tensor) -> None:
-        """Fit the normaliser and, by least squares, the linear map to samples [m, ..]."""
+        """Where nothing is known yet, fit normaliser and linear map to samples [m, ..]."""
+        if not self.learner.normaliser.count.any():
+            self._fit(seen, said)
+        normaliser = self.learner.normaliser
+        self._mean = normaliser.mean.float().to(self.device)
+        self._std = normaliser.std.to(self.device)
+
+    @torch.no_grad()
+    def _fit(self, seen: Tensor, said: Tensor) -> None:
+        """The linear map by least squares."""
         self.learner.normaliser.update(seen.cpu())
         x = self.learner.normaliser(seen.cpu()).double()
         y = said.cpu().double()
@@ -283,9 +305,6 @@ class Regression:
             assert actor.skip is not None
             actor.skip.weight.copy_(found.T)
             actor.head.bias.copy_(mean)
-        normaliser = self.learner.normaliser
-        self._mean, self._std = normaliser.mean.float().to(self.device), normaliser.std
-        self._std = self._std.to(self.device)
 
     def step(self, lessons: Lessons, rate: float) -> Tensor:
         """One batch; the mean squared error of its actions [], in their own units."""
@@ -368,6 +387,12 @@ def teach(settings: Settings) -> None:
 def _regress(settings: Settings, said: Any, spell: Any, weights: Path) -> None:
     experiment = experiment_of(settings)
     learner = assembly.learner(experiment)
+    if settings.init is not None:
+        path = checkpoint_folder(settings.init)
+        found = read(path, ("policy",), assembly.layout(experiment))
+        policy = found.state["policy"]
+        learner.load_policy_state({**policy, "actor": policy["average"]})
+        _publish(learner, weights)
     regression = Regression(learner, weights_of(experiment.world), settings)
     lessons = Lessons(settings.capacity, experiment_width(experiment), regression.device)
     while lessons.total < settings.first:
@@ -390,15 +415,20 @@ def _regress(settings: Settings, said: Any, spell: Any, weights: Path) -> None:
                 flush=True,
             )
             errors, ended, told = [], [], now
-            partial = weights.with_suffix(".part")
-            torch.save(regression.hand_back().averaged_weights(), partial)
-            partial.replace(weights)
+            _publish(regression.hand_back(), weights)
         if now - saved > _SAVE_S:
             save(settings.out, experiment, regression.hand_back(), lessons.total)
             saved = now
     save(settings.out, experiment, regression.hand_back(), lessons.total)
     print(f"{settings.out}: {lessons.total} samples, {regression.steps} batches")
     learner.close()
+
+
+def _publish(learner: Learner, weights: Path) -> None:
+    """Give the pupil to the workers."""
+    partial = weights.with_suffix(".part")
+    torch.save(learner.averaged_weights(), partial)
+    partial.replace(weights)
 
 
 def _take(said: Any, lessons: Lessons, wait: bool) -> list[Tensor]:

@@ -180,9 +180,18 @@ def test_reward_of_walking_to_the_box() -> None:
         assert terms(standing((speed, 0, 0)), a_box((3.0, 0.0, 0.7)))["walk"] == pytest.approx(
             expected, abs=1e-5
         )
-    # at the box what counts is to face it
-    assert terms(standing(), a_box((0.5, 0.0, 0.7)))["walk"] == pytest.approx(1.0)
-    assert terms(standing(yaw=math.pi), a_box((0.5, 0.0, 0.7)))["walk"] == pytest.approx(0.5)
+    # at the box what counts is to stand 20 cm before a face of it, which here is as good as 20 cm
+    # deep, and to look at it: half of that is there anyhow, a quarter for the place, a quarter for
+    # the turn
+    for (ahead_m, aside_m, yaw), expected in {
+        (0.4, 0.0, 0.0): 1.0,
+        (0.4, 0.0, math.pi): 0.75,
+        (0.4, 0.0, 0.5): 0.875,
+        (0.5, 0.0, 0.0): 0.75 + 0.25 * 0.75,
+        (0.4, -0.2, 0.0): 0.75 + 0.25 * 0.5,
+    }.items():
+        found = terms(standing(yaw=yaw), a_box((ahead_m, aside_m, 0.7)))["walk"]
+        assert found == pytest.approx(expected, abs=2e-3)
 
 
 def test_reward_of_carrying_needs_hands_on_a_lifted_box() -> None:
@@ -250,7 +259,8 @@ def test_who_leans_on_the_box_earns_nothing() -> None:
         terms = task.reward_terms(replace(held, position=position), where)[0]
         found.append((float(terms[names.index("walk")]), float(terms[names.index("grasp")])))
     assert found[0] == pytest.approx((1.0, 1.0), abs=1e-3)
-    assert found[1] == pytest.approx((0.5, 0.5), abs=1e-3)
+    # half of what the feet's place 0.35 m off would earn: 1/8 of a quarter for it
+    assert found[1] == pytest.approx((0.5 * (0.75 + 0.25 / 8), 0.5), abs=1e-3)
     assert found[2] == (0.0, 0.0)
 
 

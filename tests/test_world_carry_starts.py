@@ -14,6 +14,7 @@ from world.errors import ClipError
 from world.motions.library import MotionLibrary, StyleMixture, StyleSource
 from world.motions.synthetic.carries import carrying
 from world.motions.synthetic.library import walking
+from world.porter import Phase
 from world.scenes import Scenes
 from world.shard import Shard
 from world.tasks.carry import Carry, reach_m
@@ -174,6 +175,34 @@ def test_a_lesson_that_does_not_lead_only_says(library: MotionLibrary, bank: Box
         assert told[:, columns].all(dim=1).float().mean() > 0.9
         assert told.sum() == told[:, columns].sum()
         assert step.taught[told].abs().max() <= shard.config.action_clip
+
+
+def test_the_porter_teaches_who_stands_at_the_box(library: MotionLibrary, bank: BoxBank) -> None:
+    """Those who stay where they are are told to go or to pick it up, with all of the body; the
+    servoes do what the action says, and a shard that goes on goes on being told the same."""
+    carry = replace(CONFIG.carry, porter=True)
+    by_box = replace(CONFIG, near_m=(0.4, 1.4), starts=StartMixture(0, 1, 0))
+    config = replace(by_box, standing=1.0, carry=carry)
+    shard = Shard(config, library, bank, range(24), 3)
+    stand = shard._scenes.actions(servoes.coordinates(shard._scenes.qpos)).float()
+    said = []
+    for _ in range(40):
+        step = shard.step(stand)
+        assert step.led is not None and not step.led.any() and step.taught is not None
+        said.append(~step.taught.isnan())
+    told = torch.stack(said)
+    assert torch.equal(told.all(dim=2), told.any(dim=2))
+    assert not told[:10].any()
+    assert shard._porter is not None
+    picks_up = shard._porter.phase == Phase.PICK_UP
+    assert torch.equal(told[-1].any(dim=1), picks_up | shard._porter.gait.balks)
+    assert 2 < picks_up.sum() < told[-1].any(dim=1).sum()
+    other = Shard(config, library, bank, range(24), 3)
+    other.load_state_dict(shard.state_dict())
+    for _ in range(3):
+        one, same = shard.step(stand), other.step(stand)
+        assert one.taught is not None and same.taught is not None
+        assert torch.equal(one.taught.nan_to_num(9.0), same.taught.nan_to_num(9.0))
 
 
 def roll(shard: Shard, scenes: range, steps: int) -> torch.Tensor:

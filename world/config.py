@@ -40,6 +40,10 @@ class CarryConfig:
     lesson: bool = False
     """A scripted grip (world.hands) tells the learner what the arms should do near the box; see
     ppo.lesson-weight. Evaluation never asks it."""
+    porter: bool = False
+    """A scripted whole body (world.porter) tells the learner instead how to pick the box up, and to
+    begin a step where one stands about: what it does while it walks hangs on what it remembers, and
+    is not taught."""
     led: float = 0.0
     """Share of the training episodes in which the script moves the arms itself, so that legs and
     trunk learn what it takes before the arms do; a lesson is then given in all of them."""

@@ -51,6 +51,9 @@ _RISE_M, _SOFT = 0.08, 0.2
 _TURNED_BY, _TRACK_HZ, _LEAD, _LEAD_UP = 0.8, 6.0, 0.5, 1.0
 #: Level, near and turned like this the feet may rest side by side: ahead m, aside m, rad.
 _LEVEL_M, _NEAR_M, _ALIKE_RAD = 0.14, 0.4, 0.6
+#: A step is not made where so many control steps into it, or into shifting the weight for it, both
+#: soles are this low, m, and the mass goes at no more than that, m/s.
+_UP_BY_STEPS, _SHIFTED_BY_STEPS, _FLAT_M, _STILL_M_S = 5, 20, 0.012, 0.06
 #: A turn (rad), else a way to the left (m) beyond these is begun with the foot of that side.
 _FIRST_TURN_RAD, _FIRST_LEFT_M = 0.1, 0.02
 
@@ -133,15 +136,20 @@ class Gait:
         """[n]: the foot that is in the air, or is next."""
         self.time = torch.zeros(n, dtype=torch.float64)
         """[n]: control steps since it lifted; below 0 both feet are still down."""
+        self.balks = torch.zeros(n, dtype=torch.bool)
+        """[n]: stands since a step that was begun was not made; another one has the servoes."""
         self._lifted = torch.zeros(n, 3, dtype=torch.float64)
         self._lifted_yaw = torch.zeros(n, dtype=torch.float64)
         self._goal = torch.zeros(n, 2, dtype=torch.float64)
 
     def reset(self, ids: Tensor) -> None:
         """Let the characters `ids` stand."""
-        kept = (self.mode, self.swing, self.time, self._lifted, self._lifted_yaw, self._goal)
-        for state in kept:
+        for state in self.memory().values():
             state[ids] = 0
+
+    def memory(self) -> dict[str, Tensor]:
+        """All that is kept from step to step, by name."""
+        return {name: value for name, value in vars(self).items() if isinstance(value, Tensor)}
 
     @property
     def stands(self) -> Tensor:
@@ -179,6 +187,7 @@ class Gait:
         feet; stop [n] bool: come to rest with the feet side by side.
         """
         falling = mass.position + mass.velocity / OMEGA
+        self._notice(feet, mass)
         self._set_off(wish, stop)
         self._go_on(feet, falling, stop)
         stance = self._stance(feet)
@@ -202,6 +211,15 @@ class Gait:
         side = torch.where(self.swing == 1, 1.0, -1.0).double()
         foot, other = feet.soles[rows, standing, :2], feet.soles[rows, self.swing, :2]
         return _Stance(foot, other, yaw_rad, unit(yaw_rad), side)
+
+    def _notice(self, feet: Footing, mass: Mass) -> None:
+        """Who does not make the step that was begun stands."""
+        down = (feet.soles[:, :, 2] < _FLAT_M).all(dim=1)
+        still = mass.velocity.norm(dim=1) < _STILL_M_S
+        due = torch.where(self.mode == STEP, _UP_BY_STEPS, _SHIFTED_BY_STEPS)
+        rests = (self.mode != STAND) & (self.time > due) & down & still
+        self.mode = torch.where(rests, STAND, self.mode)
+        self.balks = rests | (self.balks & (self.mode != STEP))
 
     def _set_off(self, wish: Tensor, stop: Tensor) -> None:
         """Who stands and should not begins with the foot of the side that he turns or goes to."""

@@ -95,6 +95,16 @@ class Porter:
         self._age[ids], self._face[ids], self._wish[ids] = 0, -1, 0.0
         self._straight[ids] = self._halts[ids] = False
 
+    def memory(self) -> dict[str, Tensor]:
+        """All that is kept from step to step, by name."""
+        own = {name: value for name, value in vars(self).items() if isinstance(value, Tensor)}
+        return own | {f"gait_{name}": value for name, value in self.gait.memory().items()}
+
+    def remember(self, memory: dict[str, Tensor]) -> None:
+        """Go on from what `memory` gave."""
+        for name, value in self.memory().items():
+            value.copy_(memory[name])
+
     def act(self, qpos: Tensor, qvel: Tensor, place: Place, mass_kg: Tensor) -> Tensor:
         """Servo targets [n, 28] rad of the next control step, which must be made.
 
@@ -112,7 +122,7 @@ class Porter:
         self._follow(figure, feet)
         held = reach.pressing & (self.phase >= Phase.PICK_UP)
         reach = self._reach(figure, box, view, reach, held)
-        borne = held & (~hands.is_at_start(box) | _lifted(box))
+        borne = held & (~hands.is_at_start(box) | lifted(box))
         mass = Mass.of(figure, Load(torch.where(borne, mass_kg, 0.0), box.position))
         pace = Pace(self._height(view, laden), self._velocity)
         stride = self.gait.advance(feet, mass, self._wish, stops)
@@ -128,12 +138,14 @@ class Porter:
         """From phase to phase."""
         stands = self.gait.stands
         upright = figure.rotation[:, _TORSO, 2, 2] > _UPRIGHT
-        up = _lifted(box) & pressing & (figure.position[:, 0, 2] > _RISEN_M) & upright
+        up = lifted(box) & pressing & (figure.position[:, 0, 2] > _RISEN_M) & upright
         astray = (box.target - box.position)[:, :2].norm(dim=1) > _ASTRAY_M
         lost = ~pressing & hands.is_at_start(box)
         self._age += 1
         at_box, at_target = wayfinding.at_box(view), wayfinding.at_target(view)
-        self._go(Phase.APPROACH, Phase.PICK_UP, stands & at_box, _APPROACHES)
+        # who does not come nearer may as well try from where he is
+        at_box = (stands & at_box) | (self.gait.balks & wayfinding.by_box(view))
+        self._go(Phase.APPROACH, Phase.PICK_UP, at_box, _APPROACHES)
         self._go(Phase.PICK_UP, Phase.CARRY, up, _PICKS_UP)
         self._go(Phase.CARRY, Phase.PUT_DOWN, stands & at_target, _CARRIES)
         self._go(Phase.PUT_DOWN, Phase.CARRY, astray, _PUTS_DOWN)
@@ -243,7 +255,7 @@ def _put(box: BoxState) -> Tensor:
     return torch.cat((hands.shortened(way[:, :2], _TAKE_M), torch.where(over, sinks, above)), dim=1)
 
 
-def _lifted(box: BoxState) -> Tensor:
+def lifted(box: BoxState) -> Tensor:
     """[n] bool: the box is off its stand."""
     gone = box.position - box.start
     return (gone[:, 2] > _LIFTED_M) | (gone[:, :2].norm(dim=1) > _MOVED_M)

@@ -12,8 +12,10 @@ from world import character, features, hands, starters, streams, tasks
 from world.bank import Bank
 from world.boxes import BoxBank
 from world.config import WorldConfig
+from world.errors import ConfigError
 from world.features import Body
 from world.motions.library import MotionLibrary
+from world.porter import Phase, Porter, lifted
 from world.scenes import Scenes
 from world.tasks import HELD, Place
 
@@ -87,6 +89,7 @@ class Shard:
         self._state = torch.zeros(self.n, features.STATE.width)
         self._goal = torch.zeros(self.n, self.task.goal.width)
         self._places: Place | None = None
+        self._porter = Porter(self.n) if config.carry.porter else None
         self._reset(torch.arange(self.n))
         # clocks start apart, so that not all scenes time out in the same step
         apart = streams.uniform(seed, streams.EPISODE, self._ids, 0, 16)[:, 15]
@@ -158,6 +161,8 @@ class Shard:
         """The servo targets [n, 28] rad to be driven to, and what the lesson, if there is one, says
         of the actions; see Step."""
         carry = self.config.carry
+        if self._porter is not None:
+            return targets, self._portered(self._porter), torch.zeros(self.n, dtype=torch.bool)
         if not ((carry.lesson or carry.led) and isinstance(self._bank, BoxBank)):
             return targets, None, None
         mass, qpos = self._bank.mass[self._variant], self._scenes.qpos.float()
@@ -166,6 +171,19 @@ class Shard:
         led = u < carry.led
         taught = torch.where(said, self._scenes.actions(wanted.double()).float(), torch.nan)
         return torch.where(said & led[:, None], wanted.double(), targets), taught, led
+
+    def _portered(self, porter: Porter) -> Tensor:
+        """[n, 28]: the actions of the porter where they are a matter of the moment: picking the box
+        up, and beginning a step where none is made; NaN elsewhere."""
+        place, mass = self._place(), self._bank_of_boxes().mass[self._variant]
+        wanted = porter.act(self._scenes.qpos, self._scenes.qvel, place, mass)
+        said = ((porter.phase == Phase.PICK_UP) | porter.gait.balks)[:, None]
+        return torch.where(said, self._scenes.actions(wanted).float(), torch.nan)
+
+    def _bank_of_boxes(self) -> BoxBank:
+        if not isinstance(self._bank, BoxBank):
+            raise ConfigError("carry.porter is for the task carry")
+        return self._bank
 
     def _place(self) -> Place:
         """Where every scene's object is at this moment."""
@@ -200,7 +218,10 @@ class Shard:
         self._held[ids] = 0
         self._return[ids] = 0.0
         self._stages[ids] = False
-        self._look(self._scenes.body(rows), self._scenes.now(self._places.rows(rows), rows), rows)
+        now = self._scenes.now(self._places.rows(rows), rows)
+        self._look(self._scenes.body(rows), now, rows)
+        if self._porter is not None and now.box is not None:
+            self._porter.reset(rows, lifted(now.box))
 
     def state_dict(self) -> dict[str, Tensor]:
         """Everything that an exact continuation needs."""
@@ -208,6 +229,8 @@ class Shard:
         assert self._places is not None
         own |= {name: value.clone() for name, value in self._places.tensors().items()}
         physics = {f"physics_{k}": v for k, v in self._scenes.physics().items()}
+        if self._porter is not None:
+            own |= {f"porter_{k}": v.clone() for k, v in self._porter.memory().items()}
         return own | physics | {"clock": torch.tensor(self.clock)}
 
     def load_state_dict(self, state: dict[str, Tensor]) -> None:
@@ -220,6 +243,8 @@ class Shard:
         for name, value in self._places.tensors().items():
             if name in state or name != "head":
                 value.copy_(state[name])
+        if self._porter is not None:
+            self._porter.remember({k: state[f"porter_{k}"] for k in self._porter.memory()})
         self.clock = int(state["clock"])
         models = [self._bank.models[v] for v in self._variant.tolist()]
         self._scenes.set_models(range(self.n), models)

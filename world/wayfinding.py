@@ -33,6 +33,8 @@ _BESIDE_M, _FACING_RAD, _PAST_M, _SHORT_M = (0.07, 0.27), (0.3, 0.7), 0.12, 0.3
 #: so many times as much, and stays there within that much of the turn.
 _AT_M, _AT_RAD = 0.1, 0.2
 _NEAR_ENOUGH, _STAYS_TURNED = 2.2, 1.8
+#: Who comes no nearer may try within so many times as much.
+_BY_BOX = 4.0
 #: Likewise with the box, before the target: m and rad.
 _DONE_M, _DONE_RAD, _STAY_M, _STAY_RAD = 0.1, 0.3, 0.18, 0.5
 #: From within these the box may be put down, m and rad.
@@ -240,6 +242,11 @@ def arrived(view: View, laden: Tensor, before: Tensor) -> Tensor:
 def at_box(view: View) -> Tensor:
     """[n] bool: the box may be picked up from here."""
     return view.before(_NEAR_ENOUGH, _NEAR_ENOUGH)
+
+
+def by_box(view: View) -> Tensor:
+    """[n] bool: it may be tried from here."""
+    return view.before(_BY_BOX, _BY_BOX)
 
 
 def at_target(view: View) -> Tensor:

@@ -22,6 +22,12 @@ _HAND_M = 0.04
 _SPEED_M_S = 0.9
 #: Within these of the box (its centre, horizontally) and of the target the way is done, m.
 _AT_BOX_M, _AT_TARGET_M = 0.55, 0.5
+#: One stands before a face, its edge this far from the ankles, and a box counts as no less deep
+#: than that from centre to edge, m; who is that far from there, m, or turned away so, rad, earns
+#: nothing for it.
+_GAP_M, _DEEP_M, _OFF_M, _OFF_RAD = 0.20, 0.2, 0.4, 1.0
+#: A metre that a box is deeper than that at a face is worth so many on the way to another one.
+_DEEPER = 6.0
 #: Lifted by this it counts as carried in full, m.
 _LIFT_M = 0.2
 #: Lifted off its stand, for the stage, m.
@@ -61,9 +67,9 @@ class Carry:
     alike: ClassVar[dict[str, str]] = {"box": "target", "target": "", "corners": ""}
     sides: ClassVar[tuple[str, str] | None] = None
     terms: ClassVar[dict[str, float]] = {
-        "walk": 0.15,
-        "grasp": 0.2,
-        "lift": 0.15,
+        "walk": 0.1,
+        "grasp": 0.15,
+        "lift": 0.25,
         "carry": 0.2,
         "place": 0.15,
         "put_down": 0.15,
@@ -89,7 +95,7 @@ class Carry:
         there = self.error_m(body, place) < _AT_TARGET_M
         at_box = to_box.norm(dim=1) < _AT_BOX_M
         walk = _towards(body.root_velocity, to_box)
-        walk = torch.where(at_box, 0.5 + 0.5 * _faced(body, to_box), 0.8 * walk)
+        walk = torch.where(at_box, 0.5 + 0.5 * _squared(body, box), 0.8 * walk)
         # who leans on the box has his feet far behind him: that neither reaches nor lifts
         stood = _stood(body)
         walk = walk * stood
@@ -162,11 +168,21 @@ def _stood(body: Body) -> Tensor:
     return ((_ASTRIDE_M - away) / 0.2).clamp(0.0, 1.0)
 
 
-def _faced(body: Body, way: Tensor) -> Tensor:
-    """[n] in [0, 1]: whether the character faces along way [n, 2], linear in the angle."""
-    unit = way / way.norm(dim=1, keepdim=True).clamp_min(1e-6)
-    cosine = (unit * body.heading).sum(dim=1).clamp(-1.0, 1.0)
-    return 1.0 - torch.acos(cosine) / torch.pi
+def _squared(body: Body, box: BoxState) -> Tensor:
+    """[n] in [0, 1]: whether the character stands where the box is picked up from, before the
+    nearest face and facing it: half for the place and half for the turn, linear in both."""
+    feet = body.position[:, _FEET, :2].mean(dim=1)
+    axes = rotations.matrix(box.rotation)[:, :2, :2].transpose(1, 2)
+    ahead = torch.cat((axes, -axes), dim=1)
+    ahead = ahead / ahead.norm(dim=2, keepdim=True).clamp_min(1e-6)
+    deep = box.half[:, (0, 1, 0, 1)]
+    spots = box.position[:, None, :2] - ahead * (deep.clamp_min(_DEEP_M) + _GAP_M)[..., None]
+    off = (spots - feet[:, None]).norm(dim=2)
+    face = (off + _DEEPER * (deep - _DEEP_M).clamp_min(0.0)).argmin(dim=1)
+    rows = torch.arange(len(face))
+    cosine = (ahead[rows, face] * body.heading).sum(dim=1).clamp(-1.0, 1.0)
+    place = (1.0 - off[rows, face] / _OFF_M).clamp_min(0.0)
+    return 0.5 * place + 0.5 * (1.0 - torch.acos(cosine) / _OFF_RAD).clamp_min(0.0)
 
 
 def _hands_in_box(body: Body, box: BoxState) -> Tensor:
