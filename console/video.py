@@ -149,7 +149,7 @@ class _EncoderError(OSError):
 
 
 def _encode(
-    recording: Recording, out: Path, rate: float, look: Look, model: mujoco.MjModel | None
+    recording: Recording, out: Path, rate: int, look: Look, model: mujoco.MjModel | None
 ) -> int:
     """Draw all takes and encode them; the number of images."""
     import imageio_ffmpeg
