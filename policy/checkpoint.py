@@ -44,7 +44,12 @@ class Layout:
 
     def require(self, other: "Layout", where: str) -> None:
         """Raise LayoutError, naming the first difference, unless `other` can be loaded as this."""
-        for name in ("features", "goal", "actions", "hidden", "skip"):
+        if self.skip != other.skip:
+            has, do = ("a", "add") if other.skip else ("no", "leave out")
+            raise LayoutError(
+                f"{where}: its actor has {has} linear map beside its layers: {do} --ppo.skip"
+            )
+        for name in ("features", "goal", "actions", "hidden"):
             mine, theirs = getattr(self, name), getattr(other, name)
             if mine != theirs:
                 raise LayoutError(

@@ -104,6 +104,10 @@ def test_other_layouts_are_refused_with_the_difference(tmp_path):
         read(path, layout=replace(LAYOUT, goal=(("hip", 3), ("head", 3))))
     with pytest.raises(LayoutError, match=r"hidden are \(8, 4\)"):
         read(path, layout=replace(LAYOUT, hidden=(16,)))
+    with pytest.raises(
+        LayoutError, match=r"has no linear map beside its layers: leave out --ppo.skip"
+    ):
+        read(path, layout=replace(LAYOUT, skip=True))
     read(path, layout=replace(LAYOUT, task="walk"))
 
 
