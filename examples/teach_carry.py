@@ -4,7 +4,7 @@
 Pupil and porter (world.porter) take turns at the servoes, the pupil longer and longer; of every
 state that they get into the porter says what it would do, and the pupil's networks are regressed on
 all that it ever said. Lessons are given in processes of their own while this one regresses, on a
-GPU where there is one. What came of it so far: docs/recipe.md, "A script for the whole body".
+GPU where there is one. What came of it so far: docs/recipe.md, "Taught by the porter".
 
 python examples/teach_carry.py runs/taught --minutes 60 --workers 1
 inhabit evaluate runs/taught
@@ -36,6 +36,7 @@ from world import character, hands, rotations, tasks
 from world.box_scene import box
 from world.boxes import BoxBank, Layout
 from world.config import WorldConfig
+from world.features import STATE
 from world.gait import unit
 from world.porter import Phase, Porter
 from world.scenes import Scenes
@@ -163,7 +164,8 @@ class School:
                 alone = (self._uniform() < _ALONE) & (pupil is not None)
                 self._alone = torch.where(over, alone, self._alone)
         none = torch.zeros(0, 3 + len(self.task.stages))
-        return _rows(seen, 150), _rows(said, character.NU), torch.cat([none, *ended])
+        width = STATE.width + self.task.goal.width
+        return _rows(seen, width), _rows(said, character.NU), torch.cat([none, *ended])
 
     def drive(self) -> tuple[Tensor, Tensor]:
         """One control step by the porter alone; [n] bool each: who fell, whose episode is over."""
@@ -438,6 +440,10 @@ def _take(said: Any, lessons: Lessons, wait: bool) -> list[Tensor]:
         try:
             seen, told, ends = (torch.from_numpy(part) for part in said.get(wait, 120.0))
         except queue.Empty:
+            if wait:
+                raise RuntimeError(
+                    "no lesson came for two minutes: are the workers gone?"
+                ) from None
             return ended
         lessons.add(seen, told)
         ended.append(ends)

@@ -27,7 +27,7 @@ def adopt(
         if getattr(mine, name) != getattr(theirs, name):
             raise LayoutError(
                 f"{where}: its {name} differ from this task's, so that nothing of it carries over:"
-                " leave out --init, or choose the same preset and --ppo.hidden"
+                " leave out --init, or choose the same preset, --ppo.hidden and --ppo.skip"
             )
     columns = torch.tensor(list(_columns(theirs, mine, names)))
     known = columns >= 0

@@ -89,6 +89,8 @@ class Shard:
         self._state = torch.zeros(self.n, features.STATE.width)
         self._goal = torch.zeros(self.n, self.task.goal.width)
         self._places: Place | None = None
+        if config.carry.porter and not isinstance(bank, BoxBank):
+            raise ConfigError("carry.porter is for the task carry")
         self._porter = Porter(self.n) if config.carry.porter else None
         self._reset(torch.arange(self.n))
         # clocks start apart, so that not all scenes time out in the same step
@@ -175,15 +177,11 @@ class Shard:
     def _portered(self, porter: Porter) -> Tensor:
         """[n, 28]: the actions of the porter where they are a matter of the moment: picking the box
         up, and beginning a step where none is made; NaN elsewhere."""
-        place, mass = self._place(), self._bank_of_boxes().mass[self._variant]
-        wanted = porter.act(self._scenes.qpos, self._scenes.qvel, place, mass)
+        assert isinstance(self._bank, BoxBank)
+        mass = self._bank.mass[self._variant]
+        wanted = porter.act(self._scenes.qpos, self._scenes.qvel, self._place(), mass)
         said = ((porter.phase == Phase.PICK_UP) | porter.gait.balks)[:, None]
         return torch.where(said, self._scenes.actions(wanted).float(), torch.nan)
-
-    def _bank_of_boxes(self) -> BoxBank:
-        if not isinstance(self._bank, BoxBank):
-            raise ConfigError("carry.porter is for the task carry")
-        return self._bank
 
     def _place(self) -> Place:
         """Where every scene's object is at this moment."""

@@ -12,16 +12,16 @@ from torch import Tensor
 from world import rotations
 from world.gait import Footing, wrapped
 from world.hands import deep_m
+from world.tasks.carry import COST_DEEP, DEEP_M, depths, places_before
 from world.tasks.task import BoxState
 
 #: A porter's place is so far behind the middle of the soles, m: about the ankles.
 _BEHIND_M = 0.035
-#: Of a box that is no less deep than the first, m, from its centre to the edge, one stands this far
-#: from the edge to pick it up, and that far to put it down, m.
-_DEEP_M, _GAP_M, _GAP_DOWN_M = 0.2, 0.20, 0.19
-#: What a face costs besides the way to it, m: by each metre that the box is deeper there, each that
-#: one is behind it, each radian that one would have to turn to the target then.
-_COST_DEEP, _COST_ROUND, _COST_TURN_M = 6.0, 1.0, 0.3
+#: From the edge one stands this far to put it down, m.
+_GAP_DOWN_M = 0.19
+#: What a face costs besides the way to it and its depth, m: by each metre that one is behind it,
+#: each radian that one would have to turn to the target then.
+_COST_ROUND, _COST_TURN_M = 1.0, 0.3
 #: A face that was chosen is kept unless another one is better by this, m.
 _KEEP_M = 0.3
 #: First one goes to a point so far before the place, and from there straight on, m.
@@ -97,7 +97,7 @@ class View:
 def view(feet: Footing, heading: Tensor, box: BoxState, face: Tensor) -> View:
     """With the box before the face `face` [n] of it; heading [n, 2]: of the root."""
     place, yaw_rad = stand(feet), torch.atan2(feet.heading[:, 1], feet.heading[:, 0])
-    directions, spots = _faces(box)
+    directions, spots = places_before(box)
     rows = torch.arange(len(face))
     ahead, spot = directions[rows, face], spots[rows, face]
     facing = torch.atan2(ahead[:, 1], ahead[:, 0])
@@ -110,7 +110,7 @@ def view(feet: Footing, heading: Tensor, box: BoxState, face: Tensor) -> View:
         spot=spot,
         off_spot_m=(spot - place).norm(dim=1),
         off_face_rad=wrapped(facing - yaw_rad),
-        left_m=way.norm(dim=1) - deep_m(box, heading).clamp_min(_DEEP_M) - _GAP_DOWN_M,
+        left_m=way.norm(dim=1) - deep_m(box, heading).clamp_min(DEEP_M) - _GAP_DOWN_M,
         off_target_rad=wrapped(torch.atan2(way[:, 1], way[:, 0]) - yaw_rad),
         off_stand_m=(place - box.start[:, :2]).norm(dim=1),
     )
@@ -123,10 +123,10 @@ def stand(feet: Footing) -> Tensor:
 
 def choose(root: Tensor, box: BoxState, last: Tensor) -> Tensor:
     """[n]: the face to pick the box up before; root [n, 2] m, last [n]: the last choice, or −1."""
-    directions, spots = _faces(box)
+    directions, spots = places_before(box)
     from_box = (root - box.position[:, :2])[:, None]
     cost = (spots - root[:, None]).norm(dim=2)
-    cost = cost + _COST_DEEP * (_depths(box) - _DEEP_M).clamp_min(0.0)
+    cost = cost + COST_DEEP * (depths(box) - DEEP_M).clamp_min(0.0)
     cost = cost + _COST_ROUND * (from_box * directions).sum(dim=2).clamp_min(0.0)
     onward = (box.target - box.position)[:, :2]
     onward = onward / onward.norm(dim=1, keepdim=True).clamp_min(1e-6)
@@ -134,21 +134,6 @@ def choose(root: Tensor, box: BoxState, last: Tensor) -> Tensor:
     cost = cost + _COST_TURN_M * turn
     kept = torch.arange(4) == last[:, None]
     return (cost - _KEEP_M * kept).argmin(dim=1)
-
-
-def _faces(box: BoxState) -> tuple[Tensor, Tensor]:
-    """Of the four upright faces: the directions to look at them [n, 4, 2], and the places to stand
-    before them [n, 4, 2], m."""
-    axes = rotations.matrix(box.rotation)[:, :2, :2].transpose(1, 2)
-    directions = torch.stack((axes[:, 0], -axes[:, 0], axes[:, 1], -axes[:, 1]), dim=1)
-    directions = directions / directions.norm(dim=2, keepdim=True)
-    away = _depths(box).clamp_min(_DEEP_M) + _GAP_M
-    return directions, box.position[:, None, :2] - directions * away[..., None]
-
-
-def _depths(box: BoxState) -> Tensor:
-    """[n, 4]: from the centre to each of these faces, m."""
-    return box.half[:, (0, 0, 1, 1)]
 
 
 def aligned(view: View, before: Tensor) -> Tensor:

@@ -22,12 +22,13 @@ _HAND_M = 0.04
 _SPEED_M_S = 0.9
 #: Within these of the box (its centre, horizontally) and of the target the way is done, m.
 _AT_BOX_M, _AT_TARGET_M = 0.55, 0.5
-#: One stands before a face, its edge this far from the ankles, and a box counts as no less deep
-#: than that from centre to edge, m; who is that far from there, m, or turned away so, rad, earns
-#: nothing for it.
-_GAP_M, _DEEP_M, _OFF_M, _OFF_RAD = 0.20, 0.2, 0.4, 1.0
-#: A metre that a box is deeper than that at a face is worth so many on the way to another one.
-_DEEPER = 6.0
+#: Of a box that is no less deep than the first, m, from its centre to the edge, one stands this far
+#: from the edge to pick it up, m.
+DEEP_M, GAP_M = 0.2, 0.20
+#: Each metre that it is deeper at a face costs what so many on the way to another one do.
+COST_DEEP = 6.0
+#: Who is so far from such a place, m, or turned away so, rad, earns nothing for it.
+_OFF_M, _OFF_RAD = 0.4, 1.0
 #: Lifted by this it counts as carried in full, m.
 _LIFT_M = 0.2
 #: Lifted off its stand, for the stage, m.
@@ -172,17 +173,28 @@ def _squared(body: Body, box: BoxState) -> Tensor:
     """[n] in [0, 1]: whether the character stands where the box is picked up from, before the
     nearest face and facing it: half for the place and half for the turn, linear in both."""
     feet = body.position[:, _FEET, :2].mean(dim=1)
-    axes = rotations.matrix(box.rotation)[:, :2, :2].transpose(1, 2)
-    ahead = torch.cat((axes, -axes), dim=1)
-    ahead = ahead / ahead.norm(dim=2, keepdim=True).clamp_min(1e-6)
-    deep = box.half[:, (0, 1, 0, 1)]
-    spots = box.position[:, None, :2] - ahead * (deep.clamp_min(_DEEP_M) + _GAP_M)[..., None]
+    ahead, spots = places_before(box)
     off = (spots - feet[:, None]).norm(dim=2)
-    face = (off + _DEEPER * (deep - _DEEP_M).clamp_min(0.0)).argmin(dim=1)
+    face = (off + COST_DEEP * (depths(box) - DEEP_M).clamp_min(0.0)).argmin(dim=1)
     rows = torch.arange(len(face))
     cosine = (ahead[rows, face] * body.heading).sum(dim=1).clamp(-1.0, 1.0)
     place = (1.0 - off[rows, face] / _OFF_M).clamp_min(0.0)
     return 0.5 * place + 0.5 * (1.0 - torch.acos(cosine) / _OFF_RAD).clamp_min(0.0)
+
+
+def places_before(box: BoxState) -> tuple[Tensor, Tensor]:
+    """Of the four upright faces: the directions to look at them [n, 4, 2], and the places to stand
+    before them [n, 4, 2], m."""
+    axes = rotations.matrix(box.rotation)[:, :2, :2].transpose(1, 2)
+    directions = torch.stack((axes[:, 0], -axes[:, 0], axes[:, 1], -axes[:, 1]), dim=1)
+    directions = directions / directions.norm(dim=2, keepdim=True).clamp_min(1e-6)
+    away = depths(box).clamp_min(DEEP_M) + GAP_M
+    return directions, box.position[:, None, :2] - directions * away[..., None]
+
+
+def depths(box: BoxState) -> Tensor:
+    """[n, 4]: from the centre to each of these faces, m."""
+    return box.half[:, (0, 0, 1, 1)]
 
 
 def _hands_in_box(body: Body, box: BoxState) -> Tensor:
