@@ -38,7 +38,7 @@ from world.boxes import BoxBank, Layout
 from world.config import WorldConfig
 from world.features import STATE
 from world.gait import unit
-from world.porter import Phase, Porter
+from world.porter import Porter
 from world.scenes import Scenes
 from world.tasks.carry import Carry
 
@@ -91,7 +91,7 @@ class Settings:
     """Checkpoint of a carry policy, with a linear map, to go on from."""
     walker: Path | None = None
     """Checkpoint of a carry policy that shall go on coming to the box as it does: the porter is the
-    teacher from where it stands there."""
+    teacher from the last metres before the box on, and of who stands on the way."""
     first: int = 100_000
     """Samples before the first batch: normaliser and linear map are fitted to these."""
     capacity: int = 6_000_000
@@ -138,7 +138,7 @@ class School:
             targets = self.porter.act(qpos, qvel, now, self.bank.mass)
             action = self.scenes.actions(targets).float()
             if self._walker is not None:
-                comes = (self.porter.phase == Phase.APPROACH)[:, None]
+                comes = ~self.porter.teaches(now, body.root)[:, None]
                 action = torch.where(comes, self._walker(state, goal), action)
             self._recent.append((torch.cat((state, goal), dim=1), action))
             if pupil is not None:

@@ -8,6 +8,8 @@ from torch import Tensor
 KEYS = ("return", "length", "success", "fall", "start")
 #: Figures of this prefix are a task's own: whether an episode reached one of its stages.
 STAGE = "stage_"
+#: Whether patience with an episode ended; windows that were saved before there was any lack it.
+STALLED = "stalled"
 
 
 class EpisodeWindow:
@@ -19,12 +21,12 @@ class EpisodeWindow:
         self._held: dict[str, Tensor] = {key: torch.zeros(0) for key in KEYS}
 
     def add(self, episodes: Mapping[str, Tensor]) -> None:
-        """Append finished episodes, [K] by key: KEYS, and any stages."""
-        stages = [key for key in episodes if key.startswith(STAGE)]
+        """Append finished episodes, [K] by key: KEYS, STALLED and any stages."""
+        more = [key for key in episodes if _may_lack(key)]
         unknown = torch.full_like(self._held["start"], torch.nan)
         self._held = {
             key: torch.cat((self._held.get(key, unknown), episodes[key].float()))[-self.size :]
-            for key in (*KEYS, *stages)
+            for key in (*KEYS, *more)
         }
 
     def metrics(self) -> dict[str, float]:
@@ -33,8 +35,8 @@ class EpisodeWindow:
         if len(start) == 0:
             return {}
         found = {f"episode/{key}": float(self._held[key].mean()) for key in KEYS[:-1]}
-        stages = [key for key in self._held if key.startswith(STAGE)]
-        found |= {f"episode/{key}": float(self._held[key].nanmean()) for key in stages}
+        more = [key for key in self._held if _may_lack(key)]
+        found |= {f"episode/{key}": float(self._held[key].nanmean()) for key in more}
         for number, name in enumerate(self.starts):
             chosen = start == number
             if chosen.any():
@@ -50,3 +52,7 @@ class EpisodeWindow:
     def load_state_dict(self, state: Mapping[str, Tensor]) -> None:
         """Restore what `state_dict` gave."""
         self._held = {key: value.clone() for key, value in state.items()}
+
+
+def _may_lack(key: str) -> bool:
+    return key == STALLED or key.startswith(STAGE)

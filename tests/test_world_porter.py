@@ -9,7 +9,7 @@ from torch import Tensor
 from world import character, mover, rotations, wayfinding
 from world.box_scene import box
 from world.boxes import BoxBank, resting
-from world.gait import OMEGA, Footing, Gait, unit, wrapped
+from world.gait import OMEGA, STEP, Footing, Gait, unit, wrapped
 from world.mover import Pace, Reach
 from world.porter import Phase, Porter
 from world.scene import compile_scene
@@ -34,7 +34,12 @@ class Walk:
         away, ahead = torch.full((n, 3), -9.0), torch.tensor([[1.0, 0.0]]).repeat(n, 1)
         self.scenes.set_down(torch.arange(n), standing, torch.zeros(n, 34), away, ahead)
 
-    def go(self, wish: Tensor, stop: bool, steps: int) -> None:
+    def go(
+        self, wish: Tensor, stop: bool, steps: int, looks_on: Gait | None = None
+    ) -> list[Tensor]:
+        """[n] bool, of each step: whether a gait that looks on has the same foot in the air, less
+        than two control steps earlier or later."""
+        agree: list[Tensor] = []
         n, nothing = self.n, torch.zeros(self.n, 2, 3).double()
         none = torch.zeros(n, dtype=torch.bool)
         hang = Reach(
@@ -45,8 +50,13 @@ class Walk:
             feet = Footing.of(figure)
             mass = Mass.of(figure, Load(torch.zeros(n), nothing[:, 0]))
             stride = self.gait.advance(feet, mass, wish.double(), torch.full((n,), stop))
+            if looks_on is not None:
+                looks_on.advance(feet, mass, wish.double(), torch.full((n,), stop))
+                same = (looks_on.swing == self.gait.swing) & (looks_on.mode == self.gait.mode)
+                agree.append(same & ((looks_on.time - self.gait.time).abs() < 2.0))
             pace = Pace(torch.full((n,), 0.8).double(), figure.velocity[:, :2])
             self.scenes.drive(mover.move(figure, feet, mass, stride, hang, pace))
+        return agree
 
     @property
     def feet(self) -> Footing:
@@ -78,6 +88,23 @@ def test_it_walks_turns_and_comes_to_rest() -> None:
     assert walk.scenes.qvel[:, :2].norm(dim=1).max() < 0.05
     across = rotations.turn_back(rests.heading, rests.soles[:, 1, :2] - rests.soles[:, 0, :2])
     assert (across[:, 0].abs() < 0.1).all() and (across[:, 1] > 0.1).all()
+
+
+def test_a_gait_that_looks_on_goes_along() -> None:
+    """Whatever it took to be under way, the steps that another one makes are its own soon."""
+    walk, n = Walk(8), 8
+    order = torch.tensor([[0.25, 0.0, 0.0]]).repeat(n, 1)
+    walk.go(order, stop=False, steps=50)
+    other = Gait(n)
+    # those stand; these are about a step of either foot, at any time of it
+    other.mode[2:], other.swing[5:] = STEP, 1
+    other.time[2:] = torch.tensor([0.0, 3.0, 7.0, 0.0, 3.0, 7.0]).double()
+    amiss = (other.time - walk.gait.time).abs() > 1.0
+    assert (amiss | (other.swing != walk.gait.swing) | (other.mode != STEP)).sum() >= 5
+    agree = torch.stack(walk.go(order, stop=False, steps=90, looks_on=other))
+    assert (walk.scenes.qpos[:, 2] > 0.7).all(), "nobody fell"
+    # a foot that lands may be seen to a step later
+    assert agree[30:].float().mean() > 0.85
 
 
 @pytest.mark.parametrize("walked", [0.0, 0.3])

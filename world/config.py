@@ -41,9 +41,8 @@ class CarryConfig:
     """A scripted grip (world.hands) tells the learner what the arms should do near the box; see
     ppo.lesson-weight. Evaluation never asks it."""
     porter: bool = False
-    """A scripted whole body (world.porter) tells the learner instead how to pick the box up, and to
-    begin a step where one stands about: what it does while it walks hangs on what it remembers, and
-    is not taught."""
+    """A scripted whole body (world.porter) tells the learner instead what to do, from the last
+    metres before the box on, and of who stands about on the way to it."""
     led: float = 0.0
     """Share of the training episodes in which the script moves the arms itself, so that legs and
     trunk learn what it takes before the arms do; a lesson is then given in all of them."""
@@ -97,6 +96,9 @@ class WorldConfig:
     early_pelvis_m: float = 0.6
     """Training also ends an episode as a fall when the pelvis is lower than this away from the
     furniture, m."""
+    patience_s: float | None = None
+    """Training also ends an episode, as a fall, in which for so long neither the character nor its
+    box has moved on, short of success; none: it may stand. Evaluation waits."""
     action_scale: float = 0.35
     """Servo target of action 1, as a share of the joint's range, added to the mean pose of the
     clips."""

@@ -51,9 +51,14 @@ _RISE_M, _SOFT = 0.08, 0.2
 _TURNED_BY, _TRACK_HZ, _LEAD, _LEAD_UP = 0.8, 6.0, 0.5, 1.0
 #: Level, near and turned like this the feet may rest side by side: ahead m, aside m, rad.
 _LEVEL_M, _NEAR_M, _ALIKE_RAD = 0.14, 0.4, 0.6
-#: A step is not made where so many control steps into it, or into shifting the weight for it, both
-#: soles are this low, m, and the mass goes at no more than that, m/s.
+#: A step is not made where so many control steps into it both soles are this low, m; nor is a shift
+#: of the weight that long after it began, when the mass goes at no more than that, m/s.
 _UP_BY_STEPS, _SHIFTED_BY_STEPS, _FLAT_M, _STILL_M_S = 5, 20, 0.012, 0.06
+#: A foot this high is in the air, m, so many control steps after it lifted, give or take one; one
+#: below that, m, stands. Another foot's step counts from so many into the one that was due.
+_FLIES_M, _FLIES_BY, _STANDS_M, _OTHER_BY = 0.02, 2.0, 0.015, 3
+#: A foot that is still this high when its time is over, m, is waited for by so many control steps.
+_HIGH_M, _WAITS = 0.045, 3
 #: A turn (rad), else a way to the left (m) beyond these is begun with the foot of that side.
 _FIRST_TURN_RAD, _FIRST_LEFT_M = 0.1, 0.02
 
@@ -138,6 +143,7 @@ class Gait:
         """[n]: control steps since it lifted; below 0 both feet are still down."""
         self.balks = torch.zeros(n, dtype=torch.bool)
         """[n]: stands since a step that was begun was not made; another one has the servoes."""
+        self._flew = torch.zeros(n, dtype=torch.bool)
         self._lifted = torch.zeros(n, 3, dtype=torch.float64)
         self._lifted_yaw = torch.zeros(n, dtype=torch.float64)
         self._goal = torch.zeros(n, 2, dtype=torch.float64)
@@ -213,11 +219,25 @@ class Gait:
         return _Stance(foot, other, yaw_rad, unit(yaw_rad), side)
 
     def _notice(self, feet: Footing, mass: Mass) -> None:
-        """Who does not make the step that was begun stands."""
-        down = (feet.soles[:, :, 2] < _FLAT_M).all(dim=1)
+        """Another one may have the servoes: go along with the step that is under way, and let who
+        does not make the one that was begun stand."""
+        height = feet.soles[:, :, 2]
+        low, foot = height.min(dim=1).values, height.argmax(dim=1)
+        flies = (height.max(dim=1).values > _FLIES_M) & (low < _STANDS_M)
+        steps, same = self.mode == STEP, self.swing == foot
+        # one that is not the next, or not yet, or later than was thought
+        other = flies & ~(steps & (same | (self.time < _OTHER_BY)))
+        late = flies & steps & same & ~self._flew & (self.time > _FLIES_BY + 1.0)
+        self.swing = torch.where(other, foot, self.swing)
+        self.time = torch.where(other | late, _FLIES_BY, self.time)
+        self.mode = torch.where(other, STEP, self.mode)
+        self._leave(other, feet)
+        self._flew = torch.where(flies & (self.swing == foot), self.mode == STEP, self._flew)
+        down = (height < _FLAT_M).all(dim=1)
         still = mass.velocity.norm(dim=1) < _STILL_M_S
-        due = torch.where(self.mode == STEP, _UP_BY_STEPS, _SHIFTED_BY_STEPS)
-        rests = (self.mode != STAND) & (self.time > due) & down & still
+        stays = (self.mode == STEP) & (self.time > _UP_BY_STEPS) & ~self._flew
+        stays = stays | ((self.mode == SHIFT) & (self.time > _SHIFTED_BY_STEPS) & still)
+        rests = stays & down
         self.mode = torch.where(rests, STAND, self.mode)
         self.balks = rests | (self.balks & (self.mode != STEP))
 
@@ -238,22 +258,30 @@ class Gait:
         lifts = (self.mode == SHIFT) & over
         self.time = torch.where(self.mode != STAND, self.time + 1.0, self.time)
         rows = torch.arange(len(self.swing))
-        down = feet.soles[rows, self.swing, 2] < _DOWN_M
-        late = self.time > _LATE * _SWING_STEPS
-        ends = (self.mode == STEP) & ((self.time >= _SWING_STEPS) | (late & down))
+        height = feet.soles[rows, self.swing, 2]
+        due = torch.where(self._flew, float(_UP_BY_STEPS), _LATE * _SWING_STEPS)
+        down = (height < _DOWN_M) & (self.time > due)
+        over = self.time >= _SWING_STEPS + torch.where(height > _HIGH_M, _WAITS, 0)
+        ends = (self.mode == STEP) & (over | down)
         self.swing = torch.where(ends, 1 - self.swing, self.swing)
         self.time = torch.where(ends, -float(_BOTH_STEPS), self.time)
         self.mode = torch.where(lifts, STEP, self.mode)
         self.time = torch.where(lifts, 0.0, self.time)
-        grounded = (self.mode == STEP) & (self.time <= 0)
-        ankle, yaw = feet.ankles[rows, self.swing], feet.yaw_rad[rows, self.swing]
-        self._lifted = torch.where(grounded[:, None], ankle, self._lifted)
-        self._lifted_yaw = torch.where(grounded, yaw, self._lifted_yaw)
+        self._flew &= ~(ends | lifts)
+        self._leave((self.mode == STEP) & (self.time <= 0), feet)
         stance = self._stance(feet)
         apart = stance.seen(stance.other).abs()
         alike = (feet.yaw_rad[:, 0] - feet.yaw_rad[:, 1]).abs() < _ALIKE_RAD
         rests = stop & ends & (apart[:, 0] < _LEVEL_M) & (apart[:, 1] < _NEAR_M) & alike
         self.mode = torch.where(rests, STAND, self.mode)
+
+    def _leave(self, now: Tensor, feet: Footing) -> None:
+        """Take where the foot that swings is for where it left the floor, where that is `now` [n]
+        bool."""
+        rows = torch.arange(len(self.swing))
+        ankle, yaw = feet.ankles[rows, self.swing], feet.yaw_rad[rows, self.swing]
+        self._lifted = torch.where(now[:, None], ankle, self._lifted)
+        self._lifted_yaw = torch.where(now, yaw, self._lifted_yaw)
 
     def _pressure(self, stance: _Stance, falling: Tensor, wish: Tensor) -> Tensor:
         """[n, 2]: where the floor should push, m: below the standing foot, trimmed against what is

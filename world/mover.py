@@ -5,7 +5,8 @@ A servo with target q + s moves towards it at s kp / kd, so that a velocity is a
 of one time constant kd / kp, which is 0.1 s for all of them.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import TypeVar
 
 import torch
 from torch import Tensor
@@ -112,6 +113,35 @@ class Pace:
     """[n]: of the pelvis."""
     velocity: Tensor
     """[n, 2]: with which the hands go along, m/s."""
+
+
+@dataclass(frozen=True)
+class Intent:
+    """What the bodies of n scenes are to do in the next control step, and where they are."""
+
+    figure: Figure
+    feet: Footing
+    mass: Mass
+    stride: Stride
+    reach: Reach
+    pace: Pace
+
+    def rows(self, ids: Tensor) -> "Intent":
+        """Of the scenes `ids` [m] alone: that is cheaper."""
+        return Intent(**{name: _rows(part, ids) for name, part in vars(self).items()})
+
+    def targets(self) -> Tensor:
+        """Servo targets [n, 28] rad."""
+        parts = (self.figure, self.feet, self.mass, self.stride, self.reach, self.pace)
+        return move(*parts)
+
+
+_Part = TypeVar("_Part", Figure, Footing, Mass, Stride, Reach, Pace)
+
+
+def _rows(part: _Part, ids: Tensor) -> _Part:
+    names = (field.name for field in fields(part))
+    return type(part)(**{name: getattr(part, name)[ids] for name in names})
 
 
 def move(

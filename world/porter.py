@@ -11,9 +11,9 @@ from enum import IntEnum
 import torch
 from torch import Tensor
 
-from world import character, handling, hands, mover, rotations, wayfinding
+from world import character, handling, hands, rotations, wayfinding
 from world.gait import Footing, Gait, unit, wrapped
-from world.mover import HANDS, SERVO_S, Pace, Reach
+from world.mover import HANDS, SERVO_S, Intent, Pace, Reach
 from world.tasks.task import BoxState, Place
 from world.wayfinding import View
 from world.wholebody import Figure, Load, Mass
@@ -69,6 +69,10 @@ _OPPOSE_M = 0.02
 _OVER_M, _SINK_M, _ABOVE_M, _TAKE_M = 0.12, 0.04, 0.06, 0.03
 
 
+#: From so near the box on a walker had better do as the porter does, m.
+_TEACHES_M = 1.2
+
+
 class Porter:
     """The porters of n scenes."""
 
@@ -105,11 +109,21 @@ class Porter:
         for name, value in self.memory().items():
             value.copy_(memory[name])
 
+    def teaches(self, place: Place, root: Tensor) -> Tensor:
+        """[n] bool: who is from the last metres before the box on, or stands on the way, though he
+        should go; root [n, 3] m. Walkers who learned it find the way there with fewer falls."""
+        near = (_box(place).position - root)[:, :2].norm(dim=1) < _TEACHES_M
+        return near | self.gait.balks | (self.phase != Phase.APPROACH)
+
     def act(self, qpos: Tensor, qvel: Tensor, place: Place, mass_kg: Tensor) -> Tensor:
         """Servo targets [n, 28] rad of the next control step, which must be made.
 
         qpos [n, 43]; qvel [n, 34]; mass_kg [n]: of the boxes.
         """
+        return self.intend(qpos, qvel, place, mass_kg).targets()
+
+    def intend(self, qpos: Tensor, qvel: Tensor, place: Place, mass_kg: Tensor) -> Intent:
+        """What to do in the next control step, which must be made; arguments as of `act`."""
         figure, box, mass_kg = Figure.of(qpos, qvel), _box(place), mass_kg.double()
         feet = Footing.of(figure)
         reach = handling.reach(figure, box, mass_kg)
@@ -126,7 +140,7 @@ class Porter:
         mass = Mass.of(figure, Load(torch.where(borne, mass_kg, 0.0), box.position))
         pace = Pace(self._height(view, laden), self._velocity)
         stride = self.gait.advance(feet, mass, self._wish, stops)
-        return mover.move(figure, feet, mass, stride, reach, pace)
+        return Intent(figure, feet, mass, stride, reach, pace)
 
     def _look(self, figure: Figure, feet: Footing, box: BoxState) -> View:
         """Choose a face of the box, and see where that, the target and the stand are."""

@@ -15,7 +15,8 @@ from world.config import WorldConfig
 from world.errors import ConfigError
 from world.features import Body
 from world.motions.library import MotionLibrary
-from world.porter import Phase, Porter, lifted
+from world.patience import Patience
+from world.porter import Porter, lifted
 from world.scenes import Scenes
 from world.tasks import HELD, Place
 
@@ -23,6 +24,9 @@ from world.tasks import HELD, Place
 #: functions may round differently, and a scene's numbers must not depend on how many others reset
 #: with it.
 _LANES = 32
+#: A porter teaches in two of five control steps, the scenes in turn: all would cost more than they
+#: teach; a period that is no part of a step's, of 12.
+_TURN, _TURNS = 2, 5
 
 
 @dataclass(frozen=True)
@@ -34,7 +38,7 @@ class Step:
     terms: Tensor
     """[n, n_terms]: the unweighted terms."""
     fell: Tensor
-    """[n] bool."""
+    """[n] bool: the character or its box fell, or patience with it ended."""
     timed_out: Tensor
     """[n] bool: the clock ran out, or success was held long enough."""
     finite: Tensor
@@ -46,8 +50,9 @@ class Step:
     end_goals: Tensor
     """[K, G]."""
     episodes: dict[str, Tensor]
-    """Of the K: return, length (steps), success, fall, start (index into KINDS), and stage_NAME of
-    each stage of the task: whether the episode reached it; float32."""
+    """Of the K: return, length (steps), success, fall, stalled (patience with it ended), start
+    (index into KINDS), and stage_NAME of each stage of the task: whether the episode reached it;
+    float32."""
     broken: Tensor
     """[B, 43 + 34] float64: qpos and qvel of scenes that blew up, as they were before the step."""
     taught: Tensor | None = None
@@ -92,6 +97,7 @@ class Shard:
         if config.carry.porter and not isinstance(bank, BoxBank):
             raise ConfigError("carry.porter is for the task carry")
         self._porter = Porter(self.n) if config.carry.porter else None
+        self._patience = Patience(self.n, config.patience_s)
         self._reset(torch.arange(self.n))
         # clocks start apart, so that not all scenes time out in the same step
         apart = streams.uniform(seed, streams.EPISODE, self._ids, 0, 16)[:, 15]
@@ -117,6 +123,8 @@ class Shard:
         # down where there is nothing to do down there: saves a third of early samples
         collapsed = ~self.task.low(body, place) & (body.root[:, 2] < self.config.early_pelvis_m)
         fell = self.task.fell(body, place) | collapsed
+        stalled = self._patience.ends(body, place, error <= self.task.success_m) & ~fell
+        fell = fell | stalled
         self._steps += 1
         self._held = torch.where(error <= self.task.success_m, self._held + 1, 0)
         held = self._held >= self._hold
@@ -143,7 +151,8 @@ class Shard:
                 "return": self._return[ends],
                 "length": self._steps[ends].float(),
                 "success": ((error <= self.task.success_m) & ~fell)[ends].float(),
-                "fall": fell[ends].float(),
+                "fall": (fell & ~stalled)[ends].float(),
+                "stalled": stalled[ends].float(),
                 "start": self._kind[ends].float(),
                 **{
                     f"stage_{name}": self._stages[ends, k].float()
@@ -175,13 +184,17 @@ class Shard:
         return torch.where(said & led[:, None], wanted.double(), targets), taught, led
 
     def _portered(self, porter: Porter) -> Tensor:
-        """[n, 28]: the actions of the porter where they are a matter of the moment: picking the box
-        up, and beginning a step where none is made; NaN elsewhere."""
+        """[n, 28]: the actions of the porter in two of five steps of each scene, from the last
+        metres before the box on; NaN elsewhere."""
         assert isinstance(self._bank, BoxBank)
-        mass = self._bank.mass[self._variant]
-        wanted = porter.act(self._scenes.qpos, self._scenes.qvel, self._place(), mass)
-        said = ((porter.phase == Phase.PICK_UP) | porter.gait.balks)[:, None]
-        return torch.where(said, self._scenes.actions(wanted).float(), torch.nan)
+        mass, place = self._bank.mass[self._variant], self._place()
+        intent = porter.intend(self._scenes.qpos, self._scenes.qvel, place, mass)
+        said = porter.teaches(place, self._scenes.qpos[:, :3].float())
+        turn = (_TURN * self.clock + self._ids) % _TURNS < _TURN
+        rows = torch.nonzero(said & turn).flatten()
+        taught = torch.full((self.n, character.NU), torch.nan)
+        taught[rows] = self._scenes.actions(intent.rows(rows).targets()).float()
+        return taught
 
     def _place(self) -> Place:
         """Where every scene's object is at this moment."""
@@ -216,8 +229,9 @@ class Shard:
         self._held[ids] = 0
         self._return[ids] = 0.0
         self._stages[ids] = False
-        now = self._scenes.now(self._places.rows(rows), rows)
-        self._look(self._scenes.body(rows), now, rows)
+        now, body = self._scenes.now(self._places.rows(rows), rows), self._scenes.body(rows)
+        self._look(body, now, rows)
+        self._patience.reset(rows, body, now)
         if self._porter is not None and now.box is not None:
             self._porter.reset(rows, lifted(now.box))
 
@@ -226,6 +240,7 @@ class Shard:
         own = {name: getattr(self, f"_{name}").clone() for name in (*_EPISODES, "state", "goal")}
         assert self._places is not None
         own |= {name: value.clone() for name, value in self._places.tensors().items()}
+        own |= {f"patience_{k}": v.clone() for k, v in self._patience.memory().items()}
         physics = {f"physics_{k}": v for k, v in self._scenes.physics().items()}
         if self._porter is not None:
             own |= {f"porter_{k}": v.clone() for k, v in self._porter.memory().items()}
@@ -241,6 +256,9 @@ class Shard:
         for name, value in self._places.tensors().items():
             if name in state or name != "head":
                 value.copy_(state[name])
+        # nor did those know patience
+        if "patience_still" in state:
+            self._patience.remember({k: state[f"patience_{k}"] for k in self._patience.memory()})
         if self._porter is not None:
             self._porter.remember({k: state[f"porter_{k}"] for k in self._porter.memory()})
         self.clock = int(state["clock"])

@@ -70,8 +70,8 @@ class Carry:
     terms: ClassVar[dict[str, float]] = {
         "walk": 0.1,
         "grasp": 0.15,
-        "lift": 0.25,
-        "carry": 0.2,
+        "lift": 0.15,
+        "carry": 0.3,
         "place": 0.15,
         "put_down": 0.15,
         "overspeed": 0.2,
