@@ -14,6 +14,7 @@ from torch import Tensor
 
 from console import (
     assembly,
+    bench_box,
     bench_endurance,
     bench_furniture,
     bench_serve,
@@ -49,6 +50,7 @@ def bench_command(command: Bench) -> int:
         "world": world_figures,
         "servoes": servoes,
         "furniture": furniture,
+        "box": box,
         "learner": learner,
         "style": style,
         "serve": serve,
@@ -88,6 +90,11 @@ def furniture(command: Bench, experiment: Experiment, threads: int) -> dict[str,
     """Scenes on any mixture of pieces against scenes on a plain chair."""
     pieces = collection.pieces(command.objects)
     return bench_furniture.measure(pieces, experiment.scenes, command.seconds, threads)
+
+
+def box(command: Bench, experiment: Experiment, threads: int) -> dict[str, float]:
+    """Scenes in which a box is carried, by how their contacts are solved."""
+    return bench_box.measure(experiment.scenes, command.seconds, threads)
 
 
 def learner(command: Bench, experiment: Experiment, _threads: int) -> dict[str, float]:

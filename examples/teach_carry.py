@@ -357,11 +357,15 @@ def give(settings: Settings, number: int, said: Any, spell: Any, weights: Path) 
         said.put([part.numpy() for part in lesson])
 
 
-def save(out: Path, experiment: Experiment, learner: Learner, samples: int) -> None:
-    """Write the networks as a checkpoint; its critic knows nothing yet, which training sees to."""
+def save(
+    out: Path, experiment: Experiment, learner: Learner, samples: int, told: list[dict[str, float]]
+) -> None:
+    """Write the networks as a checkpoint, what was told so far beside them; the critic knows no
+    more than it did before, which training sees to."""
     notes = {"experiment": json.dumps(to_json(experiment)), "data": _DATA}
     manifest = Manifest(assembly.layout(experiment), 0, samples, notes)
     write(out, {"policy": learner.policy_state()}, manifest)
+    (out / "metrics.jsonl").write_text("".join(f"{json.dumps(line)}\n" for line in told))
 
 
 def teach(settings: Settings) -> None:
@@ -401,6 +405,7 @@ def _regress(settings: Settings, said: Any, spell: Any, weights: Path) -> None:
         _take(said, lessons, wait=True)
     regression.begin(lessons.seen[: lessons.total], lessons.said[: lessons.total])
     began = told = saved = time.monotonic()
+    lines: list[dict[str, float]] = []
     errors, ended = [], []
     while (gone := (time.monotonic() - began) / (60.0 * settings.minutes)) < 1.0:
         ended += _take(said, lessons, wait=False)
@@ -409,19 +414,23 @@ def _regress(settings: Settings, said: Any, spell: Any, weights: Path) -> None:
         first, last = settings.spell
         spell.value = first * (last / first) ** gone
         now = time.monotonic()
-        if now - told > _TELL_S:
-            error = math.sqrt(float(torch.stack(errors).mean()))
-            print(
-                f"{(now - began) / 60:.1f} min: {lessons.total} samples, {regression.steps} "
-                f"batches, error {error:.4f}, spells {spell.value:.0f}; {_report(ended)}",
-                flush=True,
-            )
+        if now - told > _TELL_S or now - began > 60.0 * settings.minutes:
+            line = {
+                "minutes": (now - began) / 60.0,
+                "samples": lessons.total,
+                "batches": regression.steps,
+                "error": math.sqrt(float(torch.stack(errors).mean())),
+                "spell": spell.value,
+                **_report(ended),
+            }
+            lines.append(line)
+            print(", ".join(f"{name} {value:.6g}" for name, value in line.items()), flush=True)
             errors, ended, told = [], [], now
             _publish(regression.hand_back(), weights)
         if now - saved > _SAVE_S:
-            save(settings.out, experiment, regression.hand_back(), lessons.total)
+            save(settings.out, experiment, regression.hand_back(), lessons.total, lines)
             saved = now
-    save(settings.out, experiment, regression.hand_back(), lessons.total)
+    save(settings.out, experiment, regression.hand_back(), lessons.total, lines)
     print(f"{settings.out}: {lessons.total} samples, {regression.steps} batches")
     learner.close()
 
@@ -451,17 +460,17 @@ def _take(said: Any, lessons: Lessons, wait: bool) -> list[Tensor]:
             return ended
 
 
-def _report(ended: list[Tensor]) -> str:
+def _report(ended: list[Tensor]) -> dict[str, float]:
     """How episodes ended: those that the pupil had for itself, and the others."""
     names = ("steps", "fell", *Carry.stages)
     facts = torch.cat(ended) if ended else torch.zeros(0, 3 + len(Carry.stages))
-    lines = []
+    found: dict[str, float] = {}
     for who, some in (("alone", facts[facts[:, 0] > 0]), ("led", facts[facts[:, 0] == 0])):
         if len(some):
+            found[f"{who}/episodes"] = len(some)
             means = zip(names, some[:, 1:].mean(dim=0).tolist(), strict=True)
-            told = ", ".join(f"{name} {mean:.3g}" for name, mean in means)
-            lines.append(f"{who} ({len(some)}): {told}")
-    return "; ".join(lines) or "no episode ended"
+            found |= {f"{who}/{name}": mean for name, mean in means}
+    return found
 
 
 def _rows(parts: list[Tensor], width: int) -> Tensor:

@@ -14,7 +14,7 @@ WRONG = [
     ("train sit --preset big", "('fast', 'paper')"),
     ("train sit --scenes many", "--scenes: invalid literal for int() with base 10: 'many'"),
     ("train sit --scenes", "Missing value for argument '--scenes'"),
-    ("bench worlds", "('world', 'servoes', 'furniture', 'learner', "),
+    ("bench worlds", "('world', 'servoes', 'furniture', 'box', "),
     ("motions lits", "lits; Available subcommands: import, list, check"),
     ("motions", "list, check"),
     ("objects", "import, list, check, show"),

@@ -1,6 +1,7 @@
 """The example that teaches networks to carry: they learn what they are told, and are a checkpoint
 like any other. The one that records the teacher: its clips have all stages of a carry."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,8 @@ def test_networks_taught_by_the_porter_are_a_checkpoint(tmp_path: Path, capsys) 
     found = assembly.trained(out)
     assert found.task == "carry"
     assert found.manifest.samples == int(last.split(": ")[1].split(" samples")[0]) >= 2000
+    told = [json.loads(line) for line in (out / "metrics.jsonl").read_text().splitlines()]
+    assert 2000 <= told[-1]["samples"] <= found.manifest.samples and 0 < told[-1]["error"] < 1
     # of what the porter says in scenes that were not seen, two fifths at least are said likewise
     school = School(Settings(out, steps=60, scenes=16, seed=77), WorldConfig(task="carry"))
     seen, said, _ = school.lesson(None, 1.0)

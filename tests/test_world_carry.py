@@ -15,6 +15,7 @@ from world.boxes import BoxBank, boxes
 from world.config import CarryConfig
 from world.errors import ConfigError, PieceError
 from world.furniture.catalogue import find
+from world.scene import compile_scene
 from world.tasks import Place, make, state
 from world.tasks.carry import Carry, grips, reach_m
 from world.tasks.task import BoxState
@@ -72,6 +73,24 @@ def hands_walk(force_n: float, seconds: float = 4.0) -> tuple[float, float]:
     assert settled is not None
     tilt = math.degrees(math.acos(min(1.0, upright[8])))
     return float(np.linalg.norm((offset - settled)[[0, 2]])), tilt
+
+
+def test_sparse_matrices_are_only_faster() -> None:
+    ends = []
+    for matrix in (mujoco.mjtJacobian.mjJAC_SPARSE, mujoco.mjtJacobian.mjJAC_DENSE):
+        model = compile_scene(box_scene.STAND, (), box())
+        assert model.opt.jacobian == mujoco.mjtJacobian.mjJAC_SPARSE
+        model.opt.jacobian = matrix
+        data = mujoco.MjData(model)
+        data.qpos[: character.NQ] = character.standing_qpos()
+        # the box drops onto the stand, its edge ahead, beside a character that gives way
+        data.qpos[character.NQ :] = [0.45, 0.0, 0.80, 0.98, 0.0, 0.2, 0.0]
+        data.mocap_pos[:] = [[0.45, 0.0, 0.6], [3.0, 0.0, 0.6]]
+        for _ in range(120):
+            mujoco.mj_step(model, data)
+        ends.append(data.qpos.copy())
+        assert data.ncon > 4
+    np.testing.assert_allclose(ends[0], ends[1], atol=1e-7)
 
 
 def test_a_squeeze_carries_the_box_and_a_loose_grip_drops_it() -> None:

@@ -20,7 +20,7 @@ _SOLID, _CHARACTER = 2, 1
 FRICTION, _TORSION_M, _ROLLING_M = 1.2, 0.032, 0.001
 _CONDIM = 4
 #: Friction as stiff against slip as against penetration times this. Elliptic cones, though a
-#: control step takes 1.6 times as long with them: between pyramidal ones a box creeps down in hands
+#: control step takes 1.4 times as long with them: between pyramidal ones a box creeps down in hands
 #: that shake with every step, by 3 cm a second at a ratio of 30 (docs/recipe.md).
 IMPRATIO = 3.0
 
@@ -50,6 +50,9 @@ def add(spec: mujoco.MjSpec, cargo: Piece) -> None:
     """Add the stand to put down on, a mocap body, and the free box `cargo`, in this order."""
     spec.option.impratio = IMPRATIO
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    # the solver is most of a step with elliptic cones, and a contact moves few of the joints: 0.73
+    # of the time that dense matrices take (bench box), for the same motion to the last bits
+    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
     stand = spec.worldbody.add_body(name=STAND_BODY, mocap=True)
     for part in STAND.boxes:
         stand.add_geom(

@@ -18,6 +18,7 @@ class Bench:
             "world",
             "servoes",
             "furniture",
+            "box",
             "learner",
             "style",
             "serve",
