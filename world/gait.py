@@ -28,11 +28,11 @@ CONTROL_S = 1.0 / character.CONTROL_HZ
 OMEGA = math.sqrt(GRAVITY_M_S2 / 0.88)
 STAND, SHIFT, STEP = 0, 1, 2
 #: Control steps with one foot in the air, and with both down between two of these.
-_SWING_STEPS, _BOTH_STEPS = 11, 1
+_SWING_STEPS, _BOTH_STEPS = 10, 1
 #: A sole this near to the floor has landed, m, once so much of the swing is over.
 _DOWN_M, _LATE = 0.006, 0.7
 #: From here on the landing place is kept: what moves now does so because the foot comes down.
-_FIXED = 0.75
+_FIXED = 0.9
 #: From a stand the first foot lifts when ξ is within this of the other one, sideways, m.
 _OVER_M = 0.04
 #: Between the feet, sideways, m.
@@ -45,10 +45,10 @@ _TURN_RAD, _TURN_SHARE = 0.7, 0.3
 #: than the sole reaches, ahead and aside, m.
 _TRIM, _TRIM_M = 0.7, (0.07, 0.025)
 #: A foot rises by so much; a share of that path starts and ends at rest.
-_RISE_M, _SOFT = 0.08, 0.2
+_RISE_M, _SOFT = 0.055, 0.2
 #: By this share of the swing it is turned; it is brought back to its path at this rate, 1/s, and
 #: led along it and up and down by so many control steps more, for it lags.
-_TURNED_BY, _TRACK_HZ, _LEAD, _LEAD_UP = 0.8, 6.0, 0.5, 1.0
+_TURNED_BY, _TRACK_HZ, _LEAD, _LEAD_UP = 0.8, 11.0, 0.5, 1.0
 #: Level, near and turned like this the feet may rest side by side: ahead m, aside m, rad.
 _LEVEL_M, _NEAR_M, _ALIKE_RAD = 0.14, 0.4, 0.6
 #: A step is not made where so many control steps into it both soles are this low, m; nor is a shift

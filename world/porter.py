@@ -51,7 +51,7 @@ _BRAKES_M = 0.3
 _WALKS_M, _TALL_M, _TALL_FROM_M = 0.80, 0.845, 0.5
 #: The box is carried so far before the root, m, beyond its own half depth, which counts as no less
 #: than that; its centre this high.
-_AHEAD_M, _DEPTH_M, _CARRY_M = 0.15, 0.1, 0.95
+_AHEAD_M, _DEPTH_M, _CARRY_M = 0.15, 0.1, 0.88
 #: So far above where it stood, or will, while one is within these of the stand or the end of the
 #: way, m.
 _CLEAR_M, _OFF_STAND_M, _TO_TARGET_M = 0.08, 0.8, 1.2
