@@ -2,8 +2,13 @@
 policies are evaluated in.
 
 python examples/try_porter.py --trials 128
+python examples/try_porter.py --trials 128 --noise 0.03
+
+With noise it does what it wants only about, as a network that it teaches will: a porter that falls
+then is a teacher whose pupils fall.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -16,11 +21,15 @@ from console import trials
 from console.arrangement import boxes
 from console.evaluate import scored
 from console.scores import Protocol
+from world.character import NU
 from world.config import WorldConfig
 from world.porter import Porter
 from world.scenes import Scenes
 from world.tasks import Place
 from world.tasks.carry import Carry
+
+#: Share of an error that is left a control step later.
+_LASTS = 0.8
 
 
 @dataclass(frozen=True)
@@ -37,22 +46,42 @@ class Settings:
     """Length of a trial."""
     seed: int = 0
     """Of the trials."""
+    noise: float = 0.0
+    """Of its actions, rms, in their own units, each error lasting some five control steps."""
     threads: int = 1
     """Chunks of trials at once."""
+
+
+@dataclass
+class Driven:
+    """One chunk's."""
+
+    porter: Porter
+    mass_kg: Tensor
+    """[n]: of the boxes."""
+    error: Tensor
+    """[n, 28]: of the actions, now."""
+    draw: torch.Generator
 
 
 class Drive:
     """Drives each chunk's scenes by a porter of their own."""
 
-    def __init__(self) -> None:
-        self._porters: WeakKeyDictionary[Scenes, tuple[Porter, Tensor]] = WeakKeyDictionary()
+    def __init__(self, noise: float) -> None:
+        self._noise = noise
+        self._chunks: WeakKeyDictionary[Scenes, Driven] = WeakKeyDictionary()
 
     def __call__(self, scenes: Scenes, state: Tensor, goal: Tensor, place: Place) -> None:
-        if scenes not in self._porters:
+        if scenes not in self._chunks:
             mass = [float(model.body("box").mass[0]) for model in scenes.models]
-            self._porters[scenes] = Porter(scenes.n), torch.tensor(mass)
-        porter, mass_kg = self._porters[scenes]
-        scenes.drive(porter.act(scenes.qpos, scenes.qvel, place, mass_kg))
+            none, draw = torch.zeros(scenes.n, NU), torch.Generator().manual_seed(0)
+            self._chunks[scenes] = Driven(Porter(scenes.n), torch.tensor(mass), none, draw)
+        chunk = self._chunks[scenes]
+        targets = chunk.porter.act(scenes.qpos, scenes.qvel, place, chunk.mass_kg)
+        fresh = torch.randn(chunk.error.shape, generator=chunk.draw)
+        # the two shares' squares add up to 1: the error keeps its size
+        chunk.error = _LASTS * chunk.error + math.sqrt(1.0 - _LASTS**2) * self._noise * fresh
+        scenes.act(torch.nan_to_num(scenes.actions(targets) + chunk.error))
 
 
 def attempt(settings: Settings) -> dict[str, Any]:
@@ -63,7 +92,7 @@ def attempt(settings: Settings) -> dict[str, Any]:
         pieces, settings.trials, settings.seed, settings.near_m, settings.far_m
     )
     world = WorldConfig(task="carry")
-    results = trials.drive(world, Drive(), chosen, protocol.steps, settings.threads)
+    results = trials.drive(world, Drive(settings.noise), chosen, protocol.steps, settings.threads)
     return scored(results, chosen, protocol, Carry.stages)
 
 

@@ -9,3 +9,8 @@ def test_the_porter_comes_to_boxes_near_by() -> None:
     assert stages["approached"] == 1.0
     assert stages["grasped"] > 0.0
     assert len(figures["by_distance"]) and figures["success"]["rate"] <= stages["placed"]
+
+
+def test_one_who_errs_much_falls() -> None:
+    wild = Settings(trials=4, near_m=3.0, far_m=4.0, seconds=4.0, noise=0.3)
+    assert attempt(wild)["falls"] == 1.0
