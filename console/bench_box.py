@@ -13,23 +13,34 @@ from world.boxes import BoxBank, boxes, resting
 from world.config import CarryConfig, WorldConfig
 from world.porter import Porter
 from world.scenes import Scenes
+from world.tasks.carry import grips
 from world.tasks.task import Place
 
 #: Control steps between two resets: long enough to set off with the box.
 _EPISODE = 45
 #: The target lies so far ahead, m.
 _WAY_M = 4.0
+_CONE, _MATRIX = mujoco.mjtCone, mujoco.mjtJacobian
+#: Cone and matrices of each other way.
+_HOW = {
+    "dense": (_CONE.mjCONE_ELLIPTIC, _MATRIX.mjJAC_DENSE),
+    "pyramidal": (_CONE.mjCONE_PYRAMIDAL, _MATRIX.mjJAC_SPARSE),
+}
 
 
 def measure(scenes: int, seconds: float, threads: int = 1) -> dict[str, float]:
     """Control steps/s of porters with boxes of all sizes in hand, and what it would take of that
-    time otherwise; in turns within one run, each from the states of the first, physics alone."""
+    time otherwise; in turns within one run, each from the states of the first, physics alone.
+
+    held: share of the steps after which both hands are on the box. Gaps: of the joints' velocities
+    after a step, the median, at most.
+    """
     bank = BoxBank(boxes(CarryConfig(sizes=scenes)))
     porters = _Porters(bank, threads)
-    others = {name: _like(porters.scenes, bank.models, *how, threads) for name, how in _HOW.items()}
+    others = {name: _like(bank.models, *how, threads) for name, how in _HOW.items()}
     taken = dict.fromkeys((*others, "ours"), 0.0)
     apart = dict.fromkeys(others, 0.0)
-    steps = 0
+    steps, held = 0, 0.0
     began = time.perf_counter()
     while steps < 2 * _EPISODE or time.perf_counter() - began < seconds:
         if steps % _EPISODE == 0:
@@ -41,13 +52,15 @@ def measure(scenes: int, seconds: float, threads: int = 1) -> dict[str, float]:
             taken[name] += _step(other)
         taken["ours"] += _step(porters.scenes)
         for name, other in others.items():
-            gap = (other.qvel - porters.scenes.qvel).abs().nan_to_num()
+            gap = (other.qvel - porters.scenes.qvel)[:, 6:].abs()
             apart[name] = max(apart[name], float(gap.median()))
+        held += porters.held()
         steps += 1
     ours = taken["ours"]
     return {
         "control_steps_per_s": steps * scenes / ours,
         "us_per_step": 1e6 * ours / (steps * scenes),
+        "held_ratio": held / steps,
         "to_dense_time_ratio": ours / taken["dense"],
         "to_pyramidal_time_ratio": ours / taken["pyramidal"],
         "to_dense_gap_rad_per_s": apart["dense"],
@@ -55,27 +68,22 @@ def measure(scenes: int, seconds: float, threads: int = 1) -> dict[str, float]:
     }
 
 
-_CONE, _MATRIX = mujoco.mjtCone, mujoco.mjtJacobian
-#: Cone and matrices of each other way.
-_HOW = {
-    "dense": (_CONE.mjCONE_ELLIPTIC, _MATRIX.mjJAC_DENSE),
-    "pyramidal": (_CONE.mjCONE_PYRAMIDAL, _MATRIX.mjJAC_SPARSE),
-}
-
-
 def _like(
-    scenes: Scenes,
     models: Sequence[mujoco.MjModel],
     cone: mujoco.mjtCone,
     matrix: mujoco.mjtJacobian,
     threads: int,
 ) -> Scenes:
-    """Scenes as those, with other contacts."""
+    """Scenes of the same models, with other contacts."""
     others = [copy.copy(model) for model in models]
     for model in others:
         model.opt.cone, model.opt.jacobian = cone, matrix
+    return _scenes(others, threads)
+
+
+def _scenes(models: Sequence[mujoco.MjModel], threads: int) -> Scenes:
     world = WorldConfig()
-    return Scenes(others[: scenes.n], world.action_scale, world.action_clip, threads)
+    return Scenes(models, world.action_scale, world.action_clip, threads)
 
 
 def _step(scenes: Scenes) -> float:
@@ -90,8 +98,7 @@ class _Porters:
 
     def __init__(self, bank: BoxBank, threads: int) -> None:
         n = len(bank)
-        world = WorldConfig()
-        self.scenes = Scenes(bank.models, world.action_scale, world.action_clip, threads)
+        self.scenes = _scenes(bank.models, threads)
         self._bank, self._porter, self._ids = bank, Porter(n), torch.arange(n)
         self._place: Place | None = None
         self._turn = 0
@@ -121,3 +128,10 @@ class _Porters:
         now = self.scenes.now(self._place)
         targets = self._porter.act(self.scenes.qpos, self.scenes.qvel, now, self._bank.mass)
         self.scenes.aim(self.scenes.actions(targets))
+
+    def held(self) -> float:
+        """Share of the scenes with both hands on the box."""
+        assert self._place is not None
+        box = self.scenes.now(self._place).box
+        assert box is not None
+        return float(grips(self.scenes.body(), box).float().mean())

@@ -12,7 +12,7 @@ import numpy as np
 import torch
 import tyro
 
-from examples.teach_carry import School, Settings
+from examples.school import School, Settings
 from world import character, kinematics, rotations
 from world.config import WorldConfig
 from world.motions import clip_file

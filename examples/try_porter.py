@@ -81,6 +81,7 @@ class Drive:
         fresh = torch.randn(chunk.error.shape, generator=chunk.draw)
         # the two shares' squares add up to 1: the error keeps its size
         chunk.error = _LASTS * chunk.error + math.sqrt(1.0 - _LASTS**2) * self._noise * fresh
+        # of a scene that blew up nothing is looked at any more
         scenes.act(torch.nan_to_num(scenes.actions(targets) + chunk.error))
 
 

@@ -10,7 +10,8 @@ import torch
 from console import assembly
 from console.__main__ import main
 from examples.record_porter import Recording, record
-from examples.teach_carry import School, Settings, teach
+from examples.school import School, Settings
+from examples.teach_carry import teach
 from policy.acting import Policy
 from world.config import WorldConfig
 from world.features import STATE

@@ -1,0 +1,218 @@
+"""The scenes in which networks are taught to carry (examples/teach_carry.py): pupil and porter take
+turns at the servoes, and of every state the porter says what it would do."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import torch
+import tyro
+from torch import Tensor
+
+from console import assembly
+from policy.acting import Policy
+from world import character, hands, rotations, tasks
+from world.box_scene import box
+from world.boxes import BoxBank, Layout
+from world.config import WorldConfig
+from world.features import STATE
+from world.gait import unit
+from world.porter import Porter
+from world.scenes import Scenes
+from world.tasks.carry import Carry
+
+#: An episode ends after so many control steps, or so many with the box at its target; nobody who is
+#: this low goes on, m.
+_LONGEST, _HELD, _LYING_M = 600, 60, 0.45
+#: What the porter says so many steps before a fall is not learned: it was too late for it.
+_TOO_LATE = 25
+#: The porter drives for about so many control steps before the pupil may again.
+_SPELL = 20.0
+#: The pupil has this share of the episodes for itself.
+_ALONE = 0.1
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What is taught, and for how long."""
+
+    out: tyro.conf.Positional[Path]
+    """Folder to write the networks to, a checkpoint."""
+    minutes: float = 60.0
+    """How long."""
+    workers: int = 1
+    """Processes that give lessons."""
+    steps: int = 40
+    """Control steps of a lesson."""
+    scenes: int = 128
+    """Scenes of a lesson, each with a box of its own."""
+    batch: int = 1024
+    """Samples of a batch, half of them from the newest third."""
+    rate: float = 1e-3
+    """Learning rate of the first batch; it falls to nearly nothing by the last."""
+    spell: tuple[float, float] = (10.0, 100.0)
+    """Control steps that the pupil drives for before the porter takes over, at first and in the
+    end: as many as it is likely to make without coming to where nobody can help it any more."""
+    noise: float = 0.03
+    """Of the actions in every other scene, in their own units."""
+    in_hand: float = 0.25
+    """Share of the episodes that start with the box in hand."""
+    near: float = 0.25
+    """Of the others, share that start within a step or two of the box."""
+    init: Path | None = None
+    """Checkpoint of a carry policy, with a linear map, to go on from."""
+    walker: Path | None = None
+    """Checkpoint of a carry policy that shall go on coming to the box as it does: the porter is the
+    teacher from the last metres before the box on, and of who stands on the way."""
+    first: int = 100_000
+    """Samples before the first batch: normaliser and linear map are fitted to these."""
+    capacity: int = 6_000_000
+    """Samples kept, the newest."""
+    hidden: tuple[int, ...] = (512, 256)
+    """Widths of the networks."""
+    seed: int = 0
+    """Of everything that is random, but for who is first of several processes."""
+
+
+class School:
+    """The scenes of the lessons."""
+
+    def __init__(self, settings: Settings, world: WorldConfig) -> None:
+        n, (low, high) = settings.scenes, world.carry.scale
+        self._settings, self._world = settings, world
+        self._random = torch.Generator().manual_seed(settings.seed)
+        self.bank = BoxBank([box(low + (high - low) * (i + 0.5) / n) for i in range(n)])
+        self.scenes = Scenes(self.bank.models, world.action_scale, world.action_clip)
+        self.task, self.porter, self.ids = Carry(), Porter(n), torch.arange(n)
+        self._age, self._held = torch.zeros(n), torch.zeros(n)
+        self._stages = torch.zeros(n, len(self.task.stages), dtype=torch.bool)
+        self._drives = torch.zeros(n, dtype=torch.bool)
+        self._alone = torch.zeros(n, dtype=torch.bool)
+        walker = settings.walker
+        self._walker = None if walker is None else Policy(assembly.trained(walker).weights)
+        self._recent: list[tuple[Tensor, Tensor]] = []
+        self._fell: list[Tensor] = []
+        qpos, layout, laden = self._draw()
+        self.place = self.bank.place(self.ids, layout)
+        self._begin(self.ids, qpos, layout, laden)
+
+    def lesson(self, pupil: Policy | None, spell: float) -> tuple[Tensor, Tensor, Tensor]:
+        """Observations [m, 150] and what the porter would do then [m, 28] over a lesson in which
+        the pupil drives for about so many control steps at a time; and of each episode that ended
+        [k, 8] whether the pupil had it for itself, its length, whether it ended in a fall, and its
+        stages."""
+        seen, said, ended = [], [], []
+        scale = self._settings.noise * (self.ids % 2 == 0)[:, None]
+        for _ in range(self._settings.steps):
+            now, body = self.scenes.now(self.place), self.scenes.body()
+            state, goal = tasks.state(body, now), self.task.goal_features(body, now)
+            qpos, qvel = self.scenes.qpos, self.scenes.qvel
+            targets = self.porter.act(qpos, qvel, now, self.bank.mass)
+            action = self.scenes.actions(targets).float()
+            if self._walker is not None:
+                comes = ~self.porter.teaches(now, body.root)[:, None]
+                action = torch.where(comes, self._walker(state, goal), action)
+            self._recent.append((torch.cat((state, goal), dim=1), action))
+            if pupil is not None:
+                changes = self._uniform() < torch.where(self._drives, 1.0 / spell, 1.0 / _SPELL)
+                self._drives = (self._drives ^ changes) | self._alone
+                action = torch.where(self._drives[:, None], pupil(state, goal), action)
+            noise = torch.randn(action.shape, generator=self._random)
+            self.scenes.act(torch.nan_to_num(action + scale * noise).double())
+            fell, over = self._observe()
+            self._fell.append(fell)
+            if len(self._recent) > _TOO_LATE:
+                one, other = self._recent.pop(0)
+                late = torch.stack(self._fell).any(dim=0)
+                self._fell.pop(0)
+                kept = one.isfinite().all(dim=1) & other.isfinite().all(dim=1) & ~late
+                seen.append(one[kept])
+                said.append(other[kept])
+            if over.any():
+                facts = (self._alone, self._age, fell, *self._stages.T)
+                ended.append(torch.stack([fact.float() for fact in facts], dim=1)[over])
+                self.again(over)
+                self._drives &= ~over
+                alone = (self._uniform() < _ALONE) & (pupil is not None)
+                self._alone = torch.where(over, alone, self._alone)
+        none = torch.zeros(0, 3 + len(self.task.stages))
+        width = STATE.width + self.task.goal.width
+        return _rows(seen, width), _rows(said, character.NU), torch.cat([none, *ended])
+
+    def drive(self) -> tuple[Tensor, Tensor]:
+        """One control step by the porter alone; [n] bool each: who fell, whose episode is over."""
+        now = self.scenes.now(self.place)
+        self.scenes.drive(self.porter.act(self.scenes.qpos, self.scenes.qvel, now, self.bank.mass))
+        return self._observe()
+
+    def again(self, over: Tensor) -> None:
+        """Begin anew where it is over [n] bool."""
+        if over.any():
+            self._begin(over.nonzero().flatten(), *self._draw())
+
+    def _observe(self) -> tuple[Tensor, Tensor]:
+        """[n] bool each: the character or the box fell; the episode is over."""
+        now, body = self.scenes.now(self.place), self.scenes.body()
+        fell = self.task.fell(body, now) | (body.root[:, 2] < _LYING_M) | ~self.scenes.finite()
+        self._stages |= self.task.stage(body, now) & ~fell[:, None]
+        there = self.task.error_m(body, now) < self.task.success_m
+        self._held = torch.where(there, self._held + 1, 0.0)
+        self._age += 1
+        return fell, fell | (self._held > _HELD) | (self._age > _LONGEST)
+
+    def _begin(self, rows: Tensor, qpos: Tensor, layout: Layout, laden: Tensor) -> None:
+        """Start episodes in the scenes `rows` [m] as drawn for all [n]."""
+        none = torch.zeros(len(rows), character.NV)
+        at = layout.rows(rows)
+        self.scenes.set_down(rows, qpos[rows], none, at.start, at.start_yaw)
+        self.bank.put(self.scenes, rows, rows, at)
+        self.place.write(rows, self.bank.place(rows, at))
+        self.porter.reset(rows, laden[rows])
+        self._age[rows], self._held[rows], self._stages[rows] = 0.0, 0.0, False
+
+    def _draw(self) -> tuple[Tensor, Layout, Tensor]:
+        """Starts of all scenes: standing characters [n, 43], and their boxes, on stands about them
+        or [n] in hand."""
+        half, n = self.bank.half, len(self.ids)
+        qpos = torch.from_numpy(character.standing_qpos()).float()[None].repeat(n, 1)
+        laden = self._uniform() < self._settings.in_hand
+        ahead = torch.tensor([[1.0, 0.0]]).repeat(n, 1)
+        near = self._uniform() < self._settings.near
+        far = torch.where(near, self._between(0.6, 1.5), self._between(1.0, 5.0))
+        far = torch.maximum(far, half[:, :2].norm(dim=1) + 0.35)
+        on_stand = self._about(torch.zeros(n, 2), far)
+        in_hand = hands.before(qpos[:, :3], ahead, half[:, 0])
+        gone = torch.tensor([[-6.0, 0.0]]).repeat(n, 1)
+        stand_m = half[:, 2] + self._between(*self._world.carry.stand_m)
+        start = torch.where(laden[:, None], gone, on_stand)
+        start = torch.cat((start, stand_m[:, None]), dim=1)
+        position = torch.where(laden[:, None], in_hand, start)
+        yaw = unit(2.0 * math.pi * self._uniform())
+        yaw = torch.where(laden[:, None], ahead, yaw)
+        from_box = self._about(on_stand, self._between(1.0, 5.0))
+        # where one stands there is no room for a stand: then on the other side of the box
+        crowded = (from_box.norm(dim=1) < 0.8)[:, None]
+        from_box = torch.where(crowded, 2.0 * on_stand - from_box, from_box)
+        from_self = self._about(torch.zeros(n, 2), self._between(0.6, 4.0))
+        target = torch.where(laden[:, None], from_self, from_box)
+        end_m = half[:, 2] + self._between(*self._world.carry.stand_m)
+        target = torch.cat((target, end_m[:, None]), dim=1)
+        rest = torch.zeros(n, 6)
+        layout = Layout(position, rotations.from_heading(yaw), rest, start, yaw, target)
+        state = self.bank.place(self.ids, layout).box
+        assert state is not None
+        return torch.where(laden[:, None], hands.holding(qpos, state), qpos), layout, laden
+
+    def _about(self, point: Tensor, far: Tensor) -> Tensor:
+        """[n, 2]: so far [n] from points [n, 2], anywhere round them."""
+        return point + far[:, None] * unit(2.0 * math.pi * self._uniform())
+
+    def _between(self, low: float, high: float) -> Tensor:
+        return low + (high - low) * self._uniform()
+
+    def _uniform(self) -> Tensor:
+        return torch.rand(len(self.ids), generator=self._random)
+
+
+def _rows(parts: list[Tensor], width: int) -> Tensor:
+    return torch.cat([torch.zeros(0, width), *parts])
