@@ -199,15 +199,15 @@ def test_reward_of_walking_to_the_box() -> None:
         assert terms(standing((speed, 0, 0)), a_box((3.0, 0.0, 0.7)))["walk"] == pytest.approx(
             expected, abs=1e-5
         )
-    # at the box what counts is to stand 20 cm before a face of it, which here is as good as 20 cm
+    # at the box what counts is to stand 16 cm before a face of it, which here is as good as 20 cm
     # deep, and to look at it: half of that is there anyhow, a quarter for the place, a quarter for
     # the turn
     for (ahead_m, aside_m, yaw), expected in {
-        (0.4, 0.0, 0.0): 1.0,
-        (0.4, 0.0, math.pi): 0.75,
-        (0.4, 0.0, 0.5): 0.875,
-        (0.5, 0.0, 0.0): 0.75 + 0.25 * 0.75,
-        (0.4, -0.2, 0.0): 0.75 + 0.25 * 0.5,
+        (0.36, 0.0, 0.0): 1.0,
+        (0.36, 0.0, math.pi): 0.75,
+        (0.36, 0.0, 0.5): 0.875,
+        (0.46, 0.0, 0.0): 0.75 + 0.25 * 0.75,
+        (0.36, -0.2, 0.0): 0.75 + 0.25 * 0.5,
     }.items():
         found = terms(standing(yaw=yaw), a_box((ahead_m, aside_m, 0.7)))["walk"]
         assert found == pytest.approx(expected, abs=2e-3)
@@ -267,9 +267,9 @@ def test_the_episode_ends_with_the_box_near_the_ground() -> None:
 
 def test_who_leans_on_the_box_earns_nothing() -> None:
     """Hands where they should be, the feet under the root and 0.35 m and half a metre behind it."""
-    task, where = Carry(), a_box((0.4, 0.0, 1.0))
+    task, where = Carry(), a_box((0.36, 0.0, 1.0))
     names = list(task.terms)
-    held = with_hands((0.4, -0.29, 1.0), (0.4, 0.29, 1.0))
+    held = with_hands((0.36, -0.29, 1.0), (0.36, 0.29, 1.0))
     feet = [character.BODIES.index(f"{side}_foot") for side in ("right", "left")]
     found = []
     for behind in (0.0, 0.35, 0.5):

@@ -167,13 +167,13 @@ def test_the_nearest_narrow_face_is_chosen_and_kept() -> None:
         found = wayfinding.choose(torch.tensor([root]).double(), crate, none)
         assert found.item() == face
     # before a wide one that which faces the target is better, but not by what a change takes
-    corner = torch.tensor([[0.0, -1.5]]).double()
+    corner = torch.tensor([[0.1, -1.5]]).double()
     assert wayfinding.choose(corner, crate, none).item() == 0
     assert wayfinding.choose(corner, crate, torch.tensor([2])).item() == 2
     view = wayfinding.view(feet_at(-2.0, 0.0, 0.0), unit(torch.zeros(1).double()), crate, none + 1)
     # 20 cm at the least from the middle, and the gap
-    torch.testing.assert_close(view.spot, torch.tensor([[-0.4, 0.0]]).double())
-    assert view.off_spot_m.item() == pytest.approx(1.6)
+    torch.testing.assert_close(view.spot, torch.tensor([[-0.36, 0.0]]).double())
+    assert view.off_spot_m.item() == pytest.approx(1.64)
 
 
 def wish(feet: Footing, crate: BoxState, face: int, laden: Tensor, straight: Tensor) -> list[float]:
@@ -184,14 +184,14 @@ def wish(feet: Footing, crate: BoxState, face: int, laden: Tensor, straight: Ten
 def test_the_way_goes_straight_or_round_the_box() -> None:
     far = box_at((3.0, 0.0), (9.0, 9.0))
     assert wish(feet_at(0.0, 0.0, 0.0), far, 0, NO, NO) == pytest.approx([0.45, 0.0, 0.0])
-    # to the face at its back, past it at 0.62 m; more slowly, since one turns
+    # to the face at its back, past it at 0.62 m; more slowly, since one turns by a share of 1.8
     near = box_at((2.0, 0.0), (9.0, 9.0))
     turn = math.asin(0.62 / 2.0)
-    ahead = 0.45 * (1.0 - turn)
+    ahead = 0.45 * (1.0 - turn / 1.8)
     expected = [ahead, 0.0, turn * (1.0 - ahead / 0.9)]
     assert wish(feet_at(0.0, 0.0, 0.0), near, 1, NO, NO) == pytest.approx(expected)
     # before the face, 20 cm short of its place and 5 cm to the right, turned by 0.1
-    view = feet_at(2.0 - 0.4 - 0.2, -0.05, 0.1)
+    view = feet_at(2.0 - 0.36 - 0.2, -0.05, 0.1)
     seen = rotations.turn_back(view.heading, torch.tensor([[0.2, 0.05]]).double())[0]
     expected = [0.8 * float(seen[0]), 0.7 * float(seen[1]), -0.1]
     assert wish(view, near, 0, NO, YES) == pytest.approx(expected)
@@ -212,9 +212,9 @@ def test_with_the_box_one_leaves_its_stand_backwards_and_stops_before_the_target
 
 
 def test_it_carries_boxes_to_their_targets() -> None:
-    """Default and small boxes, in eight scenes each: it is no master."""
-    each, u = 8, torch.rand(16, 4, generator=torch.Generator().manual_seed(2))
-    scale = [1.0] * each + [0.6] * each
+    """Default, small and heavy boxes (11 kg), in eight scenes each: it is no master."""
+    each, u = 8, torch.rand(24, 4, generator=torch.Generator().manual_seed(2))
+    scale = [1.0] * each + [0.6] * each + [1.4] * each
     n = len(scale)
     bank = BoxBank([box(one) for one in scale])
     scenes, ids = Scenes(bank.models, 0.35, 3.0), torch.arange(n)
@@ -237,10 +237,10 @@ def test_it_carries_boxes_to_their_targets() -> None:
         near = (task.error_m(body, now) < task.success_m) & ~fell
         lasted = torch.where(near, lasted + 1, torch.where(lasted < 30, 0, lasted))
         lifted |= task.stage(body, now)[:, 2] & ~fell
-        if lifted.sum() >= each and (lasted >= 30).any():
+        if (lasted >= 30).sum() >= n // 2 and lifted[2 * each :].sum() >= 2:
             break
-    assert lifted.sum() >= each, "half of them come off their stands, in both hands"
-    assert (lasted >= 30).any(), "some stay at their targets for a second"
+    assert lifted[2 * each :].sum() >= 2, "heavy ones come off their stands, in both hands"
+    assert (lasted >= 30).sum() >= n // 2, "half of all stay at their targets for a second"
     assert seen[lasted >= 30, : Phase.PUT_DOWN].all(), "by way of the phases before the last"
 
 

@@ -43,7 +43,7 @@ _AHEAD_M, _ASIDE_M = (-0.4, 0.6), (0.1, 0.5)
 _TURN_RAD, _TURN_SHARE = 0.7, 0.3
 #: The pressure below the standing foot gives way by this much of where ξ is amiss, but no further
 #: than the sole reaches, ahead and aside, m.
-_TRIM, _TRIM_M = 0.7, (0.07, 0.025)
+_TRIM, _TRIM_M = 1.2, (0.07, 0.025)
 #: A foot rises by so much; a share of that path starts and ends at rest.
 _RISE_M, _SOFT = 0.055, 0.2
 #: By this share of the swing it is turned; it is brought back to its path at this rate, 1/s, and

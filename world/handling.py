@@ -19,8 +19,9 @@ _TORSO = BODIES.index("torso")
 SIGNS = (-1.0, 1.0)
 #: Farthest that a hand is led on at once, m.
 _STEP_M = 0.1
-#: The hands hold so much of the half height above the middle, where they press against tilting...
-_HIGH = 0.5
+#: The hands hold so much of the half height above the middle, where they press against tilting, but
+#: this far below the upper edge, m, over which they would slip...
+_HIGH, _BELOW_M = 0.5, 0.06
 #: ...and nearer than it to whom they belong: as far as leaves this to the near edge, m, in bounds.
 _EDGE_M, _NEARER_M = 0.15, (0.02, 0.10)
 #: A hand passes beside a face at this distance until it is within _BESIDE_M of its place, m.
@@ -28,14 +29,14 @@ _CLEAR_M, _BESIDE_M = 0.05, 0.06
 #: A hand nearer to the plane of its face than this, or behind it, does not get past the box, m.
 _IN_THE_WAY_M = 0.02
 #: Hands this near to where they hold press, and lift, m.
-_SIDEWAYS_M, _OFF_M = 0.10, 0.03
+_SIDEWAYS_M, _OFF_M = 0.08, 0.03
 #: In the air a box is pressed on by hands this near to where they should hold it, m.
 _KEPT_M = 0.25
-#: A hand presses this many times as hard as the weight needs, and so many N more: what the servoes
-#: of a moving body lose again.
-_GRIP, _GRIP_N = 1.0, 190.0
+#: A hand presses this many times as hard as the weight needs, and so many N more, the last of who
+#: walks with the box: what the servoes of a moving body lose again.
+_GRIP, _GRIP_N, _GRIP_LADEN_N = 3.0, 120.0, 190.0
 #: Farthest that hands with the box between them go on at once, upwards and sideways, m.
-_LIFT_M, _DRAW_M = 0.03, 0.01
+_LIFT_M, _DRAW_M = 0.04, 0.01
 #: Off the stand first: from the first height above it on, m, the box is drawn to the body, wholly
 #: from so much higher on; and everywhere as far from the stand as the last.
 _OFF_STAND_M, _OFF_OVER_M, _AWAY_M = 0.04, 0.06, 0.3
@@ -44,9 +45,9 @@ _OFF_STAND_M, _OFF_OVER_M, _AWAY_M = 0.04, 0.06, 0.3
 _OVER_M, _LOWER_M, _OUT_M = 0.12, 0.02, 0.25
 
 
-def reach(figure: Figure, box: BoxState, mass_kg: Tensor) -> Reach:
+def reach(figure: Figure, box: BoxState, mass_kg: Tensor, laden: Tensor) -> Reach:
     """What the hands do with a box before them, float64: led everywhere, whether or not it is in
-    reach; mass_kg [n]."""
+    reach; mass_kg [n]; laden [n] bool: who walks with it."""
     heading = rotations.heading(figure.qpos[:, 3:7])
     position = figure.position[:, HANDS]
     grip = hands.grip_of(box, heading)
@@ -75,7 +76,7 @@ def reach(figure: Figure, box: BoxState, mass_kg: Tensor) -> Reach:
         led=torch.ones_like(pressing),
         pressing=pressing,
         step=torch.where(held, on, approach),
-        force=torch.where(held, _force(position, mass_kg), 0.0),
+        force=torch.where(held, _force(position, mass_kg, laden), 0.0),
         goal=torch.where(held, position, holds),
         height_m=torch.where(pressing, position[..., 2].mean(dim=1), box.position[:, 2]),
         left=grip.axis,
@@ -89,14 +90,16 @@ def _hold(box: BoxState, grip: hands.Grip) -> Tensor:
     ahead = torch.stack((grip.axis[:, 1], -grip.axis[:, 0], torch.zeros_like(grip.out_m)), dim=1)
     along = (axes[:, :, :2] * ahead[:, :, None]).sum(dim=1).abs()
     nearer = ((along * box.half[:, :2]).sum(dim=1) - _EDGE_M).clamp(*_NEARER_M)
-    return axes[:, :, 2] * (_HIGH * box.half[:, 2:]) - ahead * nearer[:, None]
+    high = torch.minimum(_HIGH * box.half[:, 2:], box.half[:, 2:] - _BELOW_M).clamp_min(0.0)
+    return axes[:, :, 2] * high - ahead * nearer[:, None]
 
 
-def _force(position: Tensor, mass_kg: Tensor) -> Tensor:
+def _force(position: Tensor, mass_kg: Tensor, laden: Tensor) -> Tensor:
     """[n, 2, 3]: what hands at [n, 2, 3] press with, N: towards one another, so that neither turns
     the box, and up with half its weight each."""
     weight = mass_kg * GRAVITY_M_S2
-    press = _GRIP * weight / (2.0 * FRICTION) + _GRIP_N
+    more = torch.where(laden, _GRIP_LADEN_N, _GRIP_N)
+    press = _GRIP * weight / (2.0 * FRICTION) + more
     line = position[:, 1] - position[:, 0]
     line = line / line.norm(dim=1, keepdim=True) * press[:, None]
     up = torch.zeros_like(line)

@@ -41,10 +41,11 @@ SERVO_S = 0.1
 # What a metre amiss is worth; a radian, of the feet, the share named.
 #: Feet that stand hold all else up; one in the air may give way a little.
 _FOOT, _FOOT_IN_AIR, _FOOT_TURN = 60.0, 30.0, 0.6
-_MASS, _HAND, _ELBOW = 12.0, 12.0, 12.0
-#: Trunk and height: walking, and standing over a box; with the box in hand the trunk follows it.
+#: The mass, walking and standing: there it has to make way for what the hands lift.
+_MASS, _MASS_STANDS, _HAND, _ELBOW = 12.0, 24.0, 12.0, 12.0
+#: Trunk and height: walking, and standing over a box.
 _TRUNK_WALKS, _HEIGHT_WALKS = 8.0, 10.0
-_TRUNK, _TRUNK_PRESSES, _HEIGHT = 4.0, 0.7, 6.0
+_TRUNK, _HEIGHT = 4.0, 6.0
 #: Joints keep about the pose of a stand. Arms are for the hands to move; knees that stand bend
 #: last, so that a low box is reached with the hips.
 _JOINT, _ARM, _KNEE = 1.0, 0.7, 3.0
@@ -56,11 +57,11 @@ _POSE, _POSE_RAD = 0.05, 0.05
 _STANDS_M = 0.02 - 0.045
 #: Standing, pressure moves beyond the mass by these times what is amiss with its place, and its
 #: velocity, s: as a spring and a damper.
-_PRESS, _PRESS_S = 1.0, 0.3
+_PRESS, _PRESS_S = 1.0, 0.45
 #: No farther from the line between the soles than this, m: half of a foot.
 _SOLE_M = 0.08
 #: Of a move that is asked for, standing servoes are told this share; the rest would overshoot.
-_GAIN_STANDS = 0.55
+_GAIN_STANDS = 0.65
 #: A turning foot is brought round at this rate, 1/s, a trunk that walks at that, at most so much at
 #: once, rad. It leans forward a little, the pelvis half of it.
 _FOOT_HZ, _TRUNK_HZ, _TRUNK_RAD, _LEAN_RAD, _LEAN_PELVIS = 8.0, 8.0, 0.2, 0.08, 0.5
@@ -74,10 +75,10 @@ _UPRIGHT_M, _BEND_RAD_M, _BENT_RAD = 0.95, 1.6, 1.0
 _EASY_M, _BEND_ON_RAD, _BENT_MOST_RAD, _PELVIS_SHARE = 0.42, 0.05, 1.1, 0.6
 #: With the box in hand it comes up by so much at once, rad, once the legs are this straight, m:
 #: before, they do the lifting.
-_UNBEND_RAD, _RISEN_M = 0.03, 0.84
+_UNBEND_RAD, _RISEN_M = 0.05, 0.84
 #: Bends are asked for by at most this at once, rad, and the pelvis comes up to its standing height
 #: by at most that, m.
-_BEND_RAD, _TALL_M, _RISE_M = 0.05, 0.88, 0.02
+_BEND_RAD, _TALL_M, _RISE_M = 0.05, 0.88, 0.03
 #: The elbows keep this far outside the planes of the faces that the hands press on, m, which they
 #: take up by at most so much at once.
 _OUTSIDE_M, _OUTSIDE_STEP_M = 0.05, 0.04
@@ -195,7 +196,8 @@ def _balance(
     wanted = torch.where(stands, amiss, (mass.velocity + falls * CONTROL_S) * SERVO_S)
     # the load comes along with the body's share alone
     share = (mass.mass_kg / BODY_KG)[:, None]
-    tasks.add(figure.com_jacobian[:, :2], wanted * share, _MASS)
+    weight = torch.where(stride.stands, _MASS_STANDS, _MASS)
+    tasks.add(figure.com_jacobian[:, :2], wanted * share, weight)
     return torch.where(stands, held, stride.pressure), torch.where(stands, 0.0, falls)
 
 
@@ -223,7 +225,7 @@ def _facing(feet: Footing, stride: Stride) -> Tensor:
 def _bend(tasks: Tasks, figure: Figure, feet: Footing, stride: Stride, reach: Reach) -> None:
     """Who stands bends as far as the hands need, and comes up with what they hold."""
     pitch = _pitch(figure, feet, reach)
-    weight = torch.where(reach.pressing, _TRUNK_PRESSES, _TRUNK) * stride.stands
+    weight = _TRUNK * stride.stands
     for body, share in ((_PELVIS, _PELVIS_SHARE), (_TORSO, 1.0)):
         turn = way_round(figure.rotation[:, body], attitude(feet.heading, pitch * share))
         tasks.add(figure.turning_jacobian(body), shortened(turn, _BEND_RAD), weight)

@@ -34,10 +34,10 @@ class Phase(IntEnum):
 _LIFTED_M, _MOVED_M = 0.04, 0.25
 #: It is carried once the pelvis is this high, m, and the trunk's axis this much upright: its part
 #: along z.
-_RISEN_M, _UPRIGHT = 0.81, 0.86
+_RISEN_M, _UPRIGHT = 0.79, 0.8
 #: A phase lasts at least so many control steps before the next: what is seen just after a change is
 #: still of the old one.
-_APPROACHES, _PICKS_UP, _CARRIES = 5, 10, 10
+_APPROACHES, _PICKS_UP, _CARRIES = 5, 4, 10
 #: Nothing in hand after so many: once more from the way there. So long it takes to put down; with
 #: the box still that far from its target, m, one has to go nearer.
 _PICKS_UP_MOST, _PUTS_DOWN, _ASTRAY_M = 330, 150, 0.25
@@ -48,7 +48,7 @@ _CHANGE, _CHANGE_LADEN, _FIRST = (0.15, 0.06, 0.35), (0.12, 0.06, 0.25), (0.2, 0
 _BRAKES_M = 0.3
 #: Height of a walking pelvis, m; the last metres before the box, and before the target from the
 #: third on, m, one goes taller, as one stands.
-_WALKS_M, _TALL_M, _TALL_FROM_M = 0.80, 0.845, 0.5
+_WALKS_M, _TALL_M, _TALL_FROM_M = 0.81, 0.845, 0.5
 #: The box is carried so far before the root, m, beyond its own half depth, which counts as no less
 #: than that; its centre this high.
 _AHEAD_M, _DEPTH_M, _CARRY_M = 0.15, 0.1, 0.88
@@ -126,7 +126,7 @@ class Porter:
         """What to do in the next control step, which must be made; arguments as of `act`."""
         figure, box, mass_kg = Figure.of(qpos, qvel), _box(place), mass_kg.double()
         feet = Footing.of(figure)
-        reach = handling.reach(figure, box, mass_kg)
+        reach = handling.reach(figure, box, mass_kg, self.phase == Phase.CARRY)
         view = self._look(figure, self.gait.ending(feet), box)
         self._proceed(figure, box, view, reach.pressing)
         laden = self.phase == Phase.CARRY
@@ -136,8 +136,9 @@ class Porter:
         self._follow(figure, feet)
         held = reach.pressing & (self.phase >= Phase.PICK_UP)
         reach = self._reach(figure, box, view, reach, held)
-        borne = held & (~hands.is_at_start(box) | lifted(box))
-        mass = Mass.of(figure, Load(torch.where(borne, mass_kg, 0.0), box.position))
+        # hands that press lift with its weight, on the stand already: who does not reckon with that
+        # is drawn over the stand, and pushes the box ahead of him
+        mass = Mass.of(figure, Load(torch.where(held, mass_kg, 0.0), box.position))
         pace = Pace(self._height(view, laden), self._velocity)
         stride = self.gait.advance(feet, mass, self._wish, stops)
         return Intent(figure, feet, mass, stride, reach, pace)

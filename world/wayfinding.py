@@ -25,16 +25,16 @@ _COST_ROUND, _COST_TURN_M = 1.0, 0.3
 #: A face that was chosen is kept unless another one is better by this, m.
 _KEEP_M = 0.3
 #: First one goes to a point so far before the place, and from there straight on, m.
-_BEFORE_M = 0.25
+_BEFORE_M = 0.15
 #: One is before the face, facing it, within these, m and rad: the first to get there, the second to
 #: be still there; and no further past the place or before that point than the last, m.
 _BESIDE_M, _FACING_RAD, _PAST_M, _SHORT_M = (0.07, 0.27), (0.3, 0.7), 0.12, 0.3
 #: One has arrived before the face within these, m and rad; is near enough to pick the box up within
 #: so many times as much, and stays there within that much of the turn.
-_AT_M, _AT_RAD = 0.1, 0.2
-_NEAR_ENOUGH, _STAYS_TURNED = 2.2, 1.8
+_AT_M, _AT_RAD = 0.14, 0.28
+_NEAR_ENOUGH, _STAYS_TURNED = 1.5, 1.3
 #: Who comes no nearer may try within so many times as much.
-_BY_BOX = 4.0
+_BY_BOX = 2.8
 #: Likewise with the box, before the target: m and rad.
 _DONE_M, _DONE_RAD, _STAY_M, _STAY_RAD = 0.1, 0.3, 0.18, 0.5
 #: From within these the box may be put down, m and rad.
@@ -49,7 +49,7 @@ _STEP_M, _STEP_LADEN_M = 0.45, 0.38
 _TURN_RAD, _TURN_LADEN_RAD = 0.6, 0.35
 #: Who must turn by this goes no further meanwhile, rad; a full turn and such a step, m, exclude
 #: each other.
-_TURNS_ONLY_RAD, _NO_TURN_M = 1.0, 0.9
+_TURNS_ONLY_RAD, _NO_TURN_M = 1.8, 0.9
 #: Steps become shorter from so far off, m, down to the share; alone, one stops beyond the way's end
 #: by that much.
 _SLOW_M, _SLOWEST, _BEYOND_M = 0.8, 0.25, 0.05

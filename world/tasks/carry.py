@@ -24,7 +24,7 @@ _SPEED_M_S = 0.9
 _AT_BOX_M, _AT_TARGET_M = 0.55, 0.5
 #: Of a box that is no less deep than the first, m, from its centre to the edge, one stands this far
 #: from the edge to pick it up, m.
-DEEP_M, GAP_M = 0.2, 0.20
+DEEP_M, GAP_M = 0.2, 0.16
 #: Each metre that it is deeper at a face costs what so many on the way to another one do.
 COST_DEEP = 6.0
 #: Who is so far from such a place, m, or turned away so, rad, earns nothing for it.
