@@ -1,12 +1,13 @@
 """The porter: stepping, and boxes that it picks up, carries and puts down, in the physics."""
 
 import math
+from dataclasses import replace
 
 import pytest
 import torch
 from torch import Tensor
 
-from world import character, mover, rotations, wayfinding
+from world import character, handling, hands, mover, rotations, wayfinding
 from world.box_scene import box
 from world.boxes import BoxBank, resting
 from world.gait import OMEGA, STEP, Footing, Gait, unit, wrapped
@@ -16,7 +17,7 @@ from world.scene import compile_scene
 from world.scenes import Scenes
 from world.tasks.carry import Carry
 from world.tasks.task import BoxState
-from world.wholebody import Figure, Load, Mass
+from world.wholebody import BODY_KG, Figure, Load, Mass
 
 
 @pytest.fixture(autouse=True)
@@ -242,6 +243,39 @@ def test_it_carries_boxes_to_their_targets() -> None:
     assert lifted[2 * each :].sum() >= 2, "heavy ones come off their stands, in both hands"
     assert (lasted >= 30).sum() >= n // 2, "half of all stay at their targets for a second"
     assert seen[lasted >= 30, : Phase.PUT_DOWN].all(), "by way of the phases before the last"
+
+
+def test_who_grips_reckons_with_the_load_on_its_stand_already() -> None:
+    """Hands on the boxes, these on their stands: the mass to be balanced is body and box."""
+    bank = BoxBank([box(0.6), box(0.8)])
+    scenes, ids, still = Scenes(bank.models, 0.35, 3.0), torch.arange(2), torch.zeros(2, 34)
+    ahead = torch.tensor([[1.0, 0.0]]).repeat(2, 1)
+    qpos = torch.from_numpy(character.standing_qpos()).float()[None].repeat(2, 1)
+    at = hands.before(qpos[:, :3], ahead, bank.half[:, 0])
+    layout = resting(at, ahead, at + torch.tensor([3.0, 0.0, 0.0]))
+    held = bank.place(ids, layout).box
+    assert held is not None and hands.is_at_start(held).all()
+    away = torch.full((2, 3), -9.0)
+    for state, load_kg in ((qpos, torch.zeros(2)), (hands.holding(qpos, held), bank.mass)):
+        scenes.set_down(ids, state, still, away, ahead)
+        bank.put(scenes, ids, ids, layout)
+        porter = Porter(2)
+        porter.phase[:] = Phase.PICK_UP
+        place = scenes.now(bank.place(ids, layout))
+        intent = porter.intend(scenes.qpos, scenes.qvel, place, bank.mass)
+        borne = (intent.mass.mass_kg - BODY_KG).float()
+        torch.testing.assert_close(borne, load_kg, atol=1e-4, rtol=0.0)
+
+
+def test_hands_hold_high_but_below_the_edge() -> None:
+    """Half of the half height up, and at least 6 cm below the edge; in the middle of flat boxes."""
+    crate = box_at((0.4, 0.0), (3.0, 0.0))
+    figure = Figure.of(torch.from_numpy(character.standing_qpos())[None], torch.zeros(1, 34))
+    for half_m, expected in ((0.2, 0.1), (0.08, 0.02), (0.05, 0.0)):
+        flat = replace(crate, half=torch.tensor([[0.175, 0.25, half_m]]).double())
+        reach = handling.reach(figure, flat, torch.ones(1).double(), NO)
+        up = reach.goal[0, :, 2] - flat.position[0, 2]
+        torch.testing.assert_close(up, torch.full((2,), expected).double())
 
 
 def test_a_porter_begins_anew_in_one_scene_alone() -> None:
