@@ -2,7 +2,7 @@
 turns at the servoes, and of every state the porter says what it would do."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import torch
@@ -17,7 +17,7 @@ from world.boxes import BoxBank, Layout
 from world.config import WorldConfig
 from world.features import STATE
 from world.gait import unit
-from world.porter import Porter
+from world.porter import Phase, Porter
 from world.scenes import Scenes
 from world.tasks.carry import Carry
 
@@ -59,6 +59,8 @@ class Settings:
     """Share of the episodes that start with the box in hand."""
     near: float = 0.25
     """Of the others, share that start within a step or two of the box."""
+    lifted: float = 0.0
+    """Share that start where the box of their scene was lifted last, whoever had the servoes."""
     init: Path | None = None
     """Checkpoint of a carry policy, with a linear map, to go on from."""
     walker: Path | None = None
@@ -93,7 +95,8 @@ class School:
         self._recent: list[tuple[Tensor, Tensor]] = []
         self._fell: list[Tensor] = []
         qpos, layout, laden = self._draw()
-        self.place = self.bank.place(self.ids, layout)
+        self.place, self._layout = self.bank.place(self.ids, layout), layout
+        self._liftings = _Liftings(qpos, torch.zeros(n, character.NV), layout, self.porter.memory())
         self._begin(self.ids, qpos, layout, laden)
 
     def lesson(self, pupil: Policy | None, spell: float) -> tuple[Tensor, Tensor, Tensor]:
@@ -107,7 +110,9 @@ class School:
             now, body = self.scenes.now(self.place), self.scenes.body()
             state, goal = tasks.state(body, now), self.task.goal_features(body, now)
             qpos, qvel = self.scenes.qpos, self.scenes.qvel
+            before = self.porter.phase
             targets = self.porter.act(qpos, qvel, now, self.bank.mass)
+            self._keep((before == Phase.PICK_UP) & (self.porter.phase == Phase.CARRY))
             action = self.scenes.actions(targets).float()
             if self._walker is not None:
                 comes = ~self.porter.teaches(now, body.root)[:, None]
@@ -149,6 +154,8 @@ class School:
         """Begin anew where it is over [n] bool."""
         if over.any():
             self._begin(over.nonzero().flatten(), *self._draw())
+            goes_on = over & self._liftings.known & (self._uniform() < self._settings.lifted)
+            self._go_on(goes_on.nonzero().flatten())
 
     def _observe(self) -> tuple[Tensor, Tensor]:
         """[n] bool each: the character or the box fell; the episode is over."""
@@ -160,15 +167,46 @@ class School:
         self._age += 1
         return fell, fell | (self._held > _HELD) | (self._age > _LONGEST)
 
-    def _begin(self, rows: Tensor, qpos: Tensor, layout: Layout, laden: Tensor) -> None:
-        """Start episodes in the scenes `rows` [m] as drawn for all [n]."""
-        none = torch.zeros(len(rows), character.NV)
+    def _begin(
+        self,
+        rows: Tensor,
+        qpos: Tensor,
+        layout: Layout,
+        laden: Tensor,
+        qvel: Tensor | None = None,
+    ) -> None:
+        """Start episodes in the scenes `rows` [m] as told for all [n], at rest unless qvel [n, 34]
+        says otherwise."""
+        moves = torch.zeros(len(rows), character.NV) if qvel is None else qvel[rows]
         at = layout.rows(rows)
-        self.scenes.set_down(rows, qpos[rows], none, at.start, at.start_yaw)
+        self.scenes.set_down(rows, qpos[rows], moves, at.start, at.start_yaw)
         self.bank.put(self.scenes, rows, rows, at)
         self.place.write(rows, self.bank.place(rows, at))
+        _write(self._layout, rows, at)
         self.porter.reset(rows, laden[rows])
         self._age[rows], self._held[rows], self._stages[rows] = 0.0, 0.0, False
+
+    def _keep(self, lifts: Tensor) -> None:
+        """Keep the states of the scenes whose boxes are lifted now [n] bool."""
+        rows, scenes = lifts.nonzero().flatten(), self.scenes
+        pose, velocity = scenes.free_qpos[rows, :7].float(), scenes.free_qvel[rows, :6].float()
+        at = replace(
+            self._layout.rows(rows),
+            position=pose[:, :3],
+            rotation=rotations.normalise(pose[:, 3:]),
+            velocity=velocity,
+        )
+        body = scenes.qpos[rows].float(), scenes.qvel[rows].float()
+        self._liftings.keep(rows, *body, at, self.porter.memory())
+
+    def _go_on(self, rows: Tensor) -> None:
+        """Start where the boxes of the scenes `rows` [m] were lifted last."""
+        kept = self._liftings
+        if len(rows):
+            laden = torch.ones(len(self.ids), dtype=torch.bool)
+            self._begin(rows, kept.qpos, kept.layout, laden, kept.qvel)
+            for name, value in self.porter.memory().items():
+                value[rows] = kept.memory[name][rows]
 
     def _draw(self) -> tuple[Tensor, Layout, Tensor]:
         """Starts of all scenes: standing characters [n, 43], and their boxes, on stands about them
@@ -212,6 +250,34 @@ class School:
 
     def _uniform(self) -> Tensor:
         return torch.rand(len(self.ids), generator=self._random)
+
+
+class _Liftings:
+    """Where in each of n scenes the box was lifted last, and what the porter remembered then."""
+
+    def __init__(
+        self, qpos: Tensor, qvel: Tensor, layout: Layout, memory: dict[str, Tensor]
+    ) -> None:
+        self.known = torch.zeros(len(qpos), dtype=torch.bool)
+        """[n]: there is one."""
+        self.qpos, self.qvel = qpos.clone(), qvel.clone()
+        self.layout = Layout(**{name: part.clone() for name, part in vars(layout).items()})
+        self.memory = {name: part.clone() for name, part in memory.items()}
+
+    def keep(
+        self, rows: Tensor, qpos: Tensor, qvel: Tensor, at: Layout, memory: dict[str, Tensor]
+    ) -> None:
+        """Of the scenes `rows` [m]: their states, and the memory of all."""
+        self.known[rows], self.qpos[rows], self.qvel[rows] = True, qpos, qvel
+        _write(self.layout, rows, at)
+        for name, part in self.memory.items():
+            part[rows] = memory[name][rows]
+
+
+def _write(layout: Layout, rows: Tensor, part: Layout) -> None:
+    """Overwrite the scenes `rows` [m] with those of `part` [m]."""
+    for name, value in vars(part).items():
+        getattr(layout, name)[rows] = value
 
 
 def _rows(parts: list[Tensor], width: int) -> Tensor:

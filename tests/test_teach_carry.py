@@ -13,9 +13,11 @@ from examples.record_porter import Recording, record
 from examples.school import School, Settings
 from examples.teach_carry import teach
 from policy.acting import Policy
+from world import character
 from world.config import WorldConfig
 from world.features import STATE
 from world.motions import load, segments
+from world.porter import Phase
 
 
 def test_networks_taught_by_the_porter_are_a_checkpoint(tmp_path: Path, capsys) -> None:
@@ -36,6 +38,37 @@ def test_networks_taught_by_the_porter_are_a_checkpoint(tmp_path: Path, capsys) 
     assert (answer - said).square().mean() < 0.6**2 * said.var(dim=0).mean()
     # what `inhabit evaluate` makes of it
     assert main(["evaluate", str(out), "--trials", "4", "--quality", "0", "--threads", "1"]) == 0
+
+
+def test_lessons_go_on_where_a_box_was_lifted(tmp_path: Path) -> None:
+    """The same states again, with the box in hand, and the porter knows what it is about."""
+    torch.set_num_threads(1)
+    n = 12
+    settings = Settings(tmp_path, scenes=n, steps=10, in_hand=0.0, near=1.0, lifted=1.0, seed=3)
+    school = School(settings, WorldConfig(task="carry"))
+    once = torch.zeros(n, dtype=torch.bool)
+    for _ in range(40):
+        school.lesson(None, 1.0)
+        once |= school.porter.phase == Phase.CARRY
+        if once.sum() >= 8:
+            break
+    assert once.sum() >= 8
+    school.again(torch.ones(n, dtype=torch.bool))
+    again = school.porter.phase == Phase.CARRY
+    assert torch.equal(again, again & once), "only where one was lifted"
+    assert again.sum() >= 6
+    rows = again.nonzero().flatten()
+    box = school.scenes.now(school.place).box
+    assert box is not None
+    gone = (box.position - box.start)[rows]
+    assert ((gone[:, 2] > 0.03) | (gone[:, :2].norm(dim=1) > 0.2)).all()
+    bodies = school.scenes.body().position[rows]
+    held_by = bodies[:, [character.BODIES.index(f"{side}_hand") for side in ("right", "left")]]
+    assert ((held_by - box.position[rows, None]).norm(dim=2) < 0.6).all()
+    fell = torch.zeros(n, dtype=torch.bool)
+    for _ in range(30):
+        fell |= school.drive()[0]
+    assert fell[rows].float().mean() <= 0.35, "the porter goes on with it"
 
 
 def test_the_porters_clips_have_every_stage(tmp_path: Path) -> None:
