@@ -62,7 +62,7 @@ class Settings:
     lifted: float = 0.0
     """Share that start where the box of their scene was lifted last, whoever had the servoes."""
     init: Path | None = None
-    """Checkpoint of a carry policy, with a linear map, to go on from."""
+    """Checkpoint of a carry policy, with a linear map, to go on from; narrower networks grow."""
     walker: Path | None = None
     """Checkpoint of a carry policy that shall go on coming to the box as it does: the porter is the
     teacher from the last metres before the box on, and of who stands on the way."""

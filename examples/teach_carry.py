@@ -16,6 +16,7 @@ import json
 import math
 import queue
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,7 @@ from learner.config import LearnerConfig
 from learner.ppo import Learner
 from policy.acting import Policy
 from policy.checkpoint import Manifest, read, write
+from policy.transfer import widened
 from world import character
 from world.config import WorldConfig
 from world.tasks.carry import Carry
@@ -197,9 +199,10 @@ def _regress(settings: Settings, said: Any, spell: Any, weights: Path) -> None:
     experiment = experiment_of(settings)
     learner = assembly.learner(experiment)
     if settings.init is not None:
-        path = checkpoint_folder(settings.init)
-        found = read(path, ("policy",), assembly.layout(experiment))
-        policy = found.state["policy"]
+        found = read(checkpoint_folder(settings.init), ("policy",))
+        mine, theirs = assembly.layout(experiment), found.manifest.layout
+        replace(mine, hidden=theirs.hidden).require(theirs, str(settings.init))
+        policy = widened(found.state["policy"], settings.hidden)
         learner.load_policy_state({**policy, "actor": policy["average"]})
         _publish(learner, weights)
     regression = Regression(learner, weights_of(experiment.world), settings)

@@ -1,12 +1,14 @@
-"""Networks of one task as a beginning for another: what both observe keeps its weights."""
+"""Networks as a beginning for others: for those of another task, where what both observe keeps its
+weights, and for wider ones."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import torch
 from torch import Tensor
 
 from policy.checkpoint import Layout, State
 from policy.errors import LayoutError
+from policy.networks import hidden_widths, perceptron
 
 #: How many samples the old task's moments still count for: the new one's soon outweigh them.
 _REMEMBERED = 2e5
@@ -47,6 +49,39 @@ def adopt(
     values = found["values"]
     found["values"] = {**values, "count": values["count"].clamp(max=_REMEMBERED)}
     return found
+
+
+def widened(state: State, hidden: Sequence[int]) -> State:
+    """The `policy` section of a checkpoint for hidden layers of these widths, with networks that do
+    what they did: new units see something at random, and are not heard yet (after Chen et al.,
+    "Net2Net", 2016).
+
+    Raises LayoutError where the widths there are are not as many, or one of them is larger.
+    """
+    found = dict(state)
+    for network in ("actor", "average", "critic"):
+        if network in found:
+            found[network] = _widened(found[network], hidden)
+    return found
+
+
+def _widened(weights: Mapping[str, Tensor], hidden: Sequence[int]) -> dict[str, Tensor]:
+    inputs, outputs, widths = hidden_widths(weights)
+    if len(widths) != len(hidden) or any(a > b for a, b in zip(widths, hidden, strict=True)):
+        raise LayoutError(
+            f"hidden widths {widths} cannot become {tuple(hidden)}: choose as many layers, none of"
+            " them narrower"
+        )
+    wide = perceptron(inputs, hidden, outputs, 1.0).state_dict()
+    for name, values in wide.items():
+        old = weights[f"layers.{name}"]
+        if values.dim() == 2:
+            # what was there does not hear what is new
+            values[: old.shape[0], old.shape[1] :] = 0.0
+            values[: old.shape[0], : old.shape[1]] = old
+        else:
+            values[: old.shape[0]] = old
+    return {**weights, **{f"layers.{name}": values for name, values in wide.items()}}
 
 
 def _columns(theirs: Layout, mine: Layout, names: Mapping[str, str]) -> Iterator[int]:

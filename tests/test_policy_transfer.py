@@ -9,7 +9,7 @@ from learner.config import LearnerConfig
 from learner.ppo import Learner
 from policy.checkpoint import Layout
 from policy.errors import LayoutError
-from policy.transfer import adopt
+from policy.transfer import adopt, widened
 from world.precision import FLOAT32
 
 OLD = Layout("sit", (("height", 1), ("pose", 2)), (("target", 3), ("facing", 2)), 4, (8, 4))
@@ -69,3 +69,22 @@ def test_other_states_or_widths_are_refused_by_name(old: Learner) -> None:
     for name, value in others.items():
         with pytest.raises(LayoutError, match=f"^there: its {name} differ from this task's"):
             adopt(state, OLD, replace(NEW, **{name: value}), NAMES, "there")
+
+
+def test_wider_networks_do_what_they_did_and_can_learn_more(old: Learner) -> None:
+    wide = replace(OLD, hidden=(12, 4), skip=old.config.skip)
+    new = learner(wide, 2)
+    new.load_policy_state(widened(old.policy_state(), wide.hidden))
+    seen = old.normaliser(3.0 + 2.0 * torch.randn(50, OLD.observation))
+    for name in ("actor", "average", "critic"):
+        one, other = getattr(old, name)(seen), getattr(new, name)(seen)
+        torch.testing.assert_close(other, one, rtol=1e-5, atol=1e-5)
+    new.actor(seen).square().sum().backward()
+    heard = new.actor.layers[2].weight.grad
+    assert heard is not None and heard[:, 8:].abs().sum() > 0, "gradients reach the new units"
+
+
+@pytest.mark.parametrize("hidden", [(8, 3), (8,), (8, 4, 4)])
+def test_networks_do_not_become_narrower_or_deeper(old: Learner, hidden: tuple[int, ...]) -> None:
+    with pytest.raises(LayoutError, match="as many layers, none of them narrower"):
+        widened(old.policy_state(), hidden)

@@ -2,6 +2,7 @@
 like any other. The one that records the teacher: its clips have all stages of a carry."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +39,13 @@ def test_networks_taught_by_the_porter_are_a_checkpoint(tmp_path: Path, capsys) 
     assert (answer - said).square().mean() < 0.6**2 * said.var(dim=0).mean()
     # what `inhabit evaluate` makes of it
     assert main(["evaluate", str(out), "--trials", "4", "--quality", "0", "--threads", "1"]) == 0
+    # wider ones that begin with it know as much
+    grown = Settings(tmp_path / "grown", init=out, hidden=(600, 300), rate=1e-6, minutes=0.02)
+    teach(replace(grown, steps=30, scenes=16, first=1000, batch=64))
+    wider = assembly.trained(tmp_path / "grown")
+    assert wider.manifest.layout.hidden == (600, 300)
+    other = Policy(wider.weights)(seen[:, : STATE.width], seen[:, STATE.width :])
+    assert (other - answer).square().mean() < 0.02 * (answer - said).square().mean()
 
 
 def test_lessons_go_on_where_a_box_was_lifted(tmp_path: Path) -> None:

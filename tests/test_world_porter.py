@@ -7,10 +7,10 @@ import pytest
 import torch
 from torch import Tensor
 
-from world import character, handling, hands, mover, rotations, wayfinding
+from world import character, handling, hands, mover, neck, rotations, servoes, wayfinding
 from world.box_scene import box
 from world.boxes import BoxBank, resting
-from world.gait import OMEGA, STEP, Footing, Gait, unit, wrapped
+from world.gait import OMEGA, SHIFT, STAND, STEP, Footing, Gait, unit, wrapped
 from world.mover import Pace, Reach
 from world.porter import Phase, Porter
 from world.scene import compile_scene
@@ -55,7 +55,8 @@ class Walk:
                 looks_on.advance(feet, mass, wish.double(), torch.full((n,), stop))
                 same = (looks_on.swing == self.gait.swing) & (looks_on.mode == self.gait.mode)
                 agree.append(same & ((looks_on.time - self.gait.time).abs() < 2.0))
-            pace = Pace(torch.full((n,), 0.8).double(), figure.velocity[:, :2])
+            told = neck.pose(self.gait, wish.double())
+            pace = Pace(torch.full((n,), 0.8).double(), figure.velocity[:, :2], told)
             self.scenes.drive(mover.move(figure, feet, mass, stride, hang, pace))
         return agree
 
@@ -106,6 +107,39 @@ def test_a_gait_that_looks_on_goes_along() -> None:
     assert (walk.scenes.qpos[:, 2] > 0.7).all(), "nobody fell"
     # a foot that lands may be seen to a step later
     assert agree[30:].float().mean() > 0.85
+
+
+def test_the_neck_tells_the_step_that_is_made() -> None:
+    """Who stands tells nothing; sways go from one side to the other within the 11 control steps of
+    a step, nods by 0.7 rad a metre, turns as the step does."""
+    gait, wish = Gait(4), torch.tensor([[0.4, 0.05, -0.3]]).repeat(4, 1).double()
+    gait.mode[:] = torch.tensor([STAND, SHIFT, STEP, STEP])
+    gait.swing[:] = torch.tensor([1, 1, 1, 0])
+    gait.time[2:] = torch.tensor([4.5, 10.0]).double()
+    sways = torch.tensor([0.0, -0.15, 0.0, -0.15]).double()
+    told = torch.stack((sways, torch.full((4,), 0.28), torch.full((4,), -0.3)), dim=1)
+    told[0] = 0.0
+    torch.testing.assert_close(neck.pose(gait, wish), told.double())
+
+
+def test_a_walker_remembers_what_its_neck_tells() -> None:
+    """In the physics, six control steps after a foot lifted: the length within 5 cm, the turn
+    within 0.06 rad, whatever it remembers otherwise; before that it tells nothing yet."""
+    walk, n = Walk(6), 6
+    order = torch.tensor([[0.3, 0.0, 0.0], [0.1, 0.0, 0.3], [-0.1, 0.0, 0.0]]).repeat(2, 1).double()
+    early = late = 0
+    for _ in range(90):
+        walk.go(order, stop=False, steps=1)
+        other = torch.full((n, 3), 9.0).double()
+        known = neck.read(walk.gait, walk.scenes.qpos, other)
+        tells = walk.gait.walks & (walk.gait.landed | (walk.gait.time > 5))
+        assert torch.equal(known[~tells], other[~tells])
+        assert (known[:, 1] == 9.0).all(), "aside it tells nothing"
+        off = (known - order)[tells].abs()
+        assert (off[:, 0] < 0.05).all() and (off[:, 2] < 0.06).all()
+        early, late = early + int((~tells).sum()), late + int(tells.sum())
+    assert early > 100 and late > 100
+    assert servoes.coordinates(walk.scenes.qpos)[:, neck.NECK].abs().max() < 0.4
 
 
 @pytest.mark.parametrize("walked", [0.0, 0.3])

@@ -28,7 +28,7 @@ CONTROL_S = 1.0 / character.CONTROL_HZ
 OMEGA = math.sqrt(GRAVITY_M_S2 / 0.88)
 STAND, SHIFT, STEP = 0, 1, 2
 #: Control steps with one foot in the air, and with both down between two of these.
-_SWING_STEPS, _BOTH_STEPS = 10, 1
+SWING_STEPS, _BOTH_STEPS = 10, 1
 #: A sole this near to the floor has landed, m, once so much of the swing is over.
 _DOWN_M, _LATE = 0.006, 0.7
 #: From here on the landing place is kept: what moves now does so because the foot comes down.
@@ -65,7 +65,7 @@ _FIRST_TURN_RAD, _FIRST_LEFT_M = 0.1, 0.02
 # What becomes of an offset of ξ while both feet stand, and while one does; and how many times the
 # move of u between the feet is taken off it.
 _GROWTH_BOTH = math.exp(OMEGA * _BOTH_STEPS * CONTROL_S)
-_GROWTH_SWING = math.exp(OMEGA * _SWING_STEPS * CONTROL_S)
+_GROWTH_SWING = math.exp(OMEGA * SWING_STEPS * CONTROL_S)
 _HANDED_OVER = (_GROWTH_BOTH - 1.0) / (OMEGA * _BOTH_STEPS * CONTROL_S)
 
 
@@ -200,7 +200,7 @@ class Gait:
         pressure = self._pressure(stance, falling, wish)
         turn = wish[:, 2].clamp(-_TURN_RAD, _TURN_RAD)
         landing = self._landing(stance, falling, pressure, wish, turn)
-        kept = self.time > _FIXED * _SWING_STEPS
+        kept = self.time > _FIXED * SWING_STEPS
         self._goal = torch.where(kept[:, None], self._goal, landing)
         velocity, yaw_rad = self._swing(feet, stance.yaw_rad + turn)
         flies = (self.mode == STEP) & (self.time >= 0)
@@ -259,9 +259,9 @@ class Gait:
         self.time = torch.where(self.mode != STAND, self.time + 1.0, self.time)
         rows = torch.arange(len(self.swing))
         height = feet.soles[rows, self.swing, 2]
-        due = torch.where(self._flew, float(_UP_BY_STEPS), _LATE * _SWING_STEPS)
+        due = torch.where(self._flew, float(_UP_BY_STEPS), _LATE * SWING_STEPS)
         down = (height < _DOWN_M) & (self.time > due)
-        over = self.time >= _SWING_STEPS + torch.where(height > _HIGH_M, _WAITS, 0)
+        over = self.time >= SWING_STEPS + torch.where(height > _HIGH_M, _WAITS, 0)
         ends = (self.mode == STEP) & (over | down)
         self.swing = torch.where(ends, 1 - self.swing, self.swing)
         self.time = torch.where(ends, -float(_BOTH_STEPS), self.time)
@@ -300,7 +300,7 @@ class Gait:
     ) -> Tensor:
         """[n, 2]: where the middle of the sole should come down, m: so that ξ is there with the
         offset that the next step begins with."""
-        left = (_SWING_STEPS - self.time.clamp_min(0.0)).clamp_min(0.0) * CONTROL_S
+        left = (SWING_STEPS - self.time.clamp_min(0.0)).clamp_min(0.0) * CONTROL_S
         there = pressure + (falling - pressure) * torch.exp(OMEGA * left)[:, None]
         offset = _offset(wish, -stance.side)
         offset = rotations.turn(unit(_TURN_SHARE * turn), offset)
@@ -316,8 +316,8 @@ class Gait:
         goal = self._goal - back
         time = self.time.clamp_min(0.0)[:, None]
         leads = time.new_tensor((_LEAD, _LEAD_UP))
-        ahead = [((time + leads + k) / _SWING_STEPS).clamp(0.0, 1.0) for k in (0.0, 1.0)]
-        then = ((time[:, 0] + 1.0) / _SWING_STEPS).clamp(0.0, 1.0)
+        ahead = [((time + leads + k) / SWING_STEPS).clamp(0.0, 1.0) for k in (0.0, 1.0)]
+        then = ((time[:, 0] + 1.0) / SWING_STEPS).clamp(0.0, 1.0)
         ankle = feet.ankles[torch.arange(len(self.swing)), self.swing]
         place, goes = self._path(goal, ahead[0]), self._path(goal, ahead[1])
         velocity = (goes - place) / CONTROL_S + _TRACK_HZ * (place - ankle)

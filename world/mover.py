@@ -14,6 +14,7 @@ from torch import Tensor
 from world import character, servoes
 from world.gait import ANKLE_M, CONTROL_S, FEET, OMEGA, Footing, Stride, unit
 from world.hands import shortened
+from world.neck import NECK
 from world.wholebody import (
     BODY_KG,
     GRAVITY_M_S2,
@@ -49,6 +50,9 @@ _TRUNK, _HEIGHT = 4.0, 6.0
 #: Joints keep about the pose of a stand. Arms are for the hands to move; knees that stand bend
 #: last, so that a low box is reached with the hips.
 _JOINT, _ARM, _KNEE = 1.0, 0.7, 3.0
+#: The neck of who walks tells something: so many times the way to there is asked for at once, of
+#: which it makes the most within one control step, and at most this, rad.
+_NECK, _NECK_WAY, _NECK_RAD = 8.0, 2.0, 0.4
 #: So much of the way back to that pose is asked for at once, and at most this, rad.
 _POSE, _POSE_RAD = 0.05, 0.05
 
@@ -114,6 +118,8 @@ class Pace:
     """[n]: of the pelvis."""
     velocity: Tensor
     """[n, 2]: with which the hands go along, m/s."""
+    neck: Tensor
+    """[n, 3]: where the neck goes, rad, as its servoes measure it."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +161,7 @@ def move(
     _walk(tasks, figure, feet, stride, pace)
     _bend(tasks, figure, feet, stride, reach)
     _hands(tasks, figure, stride, reach, pace)
-    _pose(tasks, figure, stride)
+    _pose(tasks, figure, stride, pace)
     effort = _effort(figure, feet, stride, mass, pressure, push)
     for side, hand in enumerate(HANDS):
         effort = effort + moments(figure.point_jacobian(hand), reach.force[:, side])
@@ -262,14 +268,19 @@ def _hands(tasks: Tasks, figure: Figure, stride: Stride, reach: Reach, pace: Pac
         tasks.add(figure.point_jacobian(hand), reach.step[:, side] + along, _HAND * reach.led)
 
 
-def _pose(tasks: Tasks, figure: Figure, stride: Stride) -> None:
-    """The joints tend to a relaxed stand."""
-    back = _POSE * (_NOMINAL - servoes.coordinates(figure.qpos))
+def _pose(tasks: Tasks, figure: Figure, stride: Stride, pace: Pace) -> None:
+    """The joints tend to a relaxed stand, but for a walker's neck."""
+    here = servoes.coordinates(figure.qpos)
+    back = (_POSE * (_NOMINAL - here)).clamp(-_POSE_RAD, _POSE_RAD)
     weight = torch.full_like(back, _JOINT)
     weight[:, _ARMS] = _ARM
     weight[:, _KNEES] = torch.where(stride.stands, _KNEE, _JOINT)[:, None].double()
+    walks = ~stride.stands[:, None]
+    told = (_NECK_WAY * (pace.neck - here[:, NECK])).clamp(-_NECK_RAD, _NECK_RAD)
+    back[:, NECK] = torch.where(walks, told, back[:, NECK])
+    weight[:, NECK] = torch.where(walks, _NECK, weight[:, NECK])
     jacobian = torch.eye(character.NV, dtype=back.dtype)[6:].expand(len(back), -1, -1)
-    tasks.add(jacobian, back.clamp(-_POSE_RAD, _POSE_RAD), weight)
+    tasks.add(jacobian, back, weight)
 
 
 def _effort(

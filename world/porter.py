@@ -11,7 +11,7 @@ from enum import IntEnum
 import torch
 from torch import Tensor
 
-from world import character, handling, hands, rotations, wayfinding
+from world import character, handling, hands, neck, rotations, wayfinding
 from world.gait import Footing, Gait, unit, wrapped
 from world.mover import HANDS, SERVO_S, Intent, Pace, Reach
 from world.tasks.task import BoxState, Place
@@ -131,6 +131,7 @@ class Porter:
         self._proceed(figure, box, view, reach.pressing)
         laden = self.phase == Phase.CARRY
         self._straight = wayfinding.aligned(view, self._straight)
+        self._wish = neck.read(self.gait, qpos, self._wish)
         self._want(view, box, laden)
         stops = self._stops(view, laden)
         self._follow(figure, feet)
@@ -139,8 +140,9 @@ class Porter:
         # hands that press lift with its weight, on the stand already: who does not reckon with that
         # is drawn over the stand, and pushes the box ahead of him
         mass = Mass.of(figure, Load(torch.where(held, mass_kg, 0.0), box.position))
-        pace = Pace(self._height(view, laden), self._velocity)
         stride = self.gait.advance(feet, mass, self._wish, stops)
+        told = neck.pose(self.gait, self._wish)
+        pace = Pace(self._height(view, laden), self._velocity, told)
         return Intent(figure, feet, mass, stride, reach, pace)
 
     def _look(self, figure: Figure, feet: Footing, box: BoxState) -> View:

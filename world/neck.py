@@ -1,0 +1,42 @@
+"""What a porter remembers of the step that it makes, told by its neck, so that it can be seen.
+
+Which foot steps, since when, how far and with what turn is nearly all that a policy without memory
+misses of what a porter says (docs/recipe.md, "Memory that can be seen"). So the head sways from
+side to side with the steps, nods by their length and turns with them; the porter itself reads
+length and turn off it, and a policy that was taught by it sees its own neck.
+"""
+
+import torch
+from torch import Tensor
+
+from world import character, servoes
+from world.gait import STAND, SWING_STEPS, Gait
+
+_FIRST = next(i for i, joint in enumerate(character.JOINTS) if joint.name == "neck")
+#: The neck's servoes: to the right, forward and to the left, as it turns about x, y and z.
+NECK = slice(3 * _FIRST, 3 * _FIRST + 3)
+#: Bent forward by so much a metre that a step goes ahead, rad/m; turned by so much of its turn.
+_NOD_RAD_M, _TURN = 0.7, 1.0
+#: To this on either side while the feet step, rad: to the left one's by when that one lands.
+_SWAY_RAD = 0.15
+#: From so many control steps after a foot lifted on the neck tells what was wished for.
+_TOLD_BY = 5.0
+
+
+def pose(gait: Gait, wish: Tensor) -> Tensor:
+    """Where the neck should be [n, 3], rad, as its servoes measure it; wish [n, 3]: of the step
+    ahead and to the left, m, and its turn, rad."""
+    steps = ((gait.time + 1.0) / (SWING_STEPS + 1.0)).clamp(0.0, 1.0)
+    steps = torch.where(gait.walks, steps, 0.0)
+    side = torch.where(gait.swing == 1, _SWAY_RAD, -_SWAY_RAD).double()
+    told = (side * (2.0 * steps - 1.0), _NOD_RAD_M * wish[:, 0], _TURN * wish[:, 2])
+    return torch.where((gait.mode == STAND)[:, None], 0.0, torch.stack(told, dim=1))
+
+
+def read(gait: Gait, qpos: Tensor, wish: Tensor) -> Tensor:
+    """The wish [n, 3], its length ahead and its turn as the neck tells them at qpos [n, 43], where
+    it has had the time to."""
+    neck = servoes.coordinates(qpos)[:, NECK]
+    seen = torch.stack((neck[:, 1] / _NOD_RAD_M, wish[:, 1], neck[:, 2] / _TURN), dim=1)
+    tells = gait.walks & (gait.landed | (gait.time > _TOLD_BY))
+    return torch.where(tells[:, None], seen, wish)
