@@ -142,6 +142,22 @@ def test_a_walker_remembers_what_its_neck_tells() -> None:
     assert servoes.coordinates(walk.scenes.qpos)[:, neck.NECK].abs().max() < 0.4
 
 
+def test_who_shifts_his_weight_begins_with_the_foot_that_the_neck_tells() -> None:
+    """A sway to the right, before the left foot's step, or to the left: once it has had time to be
+    told, clearly, and of nobody else."""
+    sway = torch.tensor([-0.15, 0.15, -0.15, 0.02, 0.6, -0.15])
+    qpos = torch.from_numpy(character.standing_qpos()).float()[None].repeat(6, 1)
+    joint = character.BALL_QPOS[1]
+    turn = torch.stack((sway, torch.zeros(6), torch.zeros(6)), dim=1)
+    qpos[:, joint : joint + 4] = rotations.from_rotation_vector(turn)
+    torch.testing.assert_close(servoes.coordinates(qpos)[:, neck.NECK], turn)
+    gait = Gait(6)
+    gait.mode[:], gait.time[:] = SHIFT, 4.0
+    gait.swing[:] = torch.tensor([0, 1, 0, 1, 1, 0])
+    gait.time[2], gait.mode[5] = 3.0, STEP
+    assert neck.first_foot(gait, qpos).tolist() == [1, 0, 0, 1, 1, 0]
+
+
 @pytest.mark.parametrize("walked", [0.0, 0.3])
 def test_the_divergent_component_repeats_itself_under_the_pendulum(walked: float) -> None:
     """A point mass that falls over each foot, and is caught where the next one lands, walks on as

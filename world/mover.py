@@ -51,8 +51,9 @@ _TRUNK, _HEIGHT = 4.0, 6.0
 #: last, so that a low box is reached with the hips.
 _JOINT, _ARM, _KNEE = 1.0, 0.7, 3.0
 #: The neck of who walks tells something: so many times the way to there is asked for at once, of
-#: which it makes the most within one control step, and at most this, rad.
-_NECK, _NECK_WAY, _NECK_RAD = 8.0, 2.0, 0.4
+#: which it makes the most within one control step; of the way back of who stands, that share; at
+#: most the last, rad.
+_NECK, _NECK_WAY, _NECK_BACK, _NECK_RAD = 8.0, 2.0, 0.2, 0.4
 #: So much of the way back to that pose is asked for at once, and at most this, rad.
 _POSE, _POSE_RAD = 0.05, 0.05
 
@@ -276,8 +277,9 @@ def _pose(tasks: Tasks, figure: Figure, stride: Stride, pace: Pace) -> None:
     weight[:, _ARMS] = _ARM
     weight[:, _KNEES] = torch.where(stride.stands, _KNEE, _JOINT)[:, None].double()
     walks = ~stride.stands[:, None]
-    told = (_NECK_WAY * (pace.neck - here[:, NECK])).clamp(-_NECK_RAD, _NECK_RAD)
-    back[:, NECK] = torch.where(walks, told, back[:, NECK])
+    told, rest = pace.neck - here[:, NECK], (_NOMINAL - here)[:, NECK]
+    told = torch.where(walks, _NECK_WAY * told, _NECK_BACK * rest)
+    back[:, NECK] = told.clamp(-_NECK_RAD, _NECK_RAD)
     weight[:, NECK] = torch.where(walks, _NECK, weight[:, NECK])
     jacobian = torch.eye(character.NV, dtype=back.dtype)[6:].expand(len(back), -1, -1)
     tasks.add(jacobian, back, weight)

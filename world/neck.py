@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from world import character, servoes
-from world.gait import STAND, SWING_STEPS, Gait
+from world.gait import SHIFT, STAND, SWING_STEPS, Gait
 
 _FIRST = next(i for i, joint in enumerate(character.JOINTS) if joint.name == "neck")
 #: The neck's servoes: to the right, forward and to the left, as it turns about x, y and z.
@@ -21,6 +21,8 @@ _NOD_RAD_M, _TURN = 0.7, 1.0
 _SWAY_RAD = 0.15
 #: From so many control steps after a foot lifted on the neck tells what was wished for.
 _TOLD_BY = 5.0
+#: So many after the weight began to shift, a sway within these, rad, tells for which foot.
+_SHIFT_TOLD_BY, _LEANS_RAD = 3.0, (0.05, 0.3)
 
 
 def pose(gait: Gait, wish: Tensor) -> Tensor:
@@ -40,3 +42,12 @@ def read(gait: Gait, qpos: Tensor, wish: Tensor) -> Tensor:
     seen = torch.stack((neck[:, 1] / _NOD_RAD_M, wish[:, 1], neck[:, 2] / _TURN), dim=1)
     tells = gait.walks & (gait.landed | (gait.time > _TOLD_BY))
     return torch.where(tells[:, None], seen, wish)
+
+
+def first_foot(gait: Gait, qpos: Tensor) -> Tensor:
+    """[n]: the foot that is in the air or next; of who shifts his weight, the one that the neck
+    tells: with two to choose from, who looks on would else go on calling for the other one."""
+    sway = servoes.coordinates(qpos)[:, NECK.start]
+    told = (sway.abs() > _LEANS_RAD[0]) & (sway.abs() < _LEANS_RAD[1])
+    tells = (gait.mode == SHIFT) & (gait.time > _SHIFT_TOLD_BY) & told
+    return torch.where(tells, (sway < 0.0).long(), gait.swing)

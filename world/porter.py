@@ -131,6 +131,7 @@ class Porter:
         self._proceed(figure, box, view, reach.pressing)
         laden = self.phase == Phase.CARRY
         self._straight = wayfinding.aligned(view, self._straight)
+        self.gait.swing = neck.first_foot(self.gait, qpos)
         self._wish = neck.read(self.gait, qpos, self._wish)
         self._want(view, box, laden)
         stops = self._stops(view, laden)
