@@ -65,7 +65,8 @@ class Settings:
     """Checkpoint of a carry policy, with a linear map, to go on from; narrower networks grow."""
     walker: Path | None = None
     """Checkpoint of a carry policy that shall go on coming to the box as it does: the porter is the
-    teacher from the last metres before the box on, and of who stands on the way."""
+    teacher from the last metres before the box on, and of who stands on the way. Its neck must
+    tell its steps (world.neck)."""
     first: int = 100_000
     """Samples before the first batch: normaliser and linear map are fitted to these."""
     capacity: int = 6_000_000

@@ -4,7 +4,9 @@
 Pupil and porter (world.porter) take turns at the servoes, the pupil longer and longer; of every
 state that they get into the porter says what it would do, and the pupil's networks are regressed on
 all that it ever said. Lessons are given in processes of their own while this one regresses, on a
-GPU where there is one. What came of it so far: docs/recipe.md, "Taught by the porter".
+GPU where there is one. What came of it so far: docs/recipe.md, from "Taught by the porter" on;
+`pretrained/carry` is of 15 workers, batches of 8,192 and widths of 1024 and 512, in 11.5 minutes
+from networks that had known 28.6 M rows.
 
 python -m examples.teach_carry runs/taught --minutes 60 --workers 1
 inhabit evaluate runs/taught
@@ -202,7 +204,7 @@ def _regress(settings: Settings, said: Any, spell: Any, weights: Path) -> None:
         found = read(checkpoint_folder(settings.init), ("policy",))
         mine, theirs = assembly.layout(experiment), found.manifest.layout
         replace(mine, hidden=theirs.hidden).require(theirs, str(settings.init))
-        policy = widened(found.state["policy"], settings.hidden)
+        policy = widened(found.state["policy"], settings.hidden, settings.seed, str(settings.init))
         learner.load_policy_state({**policy, "actor": policy["average"]})
         _publish(learner, weights)
     regression = Regression(learner, weights_of(experiment.world), settings)

@@ -51,28 +51,33 @@ def adopt(
     return found
 
 
-def widened(state: State, hidden: Sequence[int]) -> State:
+def widened(state: State, hidden: Sequence[int], seed: int, where: str) -> State:
     """The `policy` section of a checkpoint for hidden layers of these widths, with networks that do
-    what they did: new units see something at random, and are not heard yet (after Chen et al.,
-    "Net2Net", 2016).
+    what they did: new units see something at random, by the seed, and are not heard yet (after Chen
+    et al., "Net2Net", 2016).
 
     Raises LayoutError where the widths there are are not as many, or one of them is larger.
     """
     found = dict(state)
     for network in ("actor", "average", "critic"):
         if network in found:
-            found[network] = _widened(found[network], hidden)
+            _, _, widths = hidden_widths(found[network])
+            narrower = any(a > b for a, b in zip(widths, hidden, strict=False))
+            if len(widths) != len(hidden) or narrower:
+                raise LayoutError(
+                    f"{where}: its hidden widths {widths} cannot become {tuple(hidden)}: choose as"
+                    " many layers, none of them narrower"
+                )
+            # averages go on from the same units
+            found[network] = _widened(found[network], hidden, seed)
     return found
 
 
-def _widened(weights: Mapping[str, Tensor], hidden: Sequence[int]) -> dict[str, Tensor]:
-    inputs, outputs, widths = hidden_widths(weights)
-    if len(widths) != len(hidden) or any(a > b for a, b in zip(widths, hidden, strict=True)):
-        raise LayoutError(
-            f"hidden widths {widths} cannot become {tuple(hidden)}: choose as many layers, none of"
-            " them narrower"
-        )
-    wide = perceptron(inputs, hidden, outputs, 1.0).state_dict()
+def _widened(weights: Mapping[str, Tensor], hidden: Sequence[int], seed: int) -> dict[str, Tensor]:
+    inputs, outputs, _ = hidden_widths(weights)
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(seed)
+        wide = perceptron(inputs, hidden, outputs, 1.0).state_dict()
     for name, values in wide.items():
         old = weights[f"layers.{name}"]
         if values.dim() == 2:

@@ -174,7 +174,7 @@ def squat(height_m: list[float], steps: int) -> tuple[Tensor, Tensor, Tensor]:
         reach = Reach(led, held, step, torch.zeros_like(step), goal, high, left, goal)
         stops = torch.ones(n, dtype=torch.bool)
         stride = gait.advance(feet, mass, torch.zeros(n, 3).double(), stops)
-        pace = Pace(torch.full((n,), 0.8).double(), torch.zeros(n, 2).double())
+        pace = Pace(torch.full((n,), 0.8).double(), torch.zeros(n, 2), torch.zeros(n, 3))
         scenes.drive(mover.move(figure, feet, mass, stride, reach, pace))
         worst = torch.maximum(worst, (mass.position - mover.resting(feet)).norm(dim=1))
     figure = Figure.of(scenes.qpos, scenes.qvel)

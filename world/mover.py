@@ -50,12 +50,12 @@ _TRUNK, _HEIGHT = 4.0, 6.0
 #: Joints keep about the pose of a stand. Arms are for the hands to move; knees that stand bend
 #: last, so that a low box is reached with the hips.
 _JOINT, _ARM, _KNEE = 1.0, 0.7, 3.0
+#: So much of the way back to that pose is asked for at once, and at most this, rad.
+_POSE, _POSE_RAD = 0.05, 0.05
 #: The neck of who walks tells something: so many times the way to there is asked for at once, of
 #: which it makes the most within one control step; of the way back of who stands, that share; at
 #: most the last, rad.
 _NECK, _NECK_WAY, _NECK_BACK, _NECK_RAD = 8.0, 2.0, 0.2, 0.4
-#: So much of the way back to that pose is asked for at once, and at most this, rad.
-_POSE, _POSE_RAD = 0.05, 0.05
 
 #: The mass stands so far behind the middle of the soles, m: before the ankles, where both ways of
 #: falling are as near.
@@ -120,7 +120,7 @@ class Pace:
     velocity: Tensor
     """[n, 2]: with which the hands go along, m/s."""
     neck: Tensor
-    """[n, 3]: where the neck goes, rad, as its servoes measure it."""
+    """[n, 3]: where the neck goes, rad, as its servoes measure it; of who stands it rests."""
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 Which foot steps, since when, how far and with what turn is nearly all that a policy without memory
 misses of what a porter says (docs/recipe.md, "Memory that can be seen"). So the head sways from
 side to side with the steps, nods by their length and turns with them; the porter itself reads
-length and turn off it, and a policy that was taught by it sees its own neck.
+length, turn and the first foot off it, and a policy that was taught by it sees its own neck.
 """
 
 import torch
@@ -12,17 +12,19 @@ from torch import Tensor
 from world import character, servoes
 from world.gait import SHIFT, STAND, SWING_STEPS, Gait
 
-_FIRST = next(i for i, joint in enumerate(character.JOINTS) if joint.name == "neck")
+_NAMES = [joint.name for joint in character.JOINTS for _ in joint.range_deg]
 #: The neck's servoes: to the right, forward and to the left, as it turns about x, y and z.
-NECK = slice(3 * _FIRST, 3 * _FIRST + 3)
+NECK = slice(_NAMES.index("neck"), _NAMES.index("neck") + 3)
 #: Bent forward by so much a metre that a step goes ahead, rad/m; turned by so much of its turn.
 _NOD_RAD_M, _TURN = 0.7, 1.0
-#: To this on either side while the feet step, rad: to the left one's by when that one lands.
+#: To this on either side while the feet step, rad: from the side of the foot that steps to the
+#: other one's by when it lands.
 _SWAY_RAD = 0.15
-#: From so many control steps after a foot lifted on the neck tells what was wished for.
-_TOLD_BY = 5.0
-#: So many after the weight began to shift, a sway within these, rad, tells for which foot.
-_SHIFT_TOLD_BY, _LEANS_RAD = 3.0, (0.05, 0.3)
+#: From so many control steps after a foot lifted on the neck tells what was wished for; no step
+#: goes further ahead, m, and turns by more, rad.
+_TOLD_BY, _AHEAD_M, _MOST_RAD = 6.0, (-0.3, 0.5), 0.7
+#: From so many after the weight began to shift on, a sway within these, rad, tells for which foot.
+_SHIFT_TOLD_BY, _LEANS_RAD = 4.0, (0.05, 0.3)
 
 
 def pose(gait: Gait, wish: Tensor) -> Tensor:
@@ -39,8 +41,10 @@ def read(gait: Gait, qpos: Tensor, wish: Tensor) -> Tensor:
     """The wish [n, 3], its length ahead and its turn as the neck tells them at qpos [n, 43], where
     it has had the time to."""
     neck = servoes.coordinates(qpos)[:, NECK]
-    seen = torch.stack((neck[:, 1] / _NOD_RAD_M, wish[:, 1], neck[:, 2] / _TURN), dim=1)
-    tells = gait.walks & (gait.landed | (gait.time > _TOLD_BY))
+    ahead = (neck[:, 1] / _NOD_RAD_M).clamp(*_AHEAD_M)
+    turn = (neck[:, 2] / _TURN).clamp(-_MOST_RAD, _MOST_RAD)
+    seen = torch.stack((ahead, wish[:, 1], turn), dim=1)
+    tells = gait.walks & (gait.landed | (gait.time >= _TOLD_BY))
     return torch.where(tells[:, None], seen, wish)
 
 
@@ -49,5 +53,5 @@ def first_foot(gait: Gait, qpos: Tensor) -> Tensor:
     tells: with two to choose from, who looks on would else go on calling for the other one."""
     sway = servoes.coordinates(qpos)[:, NECK.start]
     told = (sway.abs() > _LEANS_RAD[0]) & (sway.abs() < _LEANS_RAD[1])
-    tells = (gait.mode == SHIFT) & (gait.time > _SHIFT_TOLD_BY) & told
+    tells = (gait.mode == SHIFT) & (gait.time >= _SHIFT_TOLD_BY) & told
     return torch.where(tells, (sway < 0.0).long(), gait.swing)

@@ -116,7 +116,8 @@ class Porter:
         return near | self.gait.balks | (self.phase != Phase.APPROACH)
 
     def act(self, qpos: Tensor, qvel: Tensor, place: Place, mass_kg: Tensor) -> Tensor:
-        """Servo targets [n, 28] rad of the next control step, which must be made.
+        """Servo targets [n, 28] rad of the next control step, which must be made, by the porter or
+        by one whose neck tells his steps as the porter's does (world.neck).
 
         qpos [n, 43]; qvel [n, 34]; mass_kg [n]: of the boxes.
         """
