@@ -10,13 +10,13 @@ import torch
 from torch import Tensor
 
 from world import character, servoes
-from world.gait import SHIFT, STAND, SWING_STEPS, Gait
+from world.gait import SHIFT, SWING_STEPS, Gait
 
 _NAMES = [joint.name for joint in character.JOINTS for _ in joint.range_deg]
 #: The neck's servoes: to the right, forward and to the left, as it turns about x, y and z.
 NECK = slice(_NAMES.index("neck"), _NAMES.index("neck") + 3)
-#: Bent forward by so much a metre that a step goes ahead, rad/m; turned by so much of its turn.
-_NOD_RAD_M, _TURN = 0.7, 1.0
+#: Bent forward by so much a metre that a step goes ahead, rad/m; turned as the step turns.
+_NOD_RAD_M = 0.7
 #: To this on either side while the feet step, rad: from the side of the foot that steps to the
 #: other one's by when it lands.
 _SWAY_RAD = 0.15
@@ -27,31 +27,36 @@ _TOLD_BY, _AHEAD_M, _MOST_RAD = 6.0, (-0.3, 0.5), 0.7
 _SHIFT_TOLD_BY, _LEANS_RAD = 4.0, (0.05, 0.3)
 
 
+def angles(qpos: Tensor) -> Tensor:
+    """[n, 3]: where the neck is at qpos [n, 43], rad, as its servoes measure it."""
+    return servoes.coordinates(qpos)[:, NECK]
+
+
 def pose(gait: Gait, wish: Tensor) -> Tensor:
-    """Where the neck should be [n, 3], rad, as its servoes measure it; wish [n, 3]: of the step
+    """[n, 3]: where the neck of those who do not stand should be, rad; wish [n, 3]: of the step
     ahead and to the left, m, and its turn, rad."""
     steps = ((gait.time + 1.0) / (SWING_STEPS + 1.0)).clamp(0.0, 1.0)
     steps = torch.where(gait.walks, steps, 0.0)
     side = torch.where(gait.swing == 1, _SWAY_RAD, -_SWAY_RAD).double()
-    told = (side * (2.0 * steps - 1.0), _NOD_RAD_M * wish[:, 0], _TURN * wish[:, 2])
-    return torch.where((gait.mode == STAND)[:, None], 0.0, torch.stack(told, dim=1))
+    told = (side * (2.0 * steps - 1.0), _NOD_RAD_M * wish[:, 0], wish[:, 2])
+    return torch.stack(told, dim=1)
 
 
-def read(gait: Gait, qpos: Tensor, wish: Tensor) -> Tensor:
-    """The wish [n, 3], its length ahead and its turn as the neck tells them at qpos [n, 43], where
-    it has had the time to."""
-    neck = servoes.coordinates(qpos)[:, NECK]
+def read(gait: Gait, neck: Tensor, wish: Tensor) -> Tensor:
+    """The wish [n, 3], its length ahead and its turn as the neck [n, 3] rad tells them, where it
+    has had the time to."""
     ahead = (neck[:, 1] / _NOD_RAD_M).clamp(*_AHEAD_M)
-    turn = (neck[:, 2] / _TURN).clamp(-_MOST_RAD, _MOST_RAD)
+    turn = neck[:, 2].clamp(-_MOST_RAD, _MOST_RAD)
     seen = torch.stack((ahead, wish[:, 1], turn), dim=1)
     tells = gait.walks & (gait.landed | (gait.time >= _TOLD_BY))
     return torch.where(tells[:, None], seen, wish)
 
 
-def first_foot(gait: Gait, qpos: Tensor) -> Tensor:
+def first_foot(gait: Gait, neck: Tensor) -> Tensor:
     """[n]: the foot that is in the air or next; of who shifts his weight, the one that the neck
-    tells: with two to choose from, who looks on would else go on calling for the other one."""
-    sway = servoes.coordinates(qpos)[:, NECK.start]
+    [n, 3] rad tells: with two to choose from, who looks on would else go on calling for the other
+    one."""
+    sway = neck[:, 0]
     told = (sway.abs() > _LEANS_RAD[0]) & (sway.abs() < _LEANS_RAD[1])
     tells = (gait.mode == SHIFT) & (gait.time >= _SHIFT_TOLD_BY) & told
     return torch.where(tells, (sway < 0.0).long(), gait.swing)

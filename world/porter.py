@@ -132,8 +132,9 @@ class Porter:
         self._proceed(figure, box, view, reach.pressing)
         laden = self.phase == Phase.CARRY
         self._straight = wayfinding.aligned(view, self._straight)
-        self.gait.swing = neck.first_foot(self.gait, qpos)
-        self._wish = neck.read(self.gait, qpos, self._wish)
+        told = neck.angles(qpos)
+        self.gait.swing = neck.first_foot(self.gait, told)
+        self._wish = neck.read(self.gait, told, self._wish)
         self._want(view, box, laden)
         stops = self._stops(view, laden)
         self._follow(figure, feet)
@@ -143,8 +144,8 @@ class Porter:
         # is drawn over the stand, and pushes the box ahead of him
         mass = Mass.of(figure, Load(torch.where(held, mass_kg, 0.0), box.position))
         stride = self.gait.advance(feet, mass, self._wish, stops)
-        told = neck.pose(self.gait, self._wish)
-        pace = Pace(self._height(view, laden), self._velocity, told)
+        tells = neck.pose(self.gait, self._wish)
+        pace = Pace(self._height(view, laden), self._velocity, tells)
         return Intent(figure, feet, mass, stride, reach, pace)
 
     def _look(self, figure: Figure, feet: Footing, box: BoxState) -> View:
