@@ -3,14 +3,16 @@
 import inspect
 import os
 import socket
+import subprocess
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import ray
-from ray._private import ray_constants, services
+from ray._private import node, ray_constants, services
 from ray._raylet import DASHBOARD_AGENT_LISTEN_PORT_NAME, persist_port
 
 from world.errors import InhabitError
@@ -28,7 +30,9 @@ _AGENT_PORTS = (
     "runtime_env_agent_port",
     "dashboard_agent_listen_port",
 )
+_VITAL = (ray_constants.PROCESS_TYPE_GCS_SERVER, ray_constants.PROCESS_TYPE_RAYLET)
 START_S = 180.0
+STORE_S = 60.0
 
 
 class ClusterError(InhabitError):
@@ -72,9 +76,15 @@ def ray_session(
 
 
 def _start(cpus: int, object_store_bytes: int) -> None:
-    """A private Ray; one that does not come up is tried again."""
+    """A private Ray; one that does not come up is ended, and tried again."""
     for last in (False, False, True):
-        with _importable(), on_loopback(), _agents_with_ports() as nodes, patience(START_S, nodes):
+        with (
+            _importable(),
+            on_loopback(),
+            _agents_with_ports(),
+            _started() as processes,
+            patience(START_S, processes),
+        ):
             try:
                 ray.init(
                     address="local",  # not one that `ray start` began on this machine
@@ -88,6 +98,9 @@ def _start(cpus: int, object_store_bytes: int) -> None:
                 return
             except Exception as error:
                 ray.shutdown()
+                # Which knows nothing of a node that never came to be: Ray ends that at its exit.
+                for process in processes:
+                    process.kill()
                 died = isinstance(error, ClusterError)
                 if last or not (died or "timed out" in str(error).lower()):
                     raise
@@ -110,40 +123,99 @@ def on_loopback() -> Iterator[None]:
         ray_constants.ENABLE_RAY_CLUSTER = before
 
 
-@contextmanager
-def patience(seconds: float, nodes: Sequence[Any] = ()) -> Iterator[None]:
-    """The Ray started inside may take so long to register its node; `nodes`: their processes.
+@dataclass(frozen=True)
+class _Process:
+    """One of the processes that make a Ray node, and where it writes what it dies of."""
 
-    Ray waits 30 s, a constant of its code. Its node registers when its two agents have imported
-    what they need, about 10 s of a core: 45 s were measured on a machine with ten times as much to
-    do as it has cores. Ray asks in a loop, and gives up when a failed answer comes after its 30 s.
+    name: str
+    popen: subprocess.Popen[bytes]
+    errors: Path | None
+
+    def kill(self) -> None:
+        self.popen.kill()
+        self.popen.wait()
+
+    def require_running(self) -> None:
+        """ClusterError where it has ended, with the reason that it left."""
+        status = self.popen.poll()
+        if status is not None:
+            raise ClusterError(f"{self} ended as it started, status {status}{self.said()}")
+
+    def __str__(self) -> str:
+        return f"Ray's {self.name}"
+
+    def said(self) -> str:
+        """': ' and the check that failed, else the first of its errors; '' where there is none."""
+        try:
+            lines = self.errors.read_text(errors="replace").splitlines() if self.errors else []
+        except OSError:
+            return ""
+        failed = [line.partition("Check failed: ")[2] for line in lines]
+        reason = next(filter(None, [*failed, *lines]), "")[:300]
+        return f": {reason}" if reason else ""
+
+
+@contextmanager
+def patience(seconds: float, processes: Sequence[_Process] = ()) -> Iterator[None]:
+    """The Ray started inside may take so long to open its store's port and to register its node.
+
+    Ray waits 30 s for each, for the node by a constant of its code. A node registers when its two
+    agents have imported what they need, about 10 s of a core: 45 s were measured on a machine with
+    ten times as much to do as it has cores. Ray asks in a loop, and gives up when a failed answer
+    comes after its 30 s. The store is there within a second even then: what keeps it for a minute
+    is not cured by waiting. ClusterError as soon as one of `processes` has ended.
     """
-    ask = services.get_node
 
-    def ask_again(*arguments: Any) -> Any:
-        deadline = time.monotonic() + seconds
-        while True:
-            try:
-                return ask(*arguments)
-            except RuntimeError:
-                ended = [status for node in nodes if (status := node.poll()) is not None]
-                if ended:
-                    status = f"status {ended[0]}"
-                    raise ClusterError(f"Ray's node ended as it started, {status}") from None
-                if time.monotonic() >= deadline:
-                    raise
-            time.sleep(0.2)
+    def patient(ask: Callable[..., Any], at_most_s: float) -> Callable[..., Any]:
+        def ask_again(*given: Any, **named: Any) -> Any:
+            deadline = time.monotonic() + at_most_s
+            while True:
+                try:
+                    return ask(*given, **named)
+                except RuntimeError as error:
+                    for process in processes:
+                        process.require_running()
+                    if time.monotonic() >= deadline:
+                        said = "".join(
+                            f"; {one}{words}" for one in processes if (words := one.said())
+                        )
+                        raise ClusterError(f"Ray does not come up: {error}{said}") from error
+                time.sleep(0.2)
 
-    services.get_node = ask_again
-    try:
+        return ask_again
+
+    def ask_shortly(*given: Any, **named: Any) -> Any:
+        return port(*given, **(named | {"timeout_ms": 200}))
+
+    port = node.wait_for_persisted_port
+    with (
+        _replaced(node, "wait_for_persisted_port", patient(ask_shortly, min(seconds, STORE_S))),
+        _replaced(services, "get_node", patient(services.get_node, seconds)),
+    ):
         yield
-    finally:
-        services.get_node = ask
 
 
 @contextmanager
-def _agents_with_ports() -> Iterator[list[Any]]:
-    """The node of a Ray started inside has its agents' ports from us; gives the nodes' processes.
+def _started() -> Iterator[list[_Process]]:
+    """Of a Ray started inside: its store and its node, without either of which it is none."""
+    start = services.start_ray_process
+
+    def start_and_tell(command: list[str], name: str, *given: Any, **named: Any) -> Any:
+        info = start(command, name, *given, **named)
+        if name in _VITAL:
+            option = "--stderr_filepath="
+            paths = [Path(c.removeprefix(option)) for c in command if c.startswith(option)]
+            found.append(_Process(name, info.process, next(iter(paths), None)))
+        return info
+
+    found: list[_Process] = []
+    with _replaced(services, "start_ray_process", start_and_tell):
+        yield found
+
+
+@contextmanager
+def _agents_with_ports() -> Iterator[None]:
+    """The node of a Ray started inside has its agents' ports from us.
 
     Where they choose their own, it waits 15 s for each to say which in a file, a constant of its
     code, and ends itself if they are slower. Three it then knows; the fourth is in that file.
@@ -156,16 +228,21 @@ def _agents_with_ports() -> Iterator[list[Any]]:
         of = call.arguments
         listening = of["dashboard_agent_listen_port"]
         persist_port(of["session_dir"], of["node_id"], DASHBOARD_AGENT_LISTEN_PORT_NAME, listening)
-        started = start(*call.args, **call.kwargs)
-        nodes.append(started.process)
-        return started
+        return start(*call.args, **call.kwargs)
 
-    nodes: list[Any] = []
-    services.start_raylet = start_with_ports
+    with _replaced(services, "start_raylet", start_with_ports):
+        yield
+
+
+@contextmanager
+def _replaced(module: Any, name: str, by: Callable[..., Any]) -> Iterator[None]:
+    """Another function in a module of Ray's, where it has no setting."""
+    before = getattr(module, name)
+    setattr(module, name, by)
     try:
-        yield nodes
+        yield
     finally:
-        services.start_raylet = start
+        setattr(module, name, before)
 
 
 def _free_ports(count: int) -> list[int]:

@@ -3,15 +3,18 @@
 import functools
 import ipaddress
 import os
+import signal
+import sys
 import time
 from pathlib import Path
+from subprocess import Popen
 from typing import Any
 
 import pytest
 import ray
 from ray._private import services
 
-from actors.cluster import START_S, ray_session
+from actors.cluster import START_S, ClusterError, ray_session
 from console.machine import family
 
 
@@ -74,6 +77,14 @@ if "dashboard/agent.py" in line or "runtime_env/agent/main.py" in line:
 """
 
 
+DYING = f"""#!{sys.executable}
+import sys
+path = next(word.partition("=")[2] for word in sys.argv if word.startswith("--stderr_filepath"))
+open(path, "w").write("E a line\\n[C 1] a bug. Check failed: no port is free\\n*** Stack")
+sys.exit(3)
+"""
+
+
 @pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="needs Linux's /proc")
 def test_agents_may_be_slow_to_start(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """As on a busy machine, where they import for so long."""
@@ -88,23 +99,54 @@ def test_agents_may_be_slow_to_start(monkeypatch: pytest.MonkeyPatch, tmp_path: 
     assert len(list(tmp_path.glob("slow-*"))) >= 2, "both agents slept"
 
 
-def test_a_node_that_dies_while_it_starts_is_started_again(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """At once, not when patience ends."""
+def sabotaged(
+    monkeypatch: pytest.MonkeyPatch, starter: str, signals: list[signal.Signals]
+) -> list[Popen[bytes]]:
+    """The first processes that Ray's `starter` makes get these signals, one each; all it makes."""
     monkeypatch.delenv("RAY_ADDRESS", raising=False)
-    start, killed = services.start_raylet, []
+    start, made = getattr(services, starter), []
 
-    def start_and_kill(*given: Any, **named: Any) -> Any:
+    def start_and_signal(*given: Any, **named: Any) -> Any:
         found = start(*given, **named)
-        if not killed:
-            found.process.kill()
-            killed.append(found.process.wait())
+        if len(made) < len(signals):
+            found.process.send_signal(signals[len(made)])
+        made.append(found.process)
         return found
 
     # the signature is asked for
-    monkeypatch.setattr(services, "start_raylet", functools.wraps(start)(start_and_kill))
+    monkeypatch.setattr(services, starter, functools.wraps(start)(start_and_signal))
+    return made
+
+
+@pytest.mark.parametrize("starter", ["start_gcs_server", "start_raylet"])
+def test_one_that_dies_while_it_starts_is_started_again(
+    starter: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Long before patience ends."""
+    made = sabotaged(monkeypatch, starter, [signal.SIGKILL])
     began = time.monotonic()
     with ray_session(cpus=1, object_store_bytes=80 * 2**20):
+        assert time.monotonic() - began < START_S
         assert ray.get(ray.remote(process).remote()) in family()
-    assert killed == [-9] and time.monotonic() - began < START_S
+    assert made[0].poll() == -signal.SIGKILL and len(made) == 2
+
+
+def test_a_store_that_hangs_is_ended_and_started_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("actors.cluster.STORE_S", 3.0)
+    made = sabotaged(monkeypatch, "start_gcs_server", [signal.SIGSTOP])
+    with ray_session(cpus=1, object_store_bytes=80 * 2**20):
+        assert made[0].poll() == -signal.SIGKILL and made[1].poll() is None
+
+
+def test_what_it_died_of_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Three times, and what a Ray process writes as it aborts."""
+    made = sabotaged(monkeypatch, "start_gcs_server", [])
+    monkeypatch.setattr(services, "GCS_SERVER_EXECUTABLE", str(tmp_path / "gcs_server"))
+    (tmp_path / "gcs_server").write_text(DYING)
+    (tmp_path / "gcs_server").chmod(0o755)
+    with (
+        pytest.raises(ClusterError, match=r"gcs_server ended .* status 3: no port is free$"),
+        ray_session(cpus=1, object_store_bytes=80 * 2**20),
+    ):
+        pass
+    assert [one.poll() for one in made] == [3, 3, 3]
