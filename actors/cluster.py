@@ -30,6 +30,7 @@ _AGENT_PORTS = (
     "runtime_env_agent_port",
     "dashboard_agent_listen_port",
 )
+#: Without these there is no Ray; its monitors may end.
 _VITAL = (ray_constants.PROCESS_TYPE_GCS_SERVER, ray_constants.PROCESS_TYPE_RAYLET)
 START_S = 180.0
 STORE_S = 60.0
@@ -136,8 +137,8 @@ class _Process:
         self.popen.wait()
 
     def require_running(self) -> None:
-        """ClusterError where it has ended, with the reason that it left."""
-        status = self.popen.poll()
+        """ClusterError with its reason where it has ended, and Ray cannot be without it."""
+        status = self.popen.poll() if self.name in _VITAL else None
         if status is not None:
             raise ClusterError(f"{self} ended as it started, status {status}{self.said()}")
 
@@ -197,15 +198,14 @@ def patience(seconds: float, processes: Sequence[_Process] = ()) -> Iterator[Non
 
 @contextmanager
 def _started() -> Iterator[list[_Process]]:
-    """Of a Ray started inside: its store and its node, without either of which it is none."""
+    """The processes that a Ray started inside is made of, but for what its node starts."""
     start = services.start_ray_process
 
     def start_and_tell(command: list[str], name: str, *given: Any, **named: Any) -> Any:
         info = start(command, name, *given, **named)
-        if name in _VITAL:
-            option = "--stderr_filepath="
-            paths = [Path(c.removeprefix(option)) for c in command if c.startswith(option)]
-            found.append(_Process(name, info.process, next(iter(paths), None)))
+        option = "--stderr_filepath="
+        paths = [Path(c.removeprefix(option)) for c in command if c.startswith(option)]
+        found.append(_Process(name, info.process, next(iter(paths), None)))
         return info
 
     found: list[_Process] = []

@@ -3,6 +3,7 @@
 import functools
 import ipaddress
 import os
+import re
 import signal
 import sys
 import time
@@ -99,6 +100,18 @@ def test_agents_may_be_slow_to_start(monkeypatch: pytest.MonkeyPatch, tmp_path: 
     assert len(list(tmp_path.glob("slow-*"))) >= 2, "both agents slept"
 
 
+def sessions() -> set[str]:
+    """Ray's names for the nodes that this process has started, of which a process still runs."""
+    found = set()
+    for pid in family():
+        try:
+            line = Path(f"/proc/{pid}/cmdline").read_text()
+        except OSError:
+            continue  # it has just ended
+        found |= set(re.findall(r"/(session_[\d_-]+)", line))
+    return found
+
+
 def sabotaged(
     monkeypatch: pytest.MonkeyPatch, starter: str, signals: list[signal.Signals]
 ) -> list[Popen[bytes]]:
@@ -124,10 +137,12 @@ def test_one_that_dies_while_it_starts_is_started_again(
 ) -> None:
     """Long before patience ends."""
     made = sabotaged(monkeypatch, starter, [signal.SIGKILL])
-    began = time.monotonic()
+    before, began = sessions(), time.monotonic()
     with ray_session(cpus=1, object_store_bytes=80 * 2**20):
         assert time.monotonic() - began < START_S
         assert ray.get(ray.remote(process).remote()) in family()
+        # of the first try nothing is left, its monitors included
+        assert len(sessions() - before) == 1
     assert made[0].poll() == -signal.SIGKILL and len(made) == 2
 
 
