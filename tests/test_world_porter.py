@@ -318,6 +318,18 @@ def test_the_way_goes_straight_or_round_the_box() -> None:
     assert wish(view, near, 0, NO, YES) == pytest.approx(expected)
 
 
+@pytest.mark.parametrize("began", [-0.3, 0.3])
+@pytest.mark.parametrize("aside", [-0.1, 0.1])
+def test_who_has_begun_to_turn_goes_round_a_stand_on_that_side(began: float, aside: float) -> None:
+    """With a target right behind it, whichever side the straight way is a little nearer to."""
+    crate = box_at((0.7, 0.0), (4.0, aside))
+    turn = wish(feet_at(0.0, 0.0, began), crate, 0, YES, NO)[2]
+    assert math.copysign(1.0, turn) == math.copysign(1.0, began) and abs(turn) > 0.2
+    # a target well to the other side is worth turning back for
+    crate = box_at((0.7, 0.0), (4.0, -math.copysign(2.0, began)))
+    assert wish(feet_at(0.0, 0.0, began), crate, 0, YES, NO)[2] * began < 0.0
+
+
 def test_with_the_box_one_leaves_its_stand_backwards_and_stops_before_the_target() -> None:
     crate = box_at((0.4, 0.0), (0.4, 3.0))
     assert wish(feet_at(0.0, 0.0, 0.0), crate, 0, YES, NO) == pytest.approx([-0.24, 0.0, 0.0])

@@ -44,7 +44,7 @@ _PICKS_UP_MOST, _PUTS_DOWN, _ASTRAY_M = 330, 150, 0.25
 #: By no more than this is the next step's length ahead, aside, m, and turn, rad, another than the
 #: last one's, alone and with the box; and no more than that is wanted of the first. Ahead, alone,
 #: it may be shorter by the last.
-_CHANGE, _CHANGE_LADEN, _FIRST = (0.15, 0.06, 0.35), (0.12, 0.06, 0.25), (0.2, 0.08, 0.5)
+_CHANGE, _CHANGE_LADEN, _FIRST = (0.15, 0.06, 0.35), (0.14, 0.06, 0.3), (0.2, 0.08, 0.5)
 _BRAKES_M = 0.3
 #: Height of a walking pelvis, m; the last metres before the box, and before the target from the
 #: third on, m, one goes taller, as one stands.

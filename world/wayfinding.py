@@ -42,11 +42,13 @@ _PUT_M, _PUT_RAD = 0.18, 0.5
 #: Stands are passed at this distance from their middle, with the box or going round it, m; that of
 #: the target without the box is passed nearer.
 _ROUND_M, _ROUND_TARGET_M = 0.62, 0.5
+#: Turned away from a stand by more than this, rad, one is no more on that side of it.
+_SIDEWAYS_RAD = 1.6
 #: Only stands within these are minded, m: from inside one gets out as one likes.
 _INSIDE_M, _MINDED_M = 0.3, 2.5
 #: Length of a step, alone and with the box, m; most that one turns with it, likewise, rad.
-_STEP_M, _STEP_LADEN_M = 0.45, 0.38
-_TURN_RAD, _TURN_LADEN_RAD = 0.6, 0.35
+_STEP_M, _STEP_LADEN_M = 0.45, 0.4
+_TURN_RAD, _TURN_LADEN_RAD = 0.6, 0.5
 #: Who must turn by this goes no further meanwhile, rad; a full turn and such a step, m, exclude
 #: each other.
 _TURNS_ONLY_RAD, _NO_TURN_M = 1.8, 0.9
@@ -61,7 +63,7 @@ _CREEP_M, _ASIDE_M, _CREEP_TURN_RAD = (-0.15, 0.2), 0.06, 0.6
 _CREEP_AHEAD, _CREEP_ASIDE = 0.8, 0.7
 #: With the box this near to its stand one goes backwards, by such steps, m, before one turns by
 #: more than that, rad: the box would sweep the stand.
-_LEAVES_M, _BACK_M, _LEAVES_RAD = 0.47, -0.24, 0.4
+_LEAVES_M, _BACK_M, _LEAVES_RAD = 0.5, -0.24, 0.5
 
 
 @dataclass(frozen=True)
@@ -182,7 +184,10 @@ def _round(
         half = torch.asin(radius / distance.clamp_min(radius + 1e-3))
         before = (distance < far_m) & (distance < _MINDED_M) & (distance > _INSIDE_M)
         blocked = minded & before & (off.abs() < half)
-        past = towards + torch.where(off >= 0.0, half, -half)
+        # on the side on which less is to be gone and turned. Of a target right behind the stand the
+        # way alone would say now this side, now that one; who has begun to turn goes on
+        turned = wrapped(view.yaw_rad - towards).clamp(-_SIDEWAYS_RAD, _SIDEWAYS_RAD)
+        past = towards + torch.where(off + turned >= 0.0, half, -half)
         wanted = torch.where(blocked, past, wanted)
     return wanted
 
