@@ -17,6 +17,9 @@ from ray._raylet import DASHBOARD_AGENT_LISTEN_PORT_NAME, persist_port
 
 from world.errors import InhabitError
 
+# Read at Ray's first call: rpc/__init__.py says what it is for.
+os.environ.setdefault("GRPC_ENABLE_FORK_SUPPORT", "0")
+
 NAMESPACE = "inhabit"
 _QUIET: dict[str, Any] = {
     "namespace": NAMESPACE,

@@ -8,7 +8,7 @@ import signal
 import sys
 import time
 from pathlib import Path
-from subprocess import Popen
+from subprocess import Popen, run
 from typing import Any
 
 import pytest
@@ -76,6 +76,35 @@ if "dashboard/agent.py" in line or "runtime_env/agent/main.py" in line:
     pathlib.Path(__file__).with_name(f"slow-{{os.getpid()}}").touch()
     time.sleep({SLOWLY})
 """
+
+
+ROOT = Path(__file__).parent.parent
+FORKING = """
+import subprocess, sys
+from concurrent.futures import ThreadPoolExecutor
+from actors.cluster import ray_session
+import rpc.channel
+import grpc, ray
+server = grpc.server(ThreadPoolExecutor(1))
+address = f"127.0.0.1:{server.add_insecure_port('127.0.0.1:0')}"
+server.start()
+with grpc.insecure_channel(address) as channel, ray_session(cpus=1):
+    grpc.channel_ready_future(channel).result(30)
+    for _ in range(20):
+        subprocess.run(["true"], preexec_fn=int, check=True)
+    assert ray.get(ray.remote(lambda: 5).remote()) == 5
+server.stop(None)
+"""
+
+
+def test_programs_are_started_beside_ray_and_grpc_without_a_word() -> None:
+    """gRPC, ready for forks that never come, said "Bad file descriptor" of its poller, or nothing
+    at all, and calls were not answered any more."""
+    done = run(
+        [sys.executable, "-c", FORKING], capture_output=True, text=True, timeout=200, cwd=ROOT
+    )
+    assert done.returncode == 0, done.stderr
+    assert "fork" not in done.stderr and "descriptor" not in done.stderr, done.stderr
 
 
 DYING = f"""#!{sys.executable}
