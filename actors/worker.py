@@ -7,11 +7,11 @@ from typing import Protocol
 import torch
 from torch import Tensor
 
-from policy.acting import Policy
-from policy.networks import log_density
+from policy.model.acting import Policy
+from policy.model.networks import log_density
 from policy.rollout import Rollout
 from world.precision import decide
-from world.streams import normal
+from world.random_streams import normal
 
 
 class StepLike(Protocol):
@@ -74,7 +74,7 @@ class StepLike(Protocol):
 
 
 class ShardLike(Protocol):
-    """Scenes stepped together; `world.shard.Shard` is one."""
+    """Scenes stepped together; `world.episodes.shard.Shard` is one."""
 
     @property
     def clock(self) -> int:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from world.errors import ChoiceError, ConfigError, InhabitError
 
 if TYPE_CHECKING:
-    from console.experiment import Experiment
+    from console.run.experiment import Experiment
 
 DONE, FAILED, BAD_ARGUMENTS, INTERRUPTED = 0, 1, 2, 130
 
@@ -67,8 +67,8 @@ OBJECTS = "Furniture: import meshes, list, check and show pieces."
 
 def starting_point(arguments: Sequence[str]) -> "Experiment":
     """What the flags of `train` change: the run's own with --resume, else a preset."""
-    from console.experiment import PRESETS, read_experiment
-    from console.runs import RunDirectory
+    from console.run.directory import RunDirectory
+    from console.run.experiment import PRESETS, read_experiment
 
     if "--resume" in arguments:
         run = value_of(arguments, "--run")

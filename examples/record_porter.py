@@ -1,5 +1,6 @@
-"""Records the scripted porter (world.porter) as motion clips with a box: training on carry can then
-start at any moment of them, and learn their style. They are nobody's recording: no data's licence.
+"""Records the scripted porter (world.teachers.carry) as motion clips with a box: training on carry
+can then start at any moment of them, and learn their style. They are nobody's recording: no data's
+licence.
 
 python -m examples.record_porter runs/porter --clips 200
 inhabit train carry --init runs/taught --motions runs/porter
@@ -13,13 +14,15 @@ import torch
 import tyro
 
 from examples.school import School, Settings
-from world import character, kinematics, rotations
+from world import rotations
+from world.character import kinematics
+from world.character import model as character
 from world.config import WorldConfig
 from world.motions import clip_file
 from world.motions.clip import Clip, validate
 from world.motions.objects import BoxTrack
-from world.mover import HANDS
 from world.tasks.carry import Carry, grips
+from world.teachers.motion import HANDS
 
 #: What comes so many control steps before a fall is left out; a clip has at least so many.
 _BEFORE_FALL, _SHORTEST = 60, 90
@@ -92,7 +95,7 @@ class Recorder:
             character.CONTROL_HZ,
             qpos[:, :3].numpy(),
             rotation,
-            "world.porter",
+            "world.teachers.carry",
             "Apache-2.0",
             box=track,
         )

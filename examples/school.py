@@ -1,5 +1,5 @@
 """The scenes in which networks are taught to carry (examples/teach_carry.py): pupil and porter take
-turns at the servoes, and of every state the porter says what it would do."""
+turns at the servos, and of every state the porter says what it would do."""
 
 import math
 from dataclasses import dataclass, replace
@@ -9,17 +9,19 @@ import torch
 import tyro
 from torch import Tensor
 
-from console import assembly
-from policy.acting import Policy
-from world import character, hands, rotations, tasks
-from world.box_scene import box
-from world.boxes import BoxBank, Layout
+from console.run import assembly
+from policy.model.acting import Policy
+from world import rotations, tasks
+from world.character import model as character
+from world.character.features import STATE
 from world.config import WorldConfig
-from world.features import STATE
-from world.gait import unit
-from world.porter import Phase, Porter
-from world.scenes import Scenes
+from world.objects import grasp
+from world.objects.box_bank import BoxBank, Layout
+from world.scene.batch import Scenes
+from world.scene.box import box
 from world.tasks.carry import Carry
+from world.teachers.carry import Phase, Porter
+from world.teachers.gait import unit
 
 #: An episode ends after so many control steps, or so many with the box at its target; nobody who is
 #: this low goes on, m.
@@ -60,7 +62,7 @@ class Settings:
     near: float = 0.25
     """Of the others, share that start within a step or two of the box."""
     lifted: float = 0.0
-    """Share that start where the box of their scene was lifted last, whoever had the servoes."""
+    """Share that start where the box of their scene was lifted last, whoever had the servos."""
     skew: float = 1.0
     """Exponent of the boxes' sizes: uniform at 1, below that more of them are large."""
     init: Path | None = None
@@ -68,7 +70,7 @@ class Settings:
     walker: Path | None = None
     """Checkpoint of a carry policy that shall go on coming to the box as it does: the porter is the
     teacher from the last metres before the box on, and of who stands on the way. Its neck must
-    tell its steps (world.neck)."""
+    tell its steps (world.teachers.phase_cue)."""
     first: int = 100_000
     """Samples before the first batch: normaliser and linear map are fitted to these."""
     capacity: int = 6_000_000
@@ -223,7 +225,7 @@ class School:
         far = torch.where(near, self._between(0.6, 1.5), self._between(1.0, 5.0))
         far = torch.maximum(far, half[:, :2].norm(dim=1) + 0.35)
         on_stand = self._about(torch.zeros(n, 2), far)
-        in_hand = hands.before(qpos[:, :3], ahead, half[:, 0])
+        in_hand = grasp.before(qpos[:, :3], ahead, half[:, 0])
         gone = torch.tensor([[-6.0, 0.0]]).repeat(n, 1)
         stand_m = half[:, 2] + self._between(*self._world.carry.stand_m)
         start = torch.where(laden[:, None], gone, on_stand)
@@ -243,7 +245,7 @@ class School:
         layout = Layout(position, rotations.from_heading(yaw), rest, start, yaw, target)
         state = self.bank.place(self.ids, layout).box
         assert state is not None
-        return torch.where(laden[:, None], hands.holding(qpos, state), qpos), layout, laden
+        return torch.where(laden[:, None], grasp.holding(qpos, state), qpos), layout, laden
 
     def _about(self, point: Tensor, far: Tensor) -> Tensor:
         """[n, 2]: so far [n] from points [n, 2], anywhere round them."""

@@ -1,10 +1,10 @@
 """Teaches networks to carry from a script that sees the simulator's state, by DAgger (Ross et al.,
 "A reduction of imitation learning and structured prediction to no-regret online learning", 2011).
 
-Pupil and porter (world.porter) take turns at the servoes, the pupil longer and longer; of every
-state that they get into the porter says what it would do, and the pupil's networks are regressed on
-all that it ever said. Lessons are given in processes of their own while this one regresses, on a
-GPU where there is one. What came of it so far: docs/recipe.md, from "Taught by the porter" on;
+Pupil and porter (world.teachers.carry) take turns at the servos, the pupil longer and longer; of
+every state that they get into the porter says what it would do, and the pupil's networks are
+regressed on all that it ever said. Lessons are given in processes of their own while this one
+regresses, on a GPU where there is one. What came of it so far: docs/recipe.md, from "Taught by the porter" on;
 `pretrained/carry` is of widths of 1024 and 512, from networks that had known 28.6 M rows: 11.5
 minutes of 15 workers and batches of 8,192, then 107 of one worker and batches of 2,048.
 
@@ -27,16 +27,16 @@ import torch.multiprocessing as mp
 import tyro
 from torch import Tensor
 
-from console import assembly
-from console.experiment import Experiment, to_json
-from console.runs import checkpoint_folder
+from console.run import assembly
+from console.run.directory import checkpoint_folder
+from console.run.experiment import Experiment, to_json
 from examples.school import School, Settings
 from learner.config import LearnerConfig
 from learner.ppo import Learner
-from policy.acting import Policy
-from policy.checkpoint import Manifest, read, write
-from policy.transfer import widened
-from world import character
+from policy.checkpoints.format import Manifest, read, write
+from policy.model.acting import Policy
+from policy.model.transfer import widened
+from world.character import model as character
 from world.config import WorldConfig
 from world.tasks.carry import Carry
 
@@ -46,7 +46,7 @@ _HUBER = 0.3
 _AVERAGED = 2000
 #: Batches between two looks at the clock; seconds between two lines, and two checkpoints.
 _CHUNK, _TELL_S, _SAVE_S = 50, 20.0, 60.0
-_DATA = "none: a scripted teacher (world.porter)"
+_DATA = "none: a scripted teacher (world.teachers.carry)"
 
 
 def weights_of(world: WorldConfig) -> Tensor:

@@ -1,5 +1,5 @@
-"""How often the scripted porter (world.porter) carries a box to its target, in the trials that
-policies are evaluated in.
+"""How often the scripted porter (world.teachers.carry) carries a box to its target, in the trials
+that policies are evaluated in.
 
 python examples/try_porter.py --trials 128
 python examples/try_porter.py --trials 128 --noise 0.03
@@ -17,16 +17,16 @@ import torch
 import tyro
 from torch import Tensor
 
-from console import trials
-from console.arrangement import boxes
-from console.evaluate import scored
-from console.scores import Protocol
-from world.character import NU
+from console.evaluation import trials
+from console.evaluation.arrangement import boxes
+from console.evaluation.command import scored
+from console.evaluation.scores import Protocol
+from world.character.model import NU
 from world.config import WorldConfig
-from world.porter import Porter
-from world.scenes import Scenes
+from world.scene.batch import Scenes
 from world.tasks import Place
 from world.tasks.carry import Carry
+from world.teachers.carry import Porter
 
 #: Share of an error that is left a control step later.
 _LASTS = 0.8

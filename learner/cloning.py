@@ -4,8 +4,8 @@ import torch
 from torch import Tensor
 
 from learner.optimiser import adam
-from policy.networks import Actor
-from policy.normaliser import Normaliser
+from policy.model.networks import Actor
+from policy.model.normaliser import Normaliser
 
 
 def clone(

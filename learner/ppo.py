@@ -20,9 +20,9 @@ from learner.surrogate import (
     next_rate,
     soft_bound,
 )
-from policy.acting import publish
-from policy.networks import Actor, Critic, log_density
-from policy.normaliser import Normaliser, NormaliserConfig, ValueNormaliser
+from policy.model.acting import publish
+from policy.model.networks import Actor, Critic, log_density
+from policy.model.normaliser import Normaliser, NormaliserConfig, ValueNormaliser
 from policy.rollout import Rollout, successors
 from world.precision import Precision, decide
 from world.reflection import Symmetry

@@ -8,8 +8,10 @@ from importlib import metadata
 from pathlib import Path
 
 import pytest
+from setuptools import find_packages
 
-ROOT = Path(__file__).parent.parent
+from tests.support.paths import ROOT
+
 ROOMS = ["world", "rpc", "policy", "actors", "discriminator", "learner", "console"]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 SOURCES = sorted(p for room in ROOMS for p in (ROOT / room).rglob("*.py"))
@@ -23,7 +25,7 @@ def test_imports_run_downwards() -> None:
 
 
 def test_files_stay_readable() -> None:
-    tests = sorted((ROOT / "tests").glob("*.py"))
+    tests = sorted((ROOT / "tests").rglob("*.py"))
     long = {
         str(path.relative_to(ROOT)): lines
         for path in [*WRITTEN, *tests]
@@ -50,13 +52,14 @@ def test_one_version_everywhere() -> None:
     assert newest.split()[1] == version
 
 
-def test_every_package_is_listed() -> None:
+def test_every_package_is_installed() -> None:
     found = {
         ".".join(path.parent.relative_to(ROOT).parts)
         for room in ROOMS
-        for path in (ROOT / room).rglob("__init__.py")
+        for path in (ROOT / room).rglob("*.py")
     }
-    assert found == set(PROJECT["tool"]["setuptools"]["packages"])
+    include = PROJECT["tool"]["setuptools"]["packages"]["find"]["include"]
+    assert found == set(find_packages(str(ROOT), include=include))
 
 
 def test_proto_is_no_package() -> None:

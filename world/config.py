@@ -38,11 +38,11 @@ class CarryConfig:
     in_hand: float = 0.0
     """Share of the near and far starts with the box in hand already, held before the body."""
     lesson: bool = False
-    """A scripted grip (world.hands) tells the learner what the arms should do near the box; see
-    ppo.lesson-weight. Evaluation never asks it."""
+    """A scripted grip (world.objects.grasp) tells the learner what the arms should do near the
+    box; see ppo.lesson-weight. Evaluation never asks it."""
     porter: bool = False
-    """A scripted whole body (world.porter) tells the learner instead what to do, from the last
-    metres before the box on, and of who stands about on the way to it."""
+    """A scripted whole body (world.teachers.carry) tells the learner instead what to do, from the
+    last metres before the box on, and of who stands about on the way to it."""
     led: float = 0.0
     """Share of the training episodes in which the script moves the arms itself, so that legs and
     trunk learn what it takes before the arms do; a lesson is then given in all of them."""

@@ -23,30 +23,30 @@ class Entry:
 
 
 COMMANDS = (
-    Entry("train", Train, "console.train:train"),
-    Entry("evaluate", Evaluate, "console.evaluate:evaluate_command"),
+    Entry("train", Train, "console.training.command:train"),
+    Entry("evaluate", Evaluate, "console.evaluation.command:evaluate_command"),
     Entry("report", Report, "console.report.command:report_command"),
-    Entry("publish", Publish, "console.publish:publish_command"),
-    Entry("video", Video, "console.film:video_command"),
+    Entry("publish", Publish, "console.serving.publish:publish_command"),
+    Entry("video", Video, "console.recording.command:video_command"),
     Entry("play", Play, "console.play.command:play_command"),
-    Entry("serve", Serve, "console.serve:serve_command"),
-    Entry("style", Style, "console.service:style_command"),
-    Entry("synthesize", Synthesize, "console.synthesize:synthesize_command"),
-    Entry("export", Export, "console.export:export_command"),
-    Entry("bench", Bench, "console.bench:bench_command"),
-    Entry("doctor", Doctor, "console.doctor:doctor_command"),
+    Entry("serve", Serve, "console.serving.policy:serve_command"),
+    Entry("style", Style, "console.serving.style:style_command"),
+    Entry("synthesize", Synthesize, "console.synthesis.command:synthesize_command"),
+    Entry("export", Export, "console.serving.export:export_command"),
+    Entry("bench", Bench, "console.bench.command:bench_command"),
+    Entry("doctor", Doctor, "console.doctor.command:doctor_command"),
 )
 MOTIONS = (
-    Entry("import", MotionsImport, "console.motions:motions_command"),
-    Entry("list", MotionsList, "console.motions:motions_command"),
-    Entry("check", MotionsCheck, "console.motions:motions_command"),
-    Entry("play", MotionsPlay, "console.motions:motions_command"),
+    Entry("import", MotionsImport, "console.motions.listing:motions_command"),
+    Entry("list", MotionsList, "console.motions.listing:motions_command"),
+    Entry("check", MotionsCheck, "console.motions.listing:motions_command"),
+    Entry("play", MotionsPlay, "console.motions.listing:motions_command"),
 )
 OBJECTS = (
-    Entry("import", ObjectsImport, "console.objects:objects_command"),
-    Entry("list", ObjectsList, "console.objects:objects_command"),
-    Entry("check", ObjectsCheck, "console.objects:objects_command"),
-    Entry("show", ObjectsShow, "console.objects:objects_command"),
+    Entry("import", ObjectsImport, "console.objects.command:objects_command"),
+    Entry("list", ObjectsList, "console.objects.command:objects_command"),
+    Entry("check", ObjectsCheck, "console.objects.command:objects_command"),
+    Entry("show", ObjectsShow, "console.objects.command:objects_command"),
 )
 
 __all__ = [

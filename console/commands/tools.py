@@ -16,7 +16,7 @@ class Bench:
     part: tyro.conf.Positional[
         Literal[
             "world",
-            "servoes",
+            "servos",
             "furniture",
             "box",
             "learner",

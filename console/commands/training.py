@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import tyro
 
-from console.experiment import Experiment
+from console.run.experiment import Experiment
 
 Preset = Literal["fast", "paper"]
 Protocol = Literal["table1", "table3"]

@@ -2,11 +2,11 @@
 
 import torch
 
-from world.features import Body
-from world.perturbations import Disturbance, Throwing
-from world.perturbations import Thrower as Timetable
-from world.scene import Ball
-from world.scenes import Scenes
+from world.character.features import Body
+from world.scene.batch import Scenes
+from world.scene.model import Ball
+from world.scene.perturbations import Disturbance, Throwing
+from world.scene.perturbations import Thrower as Timetable
 
 HOW = Throwing()
 #: Of a ball that has no turn.

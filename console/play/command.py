@@ -6,15 +6,15 @@ from pathlib import Path
 
 import torch
 
-from console import assembly
 from console.commands.play import Play
 from console.play import recorded, server, stock
-from console.play.controls import Controls
-from console.play.ghost import Ghost
+from console.play.browser.controls import Controls
+from console.play.browser.ghost import Ghost
+from console.play.browser.view import View
 from console.play.session import Session
 from console.play.source import HZ, Source
-from console.play.view import View
-from policy.served import Served
+from console.run import assembly
+from policy.checkpoints.served import Served
 from world.errors import ClipError, ConfigError
 
 

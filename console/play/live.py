@@ -6,9 +6,9 @@ from numpy.typing import NDArray
 
 from console.play.scene import Moment, Scene, UnstableError
 from console.play.source import HZ, Curves, Poser
-from console.recording import Take, boxes_of
-from world import character
-from world.box_scene import STAND
+from console.recording.format import Take, boxes_of
+from world.character import model as character
+from world.scene.box import STAND
 
 #: Frames that are kept: five minutes.
 LIMIT = 300 * HZ

@@ -9,13 +9,13 @@ import torch
 from torch import Tensor
 
 from console.play.setup import Pose, Setup
-from world.bank import Bank
-from world.boxes import BoxBank, resting
 from world.config import CarryConfig
 from world.furniture.piece import Piece
-from world.scene import Ball
-from world.scenes import Scenes
-from world.spots import spots
+from world.objects.box_bank import BoxBank, resting
+from world.objects.furniture_bank import Bank
+from world.objects.targets import spots
+from world.scene.batch import Scenes
+from world.scene.model import Ball
 from world.tasks import Place
 from world.tasks.task import Affordance
 

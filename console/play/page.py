@@ -6,13 +6,13 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
+from console.evaluation.stepping import Track
 from console.play.source import HZ, Curves, Source
 from console.report.charts import Line, chart
 from console.report.page import document, player
 from console.report.scene3d import drawable
-from console.stepping import Track
+from world.character.features import STATE
 from world.errors import ConfigError
-from world.features import STATE
 
 
 def page(source: Source, title: str, about: str) -> str:

@@ -7,17 +7,20 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from console import motions_play, recording
-from console.motions_page import furniture
+from console.motions import play
+from console.motions.page import furniture
 from console.play.source import HZ, Curves
-from console.recording import Take, boxes_of
-from world import character, features, rotations, tasks
-from world.bank import Bank, scaled
+from console.recording import format as recording
+from console.recording.format import Take, boxes_of
+from world import rotations, tasks
+from world.character import features
+from world.character import model as character
 from world.errors import ConfigError, InhabitError
 from world.furniture import catalogue
 from world.motions import load
 from world.motions.clip import Clip
-from world.motions.fit import resampled
+from world.motions.fit.ground import resampled
+from world.objects.furniture_bank import Bank, scaled
 from world.tasks.task import BoxState, Place
 
 _UNKNOWN = "no reward terms: "
@@ -94,7 +97,7 @@ def read(path: Path) -> dict[str, Recorded]:
         raise ConfigError(
             f"{path}: cannot be played; choose a run, a checkpoint folder, or a file of {kinds}"
         )
-    clips = motions_play.clips([str(path)], None)
+    clips = play.clips([str(path)], None)
     nothing = Curves(missing="a clip has no goal: no reward terms, style score or success")
     return {
         f"{i + 1}: {clip.name}": Recorded(take_of(clip), clip.name, nothing)

@@ -3,12 +3,12 @@
 import tempfile
 from pathlib import Path
 
-from console import recording
 from console.play.live import Live
 from console.play.page import page
 from console.play.player import Player
 from console.play.source import HZ
-from console.recording import Recording
+from console.recording import format as recording
+from console.recording.format import Recording
 
 
 def html(player: Player, title: str) -> bytes:

@@ -11,11 +11,11 @@ from torch import Tensor
 from console.play.balls import Thrower
 from console.play.objects import object_of
 from console.play.setup import Pose, Setup, check
-from policy.served import Served
-from world import character
+from policy.checkpoints.served import Served
+from world.character import model as character
 from world.errors import ChoiceError, InhabitError
 from world.furniture.piece import Piece
-from world.scenes import Scenes
+from world.scene.batch import Scenes
 from world.tasks.task import state
 
 STEP_S = 1.0 / character.CONTROL_HZ

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from world.errors import ConfigError
 from world.furniture.piece import Piece
-from world.spots import spots
+from world.objects.targets import spots
 from world.tasks.task import Affordance
 
 #: Scales that the player offers; those of training are 0.8 to 1.2, of boxes 0.5 to 1.5.

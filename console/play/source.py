@@ -7,9 +7,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from console.recording import Take
-from world import character
-from world.scene import PROJECTILE_BODY
+from console.recording.format import Take
+from world.character import model as character
+from world.scene.model import PROJECTILE_BODY
 
 
 @dataclass(frozen=True)

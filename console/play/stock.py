@@ -5,16 +5,16 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from console import serving
-from console.arrangement import sized
-from console.evaluate import pieces_of
+from console.evaluation.arrangement import sized
+from console.evaluation.command import pieces_of
 from console.play.live import Live
 from console.play.scene import Scene
 from console.play.setup import Setup
-from policy.served import Served
-from world import box_scene
+from console.serving import loading
+from policy.checkpoints.served import Served
 from world.errors import ChoiceError, ConfigError
 from world.furniture.piece import Piece
+from world.scene import box as box_scene
 
 #: The one box to carry; the scale gives its size, and with it its weight.
 BOX = "box"
@@ -68,16 +68,16 @@ class Stock:
         return Live(Scene(self.policy(setup.policy), piece, setup))
 
 
-def load(words: Sequence[str], which: serving.Which, objects: str) -> Stock:
+def load(words: Sequence[str], which: loading.Which, objects: str) -> Stock:
     """The stock of RUN and NAME=RUN; InhabitError, in one line, for what is no run."""
     policies: dict[str, Served] = {}
     for word in words:
         name, equals, where = word.partition("=")
-        path = serving.checkpoint_of(Path(where) if equals else Path(word), which)
-        name = name if equals else serving.task_of(path)
+        path = loading.checkpoint_of(Path(where) if equals else Path(word), which)
+        name = name if equals else loading.task_of(path)
         if not name:
             raise ConfigError(f"'{word}': must be RUN or NAME=RUN")
         if name in policies:
             raise ConfigError(f"two policies are called '{name}': name them, as in {name}2={word}")
-        policies[name] = serving.served(name, path).check()
+        policies[name] = loading.served(name, path).check()
     return Stock(policies, objects)

@@ -9,20 +9,20 @@ from typing import Any
 import numpy as np
 from rich.progress import Progress
 
-from console import assembly
 from console.commands import Evaluate, Report
-from console.evaluate import check, clips, evaluate, objects_of
-from console.experiment import to_json
-from console.quality import style_rewards
-from console.recorders import read_metrics
+from console.evaluation.command import check, clips, evaluate, objects_of
+from console.evaluation.realism import style_rewards
+from console.evaluation.scores import Outcomes, Protocol, judge
+from console.evaluation.stepping import Track
+from console.evaluation.style_judge import StyleJudge, judge_of
+from console.evaluation.trials import Results
 from console.report import page, pictures
 from console.report.scene3d import drawable
-from console.runs import RunDirectory, run_of, write_text
-from console.scores import Outcomes, Protocol, judge
-from console.screen import screen
-from console.stepping import Track
-from console.style_judge import StyleJudge, judge_of
-from console.trials import Results
+from console.run import assembly
+from console.run.directory import RunDirectory, run_of, write_text
+from console.run.experiment import to_json
+from console.run.metrics import read_metrics
+from console.terminal import screen
 from world import tasks
 from world.errors import ConfigError
 from world.furniture.piece import Piece

@@ -7,8 +7,8 @@ from html import escape
 from importlib import resources
 from typing import Any
 
-from console.evaluation_tables import number, quality_rows
-from console.protocols import published
+from console.evaluation.presets import published
+from console.evaluation.tables import number, quality_rows
 from console.report.charts import Line, chart
 
 Figures = dict[str, Any]

@@ -7,11 +7,11 @@ import imageio.v3 as imageio
 import mujoco
 import numpy as np
 
-from console import video
-from console.stepping import Track
-from console.video import Image, Look
+from console.evaluation.stepping import Track
+from console.recording import video
+from console.recording.video import Image, Look
 from world.furniture.piece import Piece
-from world.scene import compile_scene
+from world.scene.model import compile_scene
 
 _QUALITY = 82
 #: What stands for the sky, which MuJoCo leaves black.

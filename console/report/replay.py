@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from html import escape
 
-from console.motion import Motion
 from console.report.charts import Line, chart
 from console.report.page import document, player, table
 from console.report.scene3d import drawable
+from console.synthesis.motion import Motion
 
 
 def page(motion: Motion) -> str:

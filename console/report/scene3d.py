@@ -7,9 +7,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from console.recording import pose
-from console.stepping import Track
-from world import character
+from console.evaluation.stepping import Track
+from console.recording.format import pose
+from world.character import model as character
 
 #: Positions travel as whole millimetres, rotations as parts of 32767, both in 16 bits.
 _PER_M, _UNIT = 1000.0, 32767.0

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from world.errors import PieceError
 from world.furniture.catalogue import whole
-from world.furniture.meshes import store
 from world.furniture.piece import Affordance, Piece
+from world.meshes import store
 
 SPLITS = ("train", "test", "all")
 

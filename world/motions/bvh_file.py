@@ -9,7 +9,8 @@ import warnings
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from world import character, kinematics
+from world.character import kinematics
+from world.character import model as character
 from world.motions.clip import Clip
 
 ORDER = "ZXY"

@@ -6,7 +6,8 @@ from typing import TypeVar
 import numpy as np
 import torch
 
-from world import character, rotations
+from world import rotations
+from world.character import model as character
 from world.errors import ClipError
 from world.motions.objects import Bed, BoxTrack, Seat, Skeleton
 

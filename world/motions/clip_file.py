@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from world import character
+from world.character import model as character
 from world.errors import ClipError
 from world.motions.clip import Clip
 from world.motions.objects import Bed, BoxTrack, Seat, Skeleton

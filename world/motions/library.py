@@ -1,7 +1,7 @@
 """A set of clips as tensors: where episodes start from, and what the discriminator takes for real.
 
-Everything is drawn by counter (world.streams), so that a batch of mocap is the same wherever it is
-drawn.
+Everything is drawn by counter (world.random_streams), so that a batch of mocap is the same
+wherever it is drawn.
 """
 
 from collections.abc import Sequence
@@ -10,10 +10,12 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from world import features, rotations, streams
+from world import random_streams, rotations
+from world.character import features
 from world.errors import ClipError
-from world.motions import fit, segments, use
+from world.motions import segments, use
 from world.motions.clip import Clip, mirrored
+from world.motions.fit import ground
 from world.tasks.carry import GROUND_M
 
 #: Lowest centre of a box that an episode may start with, m: people pick boxes up from the floor.
@@ -177,7 +179,7 @@ class StyleSource:
     def sample(self, n: int, counter: int) -> tuple[Tensor, Tensor]:
         """n transitions of the training frames, (s, s') float32 [n, 114] each; the same for a
         counter."""
-        u = streams.uniform(self._seed, streams.MOCAP, torch.arange(n), counter, 7)
+        u = random_streams.uniform(self._seed, random_streams.MOCAP, torch.arange(n), counter, 7)
         kind = torch.bucketize(u[:, 0].contiguous(), self._edges[:-1], right=True)
         index = torch.empty(n, dtype=torch.int64)
         for k, pool in enumerate(self._pools):
@@ -191,7 +193,9 @@ class StyleSource:
         pool = self._library.held_out
         if not len(pool):
             pool = self._library.upright
-        u = streams.uniform(self._seed, streams.MOCAP, torch.arange(n) + (1 << 40), counter, 7)
+        u = random_streams.uniform(
+            self._seed, random_streams.MOCAP, torch.arange(n) + (1 << 40), counter, 7
+        )
         index = pool[(u[:, 1] * len(pool)).long().clamp_max(len(pool) - 1)]
         imaginary = (u[:, 0] < self._mixture.locomotion) & (
             self._library.qpos[index, 2] > _UPRIGHT_M
@@ -263,5 +267,5 @@ def prepare(clip: Clip, task: str = "sit") -> list[Clip]:
     A clip that brings its object along is ready as it is.
     """
     if clip.seat is None and clip.bed is None and clip.box is None:
-        clip = fit.floor_mended(fit.resampled(clip))
-    return fit.with_objects(clip, task)
+        clip = ground.floor_mended(ground.resampled(clip))
+    return ground.with_objects(clip, task)

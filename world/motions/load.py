@@ -7,9 +7,10 @@ from pathlib import Path
 from world import tasks
 from world.errors import ClipError
 from world.motions import cache as disk
-from world.motions import fit, samp
+from world.motions import samp
 from world.motions.augment import paced
 from world.motions.clip import Clip, validate
+from world.motions.fit import ground
 from world.motions.library import MotionLibrary, prepare
 
 #: Readers by file suffix. A new format is a file and a line here.
@@ -62,7 +63,7 @@ def _synthetic() -> tuple[Clip, ...]:
 def clips(paths: Sequence[str] = (), task: str = "sit") -> list[Clip]:
     """Clips ready to train a task: those of `paths`, or the package's own."""
     if not paths:
-        return [clip for clip in own_clips() if fit.serves(clip, task)]
+        return [clip for clip in own_clips() if ground.serves(clip, task)]
     return [part for path in find(paths) for part in prepare(read(path), task)]
 
 

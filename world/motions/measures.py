@@ -8,10 +8,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from world import character, features, servoes
+from world.character import features, servos
+from world.character import model as character
 from world.errors import ClipError
-from world.motions import fit
 from world.motions.clip import Clip
+from world.motions.fit import ground
 from world.motions.objects import Skeleton
 
 Array = np.ndarray
@@ -33,7 +34,8 @@ _KEY_ROLES = ("right_wrist", "left_wrist", "right_ankle", "left_ankle")
 def followed(clip: Clip) -> tuple[Tensor, Tensor]:
     """World positions [T, 15, 3] m and rotations [T, 15, 3, 3] of the character at the clip's
     qpos."""
-    from world import kinematics, rotations
+    from world import rotations
+    from world.character import kinematics
 
     qpos = torch.from_numpy(clip.qpos())
     local = rotations.matrix(kinematics.local_rotations(qpos))
@@ -62,7 +64,7 @@ def key_body_error_m(clip: Clip) -> float:
     if clip.ghost is not None and roles is not None:
         theirs = clip.ghost.position_m[:, [roles[role] for role in _KEY_ROLES]]
     else:
-        theirs = fit.body_poses(clip)[0][:, [*_HANDS, *_FEET]].numpy()
+        theirs = ground.body_poses(clip)[0][:, [*_HANDS, *_FEET]].numpy()
     return float(np.linalg.norm(ours - theirs, axis=-1).mean())
 
 
@@ -73,7 +75,7 @@ def skates_m_s(clip: Clip) -> tuple[float, float]:
     on the recorded ones, and is the same for both. By the ankles alone where that is all that was
     recorded of the feet.
     """
-    position, rotation = fit.body_poses(clip)
+    position, rotation = ground.body_poses(clip)
     ankles = position[:, list(_FEET)]
     toes = ankles + (rotation[:, list(_FEET)] @ _TOE[:, None])[..., 0]
     ours = np.stack((ankles.numpy(), toes.numpy()))
@@ -146,7 +148,7 @@ def jerks_m_s3(clip: Clip) -> tuple[float, float]:
 def past_limits(clip: Clip) -> tuple[float, float, str]:
     """Share of frames with a joint past its range, by how much at most (rad), and which joint."""
     low, high = character.target_bounds()
-    angle = servoes.coordinates(torch.from_numpy(clip.qpos())).numpy()
+    angle = servos.coordinates(torch.from_numpy(clip.qpos())).numpy()
     excess = np.maximum(low - angle, angle - high)
     names = [
         f"{joint.name}_{'xyz'[axis]}" if joint.is_ball else joint.name

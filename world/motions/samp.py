@@ -10,7 +10,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from world import character
+from world.character import model as character
 from world.errors import ClipError
 from world.motions import clip_file
 from world.motions.clip import Clip

@@ -10,9 +10,10 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from world import character, clearance
+from world.character import model as character
 from world.motions.clip import Clip
-from world.motions.fit import body_poses, smooth, sole_heights, stretches
+from world.motions.fit.ground import body_poses, smooth, sole_heights, stretches
+from world.objects import clearance
 
 APPROACH, TRANSITION, CONTACT, LEAVE = 0, 1, 2, 3
 NAMES = ("approach", "transition", "contact", "leave")

@@ -10,8 +10,8 @@ import torch
 from torch import Tensor
 
 from world import rotations
-from world.character import BODIES
-from world.features import Body, Feature, Table
+from world.character.features import Body, Feature, Table
+from world.character.model import BODIES
 from world.tasks.sit import compressed, fallen
 from world.tasks.task import Affordance, BoxState, Place
 

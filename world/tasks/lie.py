@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from world import rotations
-from world.features import Body, Feature, Table
+from world.character.features import Body, Feature, Table
 from world.tasks.route import Footprint, entry, footprint, offset, way
 from world.tasks.sit import compressed, fallen
 from world.tasks.task import Affordance, Place

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from world import rotations
-from world.features import Body, Feature, Table
+from world.character.features import Body, Feature, Table
 from world.tasks.task import Affordance, Place
 
 #: Height of the root above the seat's surface when seated, m: the median over the seated mocap

@@ -7,8 +7,9 @@ from typing import ClassVar, Literal, Protocol
 import torch
 from torch import Tensor
 
-from world import features, rotations
-from world.features import Body, Table
+from world import rotations
+from world.character import features
+from world.character.features import Body, Table
 
 Affordance = Literal["sit", "lie", "carry"]
 """What an object offers: a seat, a lying place, or itself to be carried."""

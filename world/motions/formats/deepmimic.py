@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from world import character
+from world.character import model as character
 from world.errors import ClipError
 from world.motions.formats import own
 from world.motions.formats.recording import Recording

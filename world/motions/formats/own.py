@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from world import character, kinematics
+from world.character import kinematics
+from world.character import model as character
 from world.motions.formats.licences import licence
 from world.motions.formats.recording import Recording, forward
 

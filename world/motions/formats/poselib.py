@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from world import character
+from world.character import model as character
 from world.errors import ClipError
 from world.motions.formats import own, safe_pickle
 from world.motions.formats.licences import licence

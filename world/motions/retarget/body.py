@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from world import character
+from world.character import model as character
 from world.errors import ClipError
 from world.motions.formats.landmarks import SIDES
 from world.motions.formats.recording import Recording

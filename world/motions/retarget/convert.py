@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from world import character
+from world.character import model as character
 from world.motions.clip import Clip, validate
 from world.motions.formats import landmarks, recording
 from world.motions.formats.landmarks import Map

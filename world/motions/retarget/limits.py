@@ -4,7 +4,7 @@ import mink
 import mujoco
 import numpy as np
 
-from world import character
+from world.character import model as character
 
 #: Points of the body lower than this above the floor are watched, m.
 _NEAR_FLOOR_M = 0.08

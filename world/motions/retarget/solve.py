@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from world import character
+from world.character import model as character
 from world.motions.clip import generalised_positions
 from world.motions.retarget.body import Array, Targets, generalised
 from world.motions.retarget.limits import AboveFloor, JointRanges
@@ -107,7 +107,7 @@ def _places(target: Targets) -> Array:
 
 
 def within_ranges(qpos: Array) -> Array:
-    """qpos [T, 43] with each joint's axes clipped to the bounds of its servoes."""
+    """qpos [T, 43] with each joint's axes clipped to the bounds of its servos."""
     low, high = character.target_bounds()
     qpos, row = qpos.copy(), 0
     address = 7
@@ -129,6 +129,6 @@ def local_of(qpos: Array) -> Array:
     """Local rotations [T, 15, 4] float32 of qpos [T, 43]."""
     import torch
 
-    from world import kinematics
+    from world.character import kinematics
 
     return kinematics.local_rotations(torch.from_numpy(qpos.astype(np.float32))).numpy()

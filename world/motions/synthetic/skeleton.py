@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from world.character import PARENTS
+from world.character.model import PARENTS
 from world.motions.synthetic.rotations import Array, turn
 
 HIP_M = 0.084887

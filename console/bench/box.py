@@ -1,0 +1,139 @@
+"""The box's bench: what a control step of those who hold one costs, by how contacts are solved."""
+
+import copy
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+
+import mujoco
+import torch
+
+from world import random_streams
+from world.character import model as character
+from world.config import CarryConfig, WorldConfig
+from world.objects import grasp
+from world.objects.box_bank import BoxBank, boxes, resting
+from world.scene.batch import Scenes
+from world.tasks.carry import grips
+from world.tasks.task import Place
+from world.teachers.carry import Porter
+
+#: Control steps between two resets: long enough to set off with the box.
+_EPISODE = 45
+#: The target lies so far ahead, m.
+_WAY_M = 4.0
+_CONE, _MATRIX = mujoco.mjtCone, mujoco.mjtJacobian
+#: Cone and matrices of each other way.
+_HOW = {
+    "dense": (_CONE.mjCONE_ELLIPTIC, _MATRIX.mjJAC_DENSE),
+    "pyramidal": (_CONE.mjCONE_PYRAMIDAL, _MATRIX.mjJAC_SPARSE),
+}
+
+
+def measure(scenes: int, seconds: float, threads: int = 1) -> dict[str, float]:
+    """Control steps/s of porters with boxes of all sizes in hand, and what it would take of that
+    time otherwise; in turns within one run, each from the states of the first, physics alone.
+
+    held: share of the steps after which both hands are on the box. Gaps: of the joints' velocities
+    after a step, the median, at most.
+    """
+    bank = BoxBank(boxes(CarryConfig(sizes=scenes)))
+    porters = _Porters(bank, threads)
+    others = {name: _like(bank.models, *how, threads) for name, how in _HOW.items()}
+    taken = dict.fromkeys((*others, "ours"), 0.0)
+    apart = dict.fromkeys(others, 0.0)
+    steps, held = 0, 0.0
+    began = time.perf_counter()
+    while steps < 2 * _EPISODE or time.perf_counter() - began < seconds:
+        if steps % _EPISODE == 0:
+            porters.reset()
+        porters.aim()
+        before = porters.scenes.physics()
+        for name, other in others.items():
+            other.load_physics(before)
+            taken[name] += _step(other)
+        taken["ours"] += _step(porters.scenes)
+        for name, other in others.items():
+            gap = (other.qvel - porters.scenes.qvel)[:, 6:].abs()
+            apart[name] = max(apart[name], float(gap.median()))
+        held += porters.held()
+        steps += 1
+    ours = taken["ours"]
+    return {
+        "control_steps_per_s": steps * scenes / ours,
+        "us_per_step": 1e6 * ours / (steps * scenes),
+        "held_ratio": held / steps,
+        "to_dense_time_ratio": ours / taken["dense"],
+        "to_pyramidal_time_ratio": ours / taken["pyramidal"],
+        "to_dense_gap_rad_per_s": apart["dense"],
+        "to_pyramidal_gap_rad_per_s": apart["pyramidal"],
+    }
+
+
+def _like(
+    models: Sequence[mujoco.MjModel],
+    cone: mujoco.mjtCone,
+    matrix: mujoco.mjtJacobian,
+    threads: int,
+) -> Scenes:
+    """Scenes of the same models, with other contacts."""
+    others = [copy.copy(model) for model in models]
+    for model in others:
+        model.opt.cone, model.opt.jacobian = cone, matrix
+    return _scenes(others, threads)
+
+
+def _scenes(models: Sequence[mujoco.MjModel], threads: int) -> Scenes:
+    world = WorldConfig()
+    return Scenes(models, world.action_scale, world.action_clip, threads)
+
+
+def _step(scenes: Scenes) -> float:
+    """Seconds of a control step."""
+    start = time.perf_counter()
+    scenes.batch.step(nstep=character.SUBSTEPS)
+    return time.perf_counter() - start
+
+
+class _Porters:
+    """Scenes in which the scripted porter holds a box, one size each, and sets off with it."""
+
+    def __init__(self, bank: BoxBank, threads: int) -> None:
+        n = len(bank)
+        self.scenes = _scenes(bank.models, threads)
+        self._bank, self._porter, self._ids = bank, Porter(n), torch.arange(n)
+        self._place: Place | None = None
+        self._turn = 0
+
+    def reset(self) -> None:
+        """Stand with the box in hand, its stand behind, the target somewhere ahead."""
+        n, bank = len(self._ids), self._bank
+        qpos = torch.from_numpy(character.standing_qpos()).float()[None].repeat(n, 1)
+        ahead = torch.tensor([[1.0, 0.0]]).repeat(n, 1)
+        at = grasp.before(qpos[:, :3], ahead, bank.half[:, 0])
+        u = random_streams.uniform(0, random_streams.EPISODE, self._ids, self._turn, 2)
+        target = torch.cat((_WAY_M * ahead + u - 0.5, at[:, 2:]), dim=1)
+        behind = at - 2.0 * _WAY_M * torch.cat((ahead, torch.zeros(n, 1)), dim=1)
+        layout = replace(resting(at, ahead, target), start=behind)
+        self._place = bank.place(self._ids, layout)
+        assert self._place.box is not None
+        qpos = grasp.holding(qpos, self._place.box)
+        none = torch.zeros(n, character.NV)
+        self.scenes.set_down(self._ids, qpos, none, layout.start, layout.start_yaw)
+        bank.put(self.scenes, self._ids, self._ids, layout)
+        self._porter.reset(self._ids, torch.ones(n, dtype=torch.bool))
+        self._turn += 1
+
+    def aim(self) -> None:
+        """Tell the servos what the porter wants of them."""
+        assert self._place is not None
+        now = self.scenes.now(self._place)
+        targets = self._porter.act(self.scenes.qpos, self.scenes.qvel, now, self._bank.mass)
+        self.scenes.aim(self.scenes.actions(targets))
+
+    def held(self) -> float:
+        """Share of the scenes with both hands on the box."""
+        assert self._place is not None
+        box = self.scenes.now(self._place).box
+        assert box is not None
+        return float(grips(self.scenes.body(), box).float().mean())

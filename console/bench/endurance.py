@@ -1,0 +1,157 @@
+"""Memory over a long training: each process after warm-up and at the end, and the object store."""
+
+import os
+import tempfile
+import threading
+import time
+from collections import Counter
+from dataclasses import dataclass, replace
+from pathlib import Path
+from statistics import median
+
+from console.commands import Train
+from console.run import machine
+from console.run.directory import RunDirectory
+from console.run.experiment import Experiment
+from console.run.metrics import read_metrics
+from console.training.command import train
+
+#: The issue's: memory may settle for so long, or for a third of a shorter measurement.
+WARM_UP_S = 600.0
+#: Iterations between checkpoints: they are part of what must not leak.
+CHECKPOINT_EVERY = 50
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Resident memory of every process of a training at one moment."""
+
+    at_s: float
+    resident_mb: dict[int, float]
+    object_store_mb: float
+
+
+def measure(experiment: Experiment, runner: str, threads: int, seconds: float) -> dict[str, float]:
+    """Train for so many seconds in a directory that is removed, and watch all processes.
+
+    Returns MB of each process after warm-up and at the end, and their ratio; see `figures`.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        run = RunDirectory(Path(folder) / "run")
+        asked = Train(
+            task=experiment.world.task,
+            experiment=replace(experiment, clone_passes=0),  # it is over when memory is watched
+            run=run.path,
+            minutes=seconds / 60,
+            runner="ray" if runner == "ray" else "local",
+            threads=threads,
+            checkpoint_every=CHECKPOINT_EVERY,
+        )
+        watch = Watch(max(0.2, min(5.0, seconds / 60)))
+        try:
+            train(asked)
+        finally:
+            samples = watch.stop()
+        lines = read_metrics(run.metrics)
+    counts = {"iterations": float(len(lines)), "samples": float(lines[-1]["samples"])}
+    return counts | figures(samples, watch.names)
+
+
+def figures(samples: list[Sample], names: dict[int, str]) -> dict[str, float]:
+    """Medians over a tenth of the time: after warm-up, and at the end.
+
+    A process counts if it was there in all of these samples: what ended or began is counted apart.
+    """
+    # the processes of the last moments are going already
+    whole = samples[-1].at_s
+    warm = min(WARM_UP_S, whole / 3)
+    first = [s for s in samples if warm <= s.at_s < warm + (whole - warm) / 10]
+    last = [s for s in samples if 0.88 * whole <= s.at_s < 0.98 * whole]
+    if not first or not last:
+        raise ValueError(f"{len(samples)} samples in {whole:.1f} s are too few")
+    found = {"seconds": whole, "warm_up_s": warm}
+    seen = [set(s.resident_mb) for s in samples if s.at_s >= warm and s.at_s < 0.98 * whole]
+    steady = set.intersection(*seen)
+    for pid in sorted(steady, key=lambda pid: names[pid]):
+        before = median(s.resident_mb[pid] for s in first)
+        after = median(s.resident_mb[pid] for s in last)
+        name = names[pid]
+        found[f"{name}_warm_mb"] = before
+        found[f"{name}_end_mb"] = after
+        found[f"{name}_growth_ratio"] = after / before
+    found["processes_begun_or_ended"] = float(len(set.union(*seen) - steady))
+    found["object_store_warm_mb"] = median(s.object_store_mb for s in first)
+    found["object_store_end_mb"] = median(s.object_store_mb for s in last)
+    found["object_store_most_mb"] = max(s.object_store_mb for s in samples)
+    return found
+
+
+class Watch:
+    """Samples this process and all its descendants on a thread until `stop`."""
+
+    def __init__(self, every_s: float) -> None:
+        self.names: dict[int, str] = {}
+        self._every_s = every_s
+        self._samples: list[Sample] = []
+        self._began = time.monotonic()
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def stop(self) -> list[Sample]:
+        """End it; what was sampled."""
+        self._stopping.set()
+        self._thread.join()
+        kinds: Counter[str] = Counter()
+        for pid in sorted(self.names):
+            kind = self.names[pid]
+            self.names[pid] = f"{kind}_{kinds[kind]}"
+            kinds[kind] += 1
+        return self._samples
+
+    def _run(self) -> None:
+        while not self._stopping.wait(self._every_s):
+            resident = {pid: 1e3 * machine.resident_gb(pid) for pid in machine.family()}
+            resident = {pid: size for pid, size in resident.items() if size}
+            for pid in resident:
+                self.names.setdefault(pid, kind_of(pid))
+                if self.names[pid] == "worker":  # not yet given its task
+                    self.names[pid] = kind_of(pid)
+            at = time.monotonic() - self._began
+            self._samples.append(Sample(at, resident, object_store_mb()))
+
+
+def kind_of(pid: int) -> str:
+    """What a process of a training is, by its command line."""
+    try:
+        words = Path(f"/proc/{pid}/cmdline").read_text().replace("\0", " ").split()
+    except (OSError, UnicodeDecodeError):
+        words = []
+    line = " ".join(words)
+    if pid == os.getpid():
+        return "learner"
+    if "discriminator.process" in line:
+        return "style"
+    if line.startswith("ray::"):
+        return "actor" if "RolloutActor" in line else "worker"
+    if "multiprocessing.spawn" in line:
+        return "actor"
+    program = Path(words[0]).name if words else "process"
+    scripts = [Path(word) for word in words[1:] if word.endswith(".py")]
+    if not program.startswith("python") or not scripts:
+        return program
+    return f"{scripts[0].parent.name}_{scripts[0].stem}"
+
+
+def object_store_mb() -> float:
+    """Bytes that Ray's object store holds on all nodes, MB; 0 where there is no Ray."""
+    import ray
+
+    if not ray.is_initialized():
+        return 0.0
+    key = "object_store_memory"
+    try:
+        held = ray.cluster_resources().get(key, 0.0) - ray.available_resources().get(key, 0.0)
+    except Exception:  # Ray's own, while it starts or stops
+        return 0.0
+    return held / 1e6

@@ -1,0 +1,148 @@
+"""`inhabit bench serve`: the policy service beside a bare gRPC echo and Ray Serve, in one run."""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from console.run import assembly
+from console.run.experiment import Experiment, to_json
+from policy.checkpoints.format import Manifest, write
+from world.errors import InhabitError
+
+#: What issue 6 asks for: of the echo's rate, of Ray Serve's, and ms at 256 streams.
+GOALS = {"echo": 0.6, "ray": 5.0, "p99_ms": 10.0}
+
+
+class BenchError(InhabitError):
+    """A server or client of the benchmark that does not do its part."""
+
+
+def measure(
+    experiment: Experiment, seconds: float, say: Callable[[str], None] = print
+) -> dict[str, float]:
+    """All figures; Ray Serve's are left out where it is not installed or does not start.
+
+    say: gets one line where something is left out.
+    """
+    figures: dict[str, float] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        checkpoint = _checkpoint(experiment, Path(folder))
+        for kind in ("echo", "policy", "ray"):
+            if kind == "ray" and not _has_ray_serve():
+                say("Ray Serve: not measured, pip install 'inhabit[bench]' brings it")
+                continue
+            try:
+                found = _of(kind, checkpoint, seconds)
+            except BenchError as error:
+                if kind != "ray":
+                    raise
+                say(f"Ray Serve: not measured: {error}")
+                continue
+            figures |= {f"{kind}_{name}": value for name, value in found.items()}
+    return figures | _ratios(figures)
+
+
+def _ratios(figures: dict[str, float]) -> dict[str, float]:
+    """Ours to the echo's and to Ray Serve's: of rates, and of what a processor second does."""
+    found = {}
+    for name in ("act_64", "control_64"):
+        for unit in ("per_s", "per_processor_s"):
+            ours, echo = figures[f"policy_{name}_{unit}"], figures[f"echo_{name}_{unit}"]
+            found[f"{name}_{unit}_to_echo_ratio"] = ours / echo
+            ray = figures.get(f"ray_act_64_{unit}")
+            if ray:
+                found[f"{name}_{unit}_to_ray_ratio"] = ours / ray
+    return found | {
+        "goal_to_echo_ratio": GOALS["echo"],
+        "goal_to_ray_ratio": GOALS["ray"],
+        "goal_streams_256_p99_ms": GOALS["p99_ms"],
+    }
+
+
+def _of(kind: str, checkpoint: Path, seconds: float) -> dict[str, float]:
+    """The figures of one server, its clock read round each measurement."""
+    figures: dict[str, float] = {}
+    with _process("servers", kind, str(checkpoint)) as server:
+        address = str(_line(server)["address"])
+        words = [address, str(seconds)] + (["unary"] if kind == "ray" else [])
+        with _process("client", *words) as client:
+            before = _spent(server)
+            while line := _line(client, may_end=True):
+                after = _spent(server)
+                name = line.pop("name")
+                for unit, value in line.items():
+                    figures[f"{name}_{unit}"] = float(value)
+                used = max(after - before, 1e-9)
+                figures[f"{name}_per_processor_s"] = float(line["per_s"]) * seconds / used
+                before = after
+                _tell(client)
+    return figures
+
+
+@contextmanager
+def _process(part: str, *words: str) -> Iterator["subprocess.Popen[str]"]:
+    environment = dict(os.environ, OMP_NUM_THREADS="1", CUDA_VISIBLE_DEVICES="")
+    environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
+    process = subprocess.Popen(
+        [sys.executable, "-m", f"console.bench.serve_{part}", *words],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env=environment,
+    )
+    try:
+        yield process
+    finally:
+        assert process.stdin is not None and process.stdout is not None
+        process.stdin.close()
+        try:
+            process.wait(20)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        process.stdout.close()
+
+
+def _line(process: "subprocess.Popen[str]", may_end: bool = False) -> dict[str, str | float]:
+    """The next JSON object that a process prints; other lines are passed over."""
+    assert process.stdout is not None
+    for line in process.stdout:
+        if line.startswith("{"):
+            return json.loads(line)
+    if may_end and process.wait(20) == 0:
+        return {}
+    raise BenchError("a server or client of the benchmark ended before it was done; see above")
+
+
+def _tell(process: "subprocess.Popen[str]") -> None:
+    assert process.stdin is not None
+    process.stdin.write("\n")
+    process.stdin.flush()
+
+
+def _spent(server: "subprocess.Popen[str]") -> float:
+    _tell(server)
+    return float(_line(server)["processor_s"])
+
+
+def _checkpoint(experiment: Experiment, folder: Path) -> Path:
+    """A policy of the experiment's size with random weights."""
+    student = assembly.learner(experiment)
+    notes = {"experiment": json.dumps(to_json(experiment)), "data": "none: random weights"}
+    manifest = Manifest(assembly.layout(experiment), 0, 0, notes)
+    path = write(folder / "000000", {"policy": student.policy_state()}, manifest)
+    student.close()
+    return path
+
+
+def _has_ray_serve() -> bool:
+    try:
+        import ray.serve  # noqa: F401
+    except ImportError:
+        return False
+    return True

@@ -1,0 +1,90 @@
+"""What `inhabit doctor` finds beyond this process: a Ray cluster, the services."""
+
+import importlib.metadata
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from console.doctor.finding import Finding
+from rpc.channel import ChannelConfig
+from rpc.probe import ask_health
+
+JOIN_S = 120.0
+#: Joins, asks and leaves, in a process of its own: Ray settles its authentication at import.
+_ASK = """
+import json, sys
+import ray
+ray.init(address=sys.argv[1], log_to_driver=False, logging_level="ERROR")
+nodes = [n for n in ray.nodes() if n["Alive"]]
+found = ray.cluster_resources()
+print(json.dumps({"nodes": len(nodes), "cpus": int(found.get("CPU", 0)),
+                  "gpus": int(found.get("GPU", 0))}))
+"""
+
+
+def find_ray(address: str | None = None) -> Finding:
+    """Ray here and, where an address is known, the cluster there and whom it lets in."""
+    version = f"{importlib.metadata.version('ray')}, {token()}"
+    address = address or os.environ.get("RAY_ADDRESS")
+    if not address:
+        return Finding("ray", "ok", f"{version}; no --address: a training starts its own")
+    from actors.cluster import require_listener
+
+    require_listener(address)
+    found, why = ask(address, {})
+    if found is None:
+        return Finding("ray", "bad", f"{version}; {address}: {why}")
+    size = f"{found['nodes']} nodes, {found['cpus']} CPU slots, {found['gpus']} GPUs"
+    detail = f"{version}; {address}: {size}"
+    anyone, _ = ask(address, {"RAY_AUTH_MODE": "disabled"})
+    if anyone is not None:
+        return Finding(
+            "ray", "mind", f"{detail}; lets anyone in: start it with RAY_AUTH_MODE=token",
+            slots=found["cpus"],
+        )  # fmt: skip
+    return Finding("ray", "ok", f"{detail}; asks for a token, ours is right", slots=found["cpus"])
+
+
+def token() -> str:
+    """Where Ray would take its token from; never the token itself."""
+    mode = os.environ.get("RAY_AUTH_MODE", "")
+    if mode.lower() == "disabled":
+        return "RAY_AUTH_MODE=disabled: shows no token"
+    if os.environ.get("RAY_AUTH_TOKEN"):
+        return "token from RAY_AUTH_TOKEN"
+    named = os.environ.get("RAY_AUTH_TOKEN_PATH")
+    file = Path(named) if named else Path.home() / ".ray" / "auth_token"
+    if file.exists():
+        return f"token from {file}"
+    return "no token (`ray get-auth-token --generate` makes one)"
+
+
+def ask(address: str, environment: dict[str, str]) -> tuple[dict[str, int] | None, str]:
+    """Size of the cluster at an address, or None and why it could not be joined."""
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", _ASK, address],
+            env=os.environ | {"RAY_USAGE_STATS_ENABLED": "0"} | environment,
+            capture_output=True,
+            text=True,
+            timeout=JOIN_S,
+        )
+    except subprocess.TimeoutExpired:
+        return None, f"no answer within {JOIN_S:g} s (another token, or another version of Ray?)"
+    if done.returncode:
+        lines = done.stderr.strip().splitlines()
+        return None, lines[-1] if lines else f"ended with {done.returncode}"
+    return json.loads(done.stdout.strip().splitlines()[-1]), ""
+
+
+def find_service(
+    name: str, address: str, ca: Path | None, cert: Path | None, key: Path | None
+) -> Finding:
+    """A service's health; RpcError where it does not answer well."""
+    config = ChannelConfig(
+        address=address, tls_ca=str(ca or ""), tls_cert=str(cert or ""), tls_key=str(key or "")
+    )
+    spent = ask_health(config, f"rpc.v1.{name.capitalize()}")
+    return Finding(name, "ok", f"{address} serves, and said so in {1e3 * spent:.0f} ms")

@@ -1,0 +1,221 @@
+"""`inhabit doctor`: what this machine has of what training needs, and what to do about the rest."""
+
+import json
+import os
+import platform
+import shutil
+import socket
+import tempfile
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from console.commands import Doctor
+from console.doctor.finding import Finding
+from console.run.machine import cores, memory_gb, versions
+
+
+def check_python() -> Finding:
+    version = platform.python_version()
+    return Finding("python", "ok", version)
+
+
+def check_packages() -> Finding:
+    """Versions of what the numbers depend on, and the one MuJoCo release that is known bad."""
+    found = versions()
+    missing = [name for name, version in found.items() if version is None]
+    if missing:
+        return Finding("packages", "bad", f"missing: {', '.join(missing)}; run `make install`")
+    if found["mujoco"] == "4.0.0":
+        return Finding("packages", "bad", "mujoco 4.0.0 factorises wrongly: install 3.17 or 4.0.1")
+    return Finding("packages", "ok", ", ".join(f"{n} {v}" for n, v in found.items()))
+
+
+def check_cores() -> Finding:
+    count = cores()
+    detail = f"{count} usable, of {os.cpu_count()}"
+    return Finding("cores", "ok" if count > 1 else "mind", detail)
+
+
+def check_memory() -> Finding:
+    total = memory_gb()
+    if total < 4:
+        return Finding("memory", "mind", f"{total:.1f} GB: lower --scenes (512 want about 3 GB)")
+    return Finding("memory", "ok", f"{total:.1f} GB")
+
+
+def check_precision() -> Finding:
+    """Which number format the networks run in, and why."""
+    import torch
+
+    from world.precision import decide
+
+    device = "cuda" if torch.cuda.is_available() else "cpu"
+    return Finding("precision", "ok", f"{device}: {decide(device).reason}")
+
+
+def check_simulator() -> Finding:
+    """One step of a batch."""
+    import mujoco
+    from mujoco.batch import Batch
+
+    xml = "<mujoco><worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>"
+    batch = Batch(mujoco.MjModel.from_xml_string(xml), 2, 1)
+    batch.step()
+    return Finding("simulator", "ok", f"mujoco.batch steps ({mujoco.__version__})")
+
+
+def check_motions(paths: tuple[Path, ...] = ()) -> Finding:
+    """Clips that can be read, and their terms."""
+    from console.motions.listing import clips
+
+    found = clips(paths)
+    minutes = sum(clip.seconds for clip in found) / 60
+    terms = ", ".join(sorted({clip.licence for clip in found}))
+    where = "found" if paths else "come with the package"
+    detail = f"{len(found)} clips, {minutes:.0f} minutes, {where}; licence: {terms}"
+    return Finding("motions", "ok", detail)
+
+
+def check_policies() -> Finding:
+    """Trained policies beside the package or in this folder."""
+    root = Path(__file__).resolve().parents[2]
+    found = sorted(
+        {p.parent for d in {root, Path.cwd()} for p in d.glob("pretrained/*/manifest.json")}
+    )
+    if not found:
+        return Finding("policies", "mind", "none here: `inhabit train sit` makes one")
+    return Finding("policies", "ok", "trained: " + ", ".join(str(path) for path in found))
+
+
+def check_rendering() -> Finding:
+    """Whether `video` can draw here."""
+    from console.recording.video import choose_gl
+
+    backend = choose_gl()
+    if backend is None:
+        return Finding("rendering", "mind", "no OpenGL: for `video`, apt-get install libosmesa6")
+    return Finding("rendering", "ok", f"MUJOCO_GL={backend}")
+
+
+def check_ffmpeg() -> Finding:
+    import imageio_ffmpeg
+
+    return Finding("ffmpeg", "ok", imageio_ffmpeg.get_ffmpeg_version())
+
+
+def check_ray(address: str | None) -> Finding:
+    from console.doctor.cluster import find_ray
+
+    return find_ray(address)
+
+
+def check_service(name: str, address: str, *tls: Path | None) -> Finding:
+    from console.doctor.cluster import find_service
+
+    return find_service(name, address, *tls)
+
+
+def check_rate(seconds: float) -> Finding:
+    """Samples/s of a few seconds' training."""
+    from console.doctor.rate import estimate
+
+    return estimate(seconds)
+
+
+def check_port() -> Finding:
+    """The style service needs a loopback port."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+    return Finding("sockets", "ok", "loopback ports can be bound")
+
+
+def check_disk() -> Finding:
+    """Room for checkpoints where runs go."""
+    with tempfile.NamedTemporaryFile(dir=Path.cwd()):
+        free = shutil.disk_usage(Path.cwd()).free / 1e9
+    detail = f"{free:.0f} GB free here"
+    return Finding("disk", "ok" if free > 2 else "mind", detail)
+
+
+CHECKS: tuple[Callable[[], Finding], ...] = (
+    check_python,
+    check_packages,
+    check_cores,
+    check_memory,
+    check_precision,
+    check_simulator,
+    check_motions,
+    check_policies,
+    check_rendering,
+    check_ffmpeg,
+    check_port,
+    check_disk,
+)
+
+
+def examine(checks: tuple[Callable[[], Finding], ...] = CHECKS) -> list[Finding]:
+    """Every finding; a check that itself fails becomes a bad finding with its reason."""
+    findings: list[Finding] = []
+    for check in checks:
+        try:
+            findings.append(check())
+        except Exception as error:  # a doctor examines what is broken: nothing may stop it
+            function = check.func if isinstance(check, partial) else check
+            name = getattr(function, "__name__", "check").removeprefix("check_")
+            if name == "service" and isinstance(check, partial):
+                name = check.args[0]
+            reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+            findings.append(Finding(name, "bad", reason))
+    return findings
+
+
+def as_json(findings: list[Finding]) -> list[dict[str, str]]:
+    """The findings as JSON values."""
+    kept = ("name", "verdict", "detail")
+    return [{key: getattr(finding, key) for key in kept} for finding in findings]
+
+
+def checks_of(command: Doctor) -> tuple[Callable[[], Finding], ...]:
+    """What the flags ask to be looked at: always the machine, services where they are named."""
+    asked: list[Callable[[], Finding]] = [
+        partial(check_motions, command.motions) if check is check_motions else check
+        for check in CHECKS
+    ]
+    asked.append(partial(check_ray, command.address))
+    tls = (command.tls_ca, command.tls_cert, command.tls_key)
+    for name, address in (("style", command.style), ("policy", command.policy)):
+        if address:
+            asked.append(partial(check_service, name, address, *tls))
+    if command.seconds > 0:
+        asked.append(partial(check_rate, command.seconds))
+    return tuple(asked)
+
+
+def following(findings: list[Finding], command: Doctor) -> str:
+    """The line to type next."""
+    bad = [finding.name for finding in findings if finding.verdict == "bad"]
+    if bad:
+        return f"mend first: {', '.join(bad)}"
+    words = ["inhabit train sit"]
+    ray = next((f for f in findings if f.name == "ray"), None)
+    slots = None if ray is None else ray.slots
+    if slots:
+        actors = max(1, slots - 1)
+        words.append(f"--runner ray --actors {actors} --scenes {max(512, 64 * actors)}")
+        words += [f"--address {command.address}"] if command.address else []
+        words += [f"--style-service.address {command.style}"] if command.style else []
+    words += [f"--motions {' '.join(map(str, command.motions))}"] if command.motions else []
+    return " ".join(words)
+
+
+def doctor_command(command: Doctor) -> int:
+    """Print the findings; 1 if anything is bad."""
+    findings = examine(checks_of(command))
+    findings.append(Finding("next", "ok", following(findings, command)))
+    if command.json:
+        print(json.dumps(as_json(findings), indent=2))
+    else:
+        for finding in findings:
+            print(f"{finding.verdict:4s}  {finding.name:10s}  {finding.detail}")
+    return 1 if any(finding.verdict == "bad" for finding in findings) else 0

@@ -1,0 +1,76 @@
+"""An estimate of how fast this machine would train, from some seconds of training."""
+
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+
+from console.commands import Train
+from console.doctor.finding import Finding
+from console.run import assembly
+from console.run.directory import RunDirectory
+from console.run.experiment import PRESETS, Experiment, with_learner_threads
+from console.run.machine import cores
+from console.training.runners import open_runner
+from learner.config import LoopConfig
+from learner.loop import Loop
+from world import tasks
+
+PIECES = 8  # of furniture: compiling all of them takes longer than the measurement
+
+
+def estimate(seconds: float) -> Finding:
+    """Samples/s of whole iterations on all cores, after two that warm up."""
+    threads = cores()
+    fast = PRESETS["fast"]
+    experiment = with_learner_threads(
+        replace(
+            fast,
+            world=replace(fast.world, pieces=PIECES),
+            ppo=replace(fast.ppo, warmup_iterations=0),
+        ),
+        threads,
+    )
+    rate, iterations = measure(
+        experiment, min(threads, experiment.scenes // experiment.block), seconds
+    )
+    hours = 40e6 / rate / 3600
+    return Finding(
+        "rate", "ok",
+        f"{rate:,.0f} samples/s ({experiment.scenes} scenes, {iterations} iterations just now):"
+        f" 40 million samples in {hours:.1f} h",
+    )  # fmt: skip
+
+
+def measure(experiment: Experiment, workers: int, seconds: float) -> tuple[float, int]:
+    """Samples/s of the local runner over at least so many seconds and one iteration."""
+    command = Train(task=experiment.world.task, experiment=experiment, threads=workers)
+    terms = list(tasks.make(experiment.world.task).terms)
+    with tempfile.TemporaryDirectory() as folder:
+        run = RunDirectory(Path(folder))
+        with open_runner(command, experiment, run, workers, print) as runner:
+            learner = assembly.learner(experiment)
+            loop = Loop(
+                learner, runner.fleet, runner.style, Nowhere(), Nowhere(), LoopConfig(), terms
+            )
+            try:
+                for _ in range(2):
+                    loop.iterate()
+                began, count = time.perf_counter(), 0
+                while not count or time.perf_counter() - began < seconds:
+                    loop.iterate()
+                    count += 1
+                spent = time.perf_counter() - began
+            finally:
+                loop.close()
+    return experiment.scenes * experiment.horizon * count / spent, count
+
+
+class Nowhere:
+    """Keeps no records and no checkpoints."""
+
+    def record(self, iteration: int, metrics: object) -> None:
+        """Nothing."""
+
+    def save(self, iteration: int, state: object, best: bool = False) -> None:
+        """Nothing."""

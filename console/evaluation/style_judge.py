@@ -1,0 +1,57 @@
+"""The discriminator of a checkpoint as a judge of single motions: no mocap, replay or training."""
+
+from pathlib import Path
+
+import torch
+from torch import Tensor
+
+from console.run import assembly
+from console.run.experiment import Experiment
+from discriminator import loss, normaliser
+from discriminator.network import StyleNetwork
+from policy.checkpoints.format import read
+from policy.errors import CheckpointError
+
+_NETWORK = "network/"
+
+
+class StyleJudge:
+    """Scores transitions as the training's last discriminator does."""
+
+    def __init__(self, path: Path, experiment: Experiment) -> None:
+        """Read the `style` section of a checkpoint; CheckpointError where it has none."""
+        kept = read(path, ("style",)).state["style"]
+        # checkpoints of the first version wrote colons
+        state = {key.replace(":", "/"): value for key, value in kept.items()}
+        self._config = experiment.style
+        mask = assembly.object_mask()
+        self._kept = torch.arange(len(mask))
+        if not experiment.style.object_features:
+            self._kept = torch.nonzero(~mask).flatten()
+        self.network = StyleNetwork(
+            2 * len(self._kept), experiment.style.hidden, torch.Generator().manual_seed(0)
+        )
+        own = {k.removeprefix(_NETWORK): v for k, v in state.items() if k.startswith(_NETWORK)}
+        try:
+            self.network.load_state_dict(own)
+            self._mean, self._deviation = state["normaliser/mean"], state["normaliser/deviation"]
+        except (RuntimeError, KeyError) as error:
+            raise CheckpointError(f"{path}: its style is none of this version ({error})") from error
+
+    @torch.no_grad()
+    def reward(self, before: Tensor, after: Tensor) -> Tensor:
+        """Style rewards [n] of transitions between states [n, 114]."""
+        rows = torch.cat([self._features(states) for states in (before, after)], dim=1)
+        logits = torch.cat([self.network(block) for block in rows.split(4096)])
+        return loss.style_reward(logits, self._config.clamp, self._config.reward_scale)
+
+    def _features(self, states: Tensor) -> Tensor:
+        return normaliser.normalise(states, self._mean, self._deviation)[:, self._kept]
+
+
+def judge_of(found: assembly.Trained) -> StyleJudge | None:
+    """The judge of a trained policy; None for a checkpoint without one, as published ones are."""
+    try:
+        return StyleJudge(found.path, found.experiment)
+    except CheckpointError:
+        return None

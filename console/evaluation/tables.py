@@ -1,0 +1,103 @@
+"""An evaluation's figures as tables on the terminal, the published rows beside ours."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from rich.table import Table
+
+from console.evaluation.presets import published
+
+#: Figures of motion quality: key, what it is called, factor and unit.
+QUALITY = (
+    ("foot_skate_m_s", "foot skating", 100.0, "cm/s"),
+    ("furniture_overlap_m", "overlap with furniture in contact", 1000.0, "mm"),
+    ("furniture_overlap_p99_m", "overlap with furniture, 99th percentile", 1000.0, "mm"),
+    ("jerk_m_s3", "jerk", 1.0, "m/s³"),
+    ("jerk_p95_m_s3", "jerk, 95th percentile", 1.0, "m/s³"),
+    ("joint_speed_rad_s", "joint speed", 1.0, "rad/s"),
+    ("tremor_share", "joint power above 5 Hz", 100.0, "%"),
+)
+
+
+def tables(figures: dict[str, Any]) -> Iterator[Table]:
+    """The tables of an evaluation JSON."""
+    yield results_table(figures)
+    if "quality" in figures:
+        yield quality_table(figures["quality"])
+
+
+def results_table(figures: dict[str, Any]) -> Table:
+    """The figures in the shape of the paper's Table 1, its row beneath ours."""
+    start = figures["start_m"]
+    told = "" if figures["perturbation"] == "none" else f", {figures['perturbation']}"
+    shown = Table(
+        "", "success %", "95 %", "sustained %", "time s", "precision cm", "falls %",
+        title=f"{figures['task']}: {figures['trials']} trials, {figures['objects']} pieces, "
+        f"{start[0]:g}-{start[1]:g} m{told}, {figures['wall_s']:.0f} s",
+        title_justify="left",
+    )  # fmt: skip
+    low, high = figures["success"]["ci95"]
+    shown.add_row(
+        "all",
+        number(figures["success"]["rate"], 100),
+        f"{100 * low:.1f}-{100 * high:.1f}",
+        number(figures["sustained"]["rate"], 100),
+        number(figures["time_s"]),
+        number(figures["precision_m"], 100),
+        number(figures["falls"], 100),
+    )
+    for row in published(figures["task"], figures["preset"], figures["perturbation"]):
+        given = (row.success, row.time_s, row.precision_cm)
+        success, seconds, precision = ("" if value is None else f"{value}" for value in given)
+        shown.add_row(row.name, success, "", "", seconds, precision, "")
+    shown.add_section()
+    for part in figures["by_stage"]:
+        low, high = part["ci95"]
+        shown.add_row(part["stage"], number(part["rate"], 100), f"{100 * low:.1f}-{100 * high:.1f}")
+    shown.add_section()
+    for part in figures["by_distance"]:
+        name = f"{part['from_m']:g}-{part['to_m']:g} m ({part['trials']})"
+        shown.add_row(name, number(part["success"], 100))
+    shown.add_section()
+    for part in figures["by_class"]:
+        shown.add_row(f"{part['class']} ({part['trials']})", number(part["success"], 100))
+    return shown
+
+
+def quality_table(quality: dict[str, Any]) -> Table:
+    """Motion quality, the mocap's own figures beside it."""
+    shown = Table(
+        "motion quality", "policy", "mocap", title=f"{quality['trials']} trials before any fall",
+        title_justify="left",
+    )  # fmt: skip
+    for name, ours, theirs in quality_rows(quality):
+        shown.add_row(name, ours, theirs)
+    return shown
+
+
+def quality_rows(quality: dict[str, Any]) -> list[tuple[str, str, str]]:
+    """Name and unit, the policy's figure, the mocap's."""
+    ours, theirs = quality["policy"], quality["mocap"] or {}
+    rows = [
+        (f"{name}, {unit}", number(ours[key], factor, 2), number(theirs.get(key), factor, 2))
+        for key, name, factor, unit in QUALITY
+    ]
+    near, nearest = ours["nearest_mocap"] or {}, theirs.get("nearest_mocap") or {}
+    rows += [
+        (
+            f"distance to the nearest mocap transition, {name}, σ",
+            number(near.get(key), 1, 3),
+            number(nearest.get(key), 1, 3),
+        )
+        for key, name in (("median", "median"), ("p95", "95th percentile"))
+    ]
+    distance = number(quality["spectral_distance_db"])
+    rows.append(("spectrum of joint velocities, distance in dB", distance, "0.0"))
+    style = number(theirs.get("style_reward"), 1, 3)
+    rows.append(("style reward, −log(1 − D)", number(ours["style_reward"], 1, 3), style))
+    return rows
+
+
+def number(value: float | None, scale: float = 1.0, digits: int = 1) -> str:
+    """A figure as text; a dash where there is none."""
+    return "-" if value is None else f"{scale * value:.{digits}f}"

@@ -1,0 +1,86 @@
+"""`inhabit motions play`: clips in a browser, served on this machine or written as one file."""
+
+import os
+import tempfile
+import webbrowser
+from collections.abc import Sequence
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+
+from console.commands import MotionsPlay
+from console.motions.page import page
+from world.errors import ClipError, ConfigError
+from world.motions import load
+from world.motions.clip import Clip
+from world.motions.fit import ground
+
+
+def play_command(command: MotionsPlay) -> int:
+    """Write the page with --html, else serve it until Ctrl-C."""
+    chosen = clips([str(path) for path in command.paths], command.only)
+    text = page(chosen)
+    if command.html is not None:
+        write(command.html, text)
+        print(f"{command.html}: {len(chosen)} clips, {len(text) / 1e6:.1f} MB")
+        return 0
+    with server(command.listen, text) as running:
+        host, port = running.server_address[:2]
+        address = f"http://{host if isinstance(host, str) else host.decode()}:{port}/"
+        print(f"{len(chosen)} clips at {address} (Ctrl-C ends)", flush=True)
+        if command.open:
+            webbrowser.open(address)
+        running.serve_forever()
+    return 0
+
+
+def clips(paths: Sequence[str], only: str | None) -> list[Clip]:
+    """The clips of paths, or the package's own, with all that they use; ClipError if none is
+    left."""
+    if paths:
+        found = [part for path in load.find(paths) for part in ground.with_any(load.read(path))]
+    else:
+        found = load.own_clips()
+    chosen = [clip for clip in found if only is None or only.lower() in clip.name.lower()]
+    if not chosen:
+        names = ", ".join(clip.name for clip in found[:8])
+        raise ClipError(f"no clip's name holds '{only}'; there are {names}, ... ({len(found)})")
+    return chosen
+
+
+def write(path: Path, text: str) -> None:
+    """The page as a file, whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, partial = tempfile.mkstemp(dir=path.parent, suffix=".partial")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        Path(partial).replace(path)
+    except BaseException:
+        Path(partial).unlink(missing_ok=True)
+        raise
+
+
+def server(listen: str, text: str) -> ThreadingHTTPServer:
+    """A server of one page at HOST:PORT; ConfigError where that cannot be listened on."""
+    content = text.encode()
+
+    class Page(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            if self.path.split("?")[0] != "/":
+                self.send_error(HTTPStatus.NOT_FOUND)
+                return
+            self.send_response(HTTPStatus.OK)
+            self.send_header("Content-Type", "text/html; charset=utf-8")
+            self.send_header("Content-Length", str(len(content)))
+            self.end_headers()
+            self.wfile.write(content)
+
+        def log_message(self, format: str, *args: object) -> None:
+            """A player's requests are nobody's news."""
+
+    host, _, port = listen.rpartition(":")
+    try:
+        return ThreadingHTTPServer((host, int(port)), Page)
+    except (OSError, ValueError, OverflowError) as error:
+        raise ConfigError(f"cannot listen on '{listen}' (HOST:PORT): {error}") from error

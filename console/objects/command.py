@@ -1,0 +1,241 @@
+"""`inhabit objects`: import meshes as furniture, list, check and show pieces."""
+
+import json
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.progress import Progress
+from rich.table import Table
+
+from console.commands import Meshes, ObjectsCheck, ObjectsImport, ObjectsList, ObjectsShow
+from console.objects import drop
+from console.run import machine
+from console.terminal import screen
+from world.errors import ChoiceError, ConfigError, PieceError
+from world.furniture import collection
+from world.furniture.catalogue import REGISTRY
+from world.furniture.piece import Piece
+from world.meshes import importing, store
+from world.meshes.build import Told
+from world.meshes.importing import Outcome
+from world.meshes.upright import Frame
+from world.objects.drop_test import slips_at
+
+Command = ObjectsImport | ObjectsList | ObjectsCheck | ObjectsShow
+
+
+def objects_command(command: Command) -> int:
+    """Run one of the commands; returns the exit code."""
+    match command:
+        case ObjectsList():
+            pieces = collection.pieces(command.objects)
+            report([listed(piece) for piece in pieces], command.json)
+            return 0
+        case ObjectsCheck():
+            return check(command)
+        case ObjectsImport():
+            return bring_in(command)
+        case ObjectsShow():
+            return show(command)
+
+
+def check(command: ObjectsCheck) -> int:
+    """Print what the pieces and meshes are; 1 if any is refused."""
+    if not 0.0 <= command.drop <= 60.0:
+        raise ConfigError(f"--drop {command.drop:g}: choose seconds from 0 (no drop) to 60")
+    rows: list[dict[str, Any]] = []
+    found: list[Piece | None] = []
+    for name in command.paths:
+        path = Path(name)
+        if name in collection.SPLITS or name.endswith(".json") or _has_pieces(path):
+            pieces = collection.pieces([name])
+            found += pieces
+            rows += [listed(piece) for piece in pieces]
+        else:
+            outcomes = made([path], command.mesh)
+            found += [outcome.piece() for outcome in outcomes]
+            rows += [outcome_row(outcome) for outcome in outcomes]
+    if command.drop:
+        _drop(rows, found, command)
+    report(rows, command.json)
+    if command.drop and not command.json:
+        drop.summarise(rows, screen())
+    return int(any(row["refused"] for row in rows))
+
+
+def _drop(rows: list[dict[str, Any]], found: list[Piece | None], command: ObjectsCheck) -> None:
+    """Add to each row what became of a ragdoll on its piece."""
+    pieces = [piece for piece in found if piece is not None]
+    done = iter(drop.drops(pieces, command.drop, command.mesh.threads or machine.cores()))
+    for row, piece in zip(rows, found, strict=True):
+        row["drops"] = [] if piece is None else next(done)
+
+
+def _has_pieces(path: Path) -> bool:
+    return path.is_dir() and next(path.rglob(f"*{store.SUFFIX}"), None) is not None
+
+
+def bring_in(command: ObjectsImport) -> int:
+    """Import, write a file a piece, say what was refused; 1 if any was."""
+    outcomes = made(command.paths, command.mesh)
+    for outcome in outcomes:
+        if outcome.document is not None:
+            store.write(command.out / f"{outcome.name}{store.SUFFIX}", outcome.document)
+    report([outcome_row(o) for o in outcomes], command.json)
+    refused = sum(1 for o in outcomes if o.refused)
+    if not command.json:
+        cached = sum(o.cached for o in outcomes)
+        screen().print(
+            f"{len(outcomes) - refused} pieces in {command.out} "
+            f"({cached} from the cache), {refused} refused"
+        )
+    return int(refused > 0)
+
+
+def made(paths: Sequence[Path], mesh: Meshes) -> list[Outcome]:
+    """What becomes of meshes, with a bar where someone is looking."""
+    work = importing.jobs(paths, told(mesh))
+    output = screen()
+    with Progress(console=output, transient=True, disable=not output.is_terminal) as bar:
+        row = bar.add_task("pieces", total=len(work))
+        return importing.run(
+            work, mesh.threads or machine.cores(), lambda outcome: bar.advance(row)
+        )
+
+
+def told(mesh: Meshes) -> Told:
+    """What the flags say of meshes. Raises ConfigError, ChoiceError."""
+    if mesh.unit is not None and mesh.height is not None:
+        raise ConfigError("--unit and --height contradict each other: choose one")
+    if mesh.height is not None and not 0.0 < mesh.height < 10.0:
+        raise ConfigError(f"--height {mesh.height}: choose metres above 0 and below 10")
+    if mesh.category is not None and mesh.category not in REGISTRY:
+        raise ChoiceError("--category", mesh.category, list(REGISTRY))
+    if mesh.up and mesh.front and mesh.up[1] == mesh.front[1]:
+        raise ConfigError(f"--up {mesh.up} --front {mesh.front}: choose two different axes")
+    frame = Frame(mesh.up, mesh.front, mesh.unit, mesh.height)
+    return Told(frame, mesh.category, mesh.licence, mesh.credit, place_of(mesh.sit))
+
+
+def place_of(text: str | None) -> tuple[float, float, float, float] | None:
+    """X,Y,Z,YAW as numbers. Raises ConfigError."""
+    if text is None:
+        return None
+    try:
+        x, y, z, yaw = (float(part) for part in text.split(","))
+    except ValueError:
+        raise ConfigError(f"--sit {text}: give X,Y,Z,YAW in m and degrees") from None
+    if not np.isfinite([x, y, z, yaw]).all() or z <= 0.0:
+        raise ConfigError(f"--sit {text}: finite numbers, Z above 0")
+    return x, y, z, yaw
+
+
+def show(command: ObjectsShow) -> int:
+    """Write the contact sheet, the page, or both."""
+    from console.objects import page, sheet
+
+    if command.sheet is None and command.html is None:
+        raise ConfigError("objects show: give --sheet FILE.png, --html FILE.html or both")
+    pieces = collection.pieces(command.objects)
+    if command.category is not None:
+        if command.category not in REGISTRY:
+            raise ChoiceError("--category", command.category, list(REGISTRY))
+        pieces = tuple(p for p in pieces if p.category == command.category)
+    if not pieces:
+        raise PieceError("no pieces of this class among those chosen")
+    if command.limit > 0:
+        # evenly over the selection, so that every class is shown
+        at = np.linspace(0, len(pieces) - 1, min(command.limit, len(pieces))).round().astype(int)
+        pieces = tuple(pieces[i] for i in at)
+    if command.sheet is not None:
+        sheet.write(command.sheet, pieces)
+    if command.html is not None:
+        page.write(command.html, pieces)
+    for path in (command.sheet, command.html):
+        if path is not None:
+            screen().print(f"{len(pieces)} pieces in {path}")
+    return 0
+
+
+def report(rows: list[dict[str, Any]], as_json: bool) -> None:
+    """Print rows as JSON, or as a table with the refusals below it."""
+    if as_json:
+        print(json.dumps(rows, indent=2))
+        return
+    table = Table("piece", "class", "size m", "parts", "seat m", "lie", "mass kg", "licence")
+    for row in rows:
+        if row["refused"]:
+            continue
+        table.add_row(
+            row["piece"],
+            row["category"],
+            " x ".join(f"{x:.2f}" for x in row["size_m"]),
+            str(row["hulls"]),
+            ", ".join(f"{place['height_m']:.2f}" for place in row["sit"]),
+            "yes" if row["lie"] else "",
+            f"{row['mass_kg']:.1f}",
+            row["licence"],
+        )
+    output = screen()
+    output.print(table)
+    counts = Counter(row["category"] for row in rows if not row["refused"])
+    output.print(", ".join(f"{count} {name}" for name, count in counts.items()))
+    for row in rows:
+        for place in row["sit"]:
+            if place["slips_at"]:
+                told = ", ".join(f"{scale:g}" for scale in place["slips_at"])
+                output.print(f"{row['piece']}: a ragdoll does not stay seated at scale {told}")
+        if row["refused"]:
+            output.print(f"refused: {row['refused']}", markup=False)
+
+
+def outcome_row(outcome: Outcome) -> dict[str, Any]:
+    """An imported mesh's line."""
+    piece = outcome.piece()
+    if piece is not None:
+        return listed(piece)
+    return {
+        "piece": outcome.name,
+        "category": None,
+        "size_m": None,
+        "hulls": 0,
+        "sit": [],
+        "lie": [],
+        "refused": outcome.refused,
+    }
+
+
+def listed(piece: Piece) -> dict[str, Any]:
+    """One piece's line, in the form that console.md gives `objects check --json`."""
+    lie = piece.lie
+    return {
+        "piece": piece.name,
+        "category": piece.category,
+        "size_m": [round(x, 4) for x in piece.size_m],
+        "hulls": len(piece.boxes),
+        "sit": [
+            {
+                "point_m": [round(x, 4) for x in place.point_m],
+                "height_m": round(place.point_m[2], 4),
+                "facing_deg": round(float(np.rad2deg(place.facing_rad)), 2),
+                "rests_at": place.rests_at,
+                "slips_at": slips_at(place),
+            }
+            for place in piece.sit
+        ],
+        "lie": []
+        if lie is None
+        else [
+            {
+                "hip_m": [round(x, 4) for x in lie.hip_m],
+                "head_m": [round(x, 4) for x in lie.head_m],
+            }
+        ],
+        "mass_kg": round(piece.mass_kg, 2),
+        "licence": piece.licence,
+        "credit": piece.credit,
+        "refused": None,
+    }

@@ -1,0 +1,228 @@
+"""The page: the scene in 3-D, time, what is measured, the ghost and what can be saved."""
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import torch
+import viser
+
+from console.play import saving
+from console.play.browser.drawing import Drawn
+from console.play.browser.ghost import Ghost, GhostBody
+from console.play.browser.plots import Plots
+from console.play.live import Live
+from console.play.player import SPEEDS
+from console.play.server import Server
+from console.play.session import Session
+from console.play.source import HZ
+from world.errors import InhabitError
+from world.realism.measures import Motion
+
+#: Every so many ticks (of 1/30 s) the controls, the plots and the ghost are brought up to date.
+_CONTROLS, _PLOTS, _GHOST = 6, 12, 3
+#: What the camera looks at at first, on the floor, m: between the start and the goal.
+_MIDDLE_M = (1.2, 0.0)
+
+
+class View:
+    """All open pages of a session; `tick` in one thread, callbacks in viser's."""
+
+    def __init__(self, server: Server, session: Session, title: str) -> None:
+        self.server, self.session, self.title = server, session, title
+        self.ghost: Ghost | None = None
+        self._opened, self._ticks = -1, 0
+        self._stale = True  # what is drawn now and then is behind the frame
+        self._drawn: Drawn | None = None
+        self._plots: Plots | None = None
+        self._stage()
+        self.status = server.gui.add_markdown("")
+        self._time_controls()
+        panel = server.gui.add_panel()
+        self._measured = panel.add_tab("measured")
+        panel.dock_left()
+        panel.set_width(330)
+
+    def _stage(self) -> None:
+        scene = self.server.scene
+        scene.configure_environment_map("studio", environment_intensity=0.5)
+        self._world = scene.add_frame("/world", show_axes=False)
+        scene.add_grid(
+            "/world/floor",
+            40.0,
+            40.0,
+            cell_size=0.5,
+            section_size=1.0,
+            plane_color=(226, 228, 231),
+            plane_opacity=1.0,
+            cell_color=(214, 216, 219),
+            cell_thickness=0.6,
+            section_color=(200, 203, 208),
+            section_thickness=0.8,
+            fade_distance=16.0,
+            shadow_opacity=0.35,
+        )
+        self._ghost_body = GhostBody()
+        self._ghost = Drawn(self.server, "/world/ghost", self._ghost_body.model, ghost=True)
+        self._ghost.show(False)
+        camera = self.server.initial_camera
+        camera.position, camera.look_at, camera.up = (1.2, -3.4, 1.5), (*_MIDDLE_M, 0.7), (0, 0, 1)
+
+    def _time_controls(self) -> None:
+        gui, session = self.server.gui, self.session
+        with gui.add_folder("Time"):
+            self._play = gui.add_button("Pause")
+            self._slider = gui.add_slider("frame", 0, 1, 1, 0, hint="1/30 s each")
+            self._newest = gui.add_button("To the newest")
+            self._branch = gui.add_button(
+                "Go on from here", hint="what came after this frame is forgotten"
+            )
+            self._speed = gui.add_dropdown(
+                "speed", tuple(f"{s:g}" for s in SPEEDS), initial_value="1"
+            )
+            self._follow = gui.add_checkbox("follow the character", False)
+
+        def toggle(_: Any) -> None:
+            session.player.play(not session.player.playing)
+
+        def scrub(_: Any) -> None:
+            session.player.seek(int(self._slider.value))
+
+        def newest(_: Any) -> None:
+            session.player.seek(session.player.last)
+
+        self.on(self._play, toggle)
+        self.on(self._slider, scrub)
+        self.on(self._newest, newest)
+        self.on(self._branch, lambda _: session.player.branch())
+        self.on(self._follow, lambda _: None)
+        self.on(self._speed, lambda _: session.player.run(float(self._speed.value)))
+
+    def offer_saving(self) -> None:
+        """The folder of what can be kept."""
+        gui = self.server.gui
+        with gui.add_folder("Save"):
+            page = gui.add_button("As a page (HTML)", hint="one file: replay and curves")
+            recording = gui.add_button("As a recording (.msgpack)")
+
+        def send(event: Any, kind: str, content: bytes) -> None:
+            event.client.send_file_download(f"inhabit.{kind}", content, save_immediately=True)
+
+        self.on(page, lambda e: send(e, "html", saving.html(self.session.player, self.title)))
+        self.on(recording, lambda e: send(e, "msgpack", saving.msgpack(self.session.player)))
+
+    def offer_ghost(self, find: Callable[[], tuple[Ghost | None, str]]) -> None:
+        """The folder of the nearest mocap. find: gives what finds it, and where it looks or why it
+        cannot; it may take its time and is called in a thread."""
+        gui = self.server.gui
+        with gui.add_folder("Nearest mocap"):
+            self._ghost_on = gui.add_checkbox("show it as a ghost", False, disabled=True)
+            self._match = gui.add_markdown("*reading the clips ...*")
+        self.on(self._ghost_on, lambda _: None)
+
+        def read() -> None:
+            try:
+                ghost, told = find()
+            except InhabitError as error:
+                ghost, told = None, str(error)
+            with self.session.lock:
+                self.ghost, self._match.content = ghost, f"*{told}*"
+                self._ghost_on.disabled = ghost is None
+
+        threading.Thread(target=read, name="ghost", daemon=True).start()
+
+    def on(self, handle: Any, act: Callable[[Any], None]) -> None:
+        """Call `act` when a person uses a control; what it refuses is shown to them."""
+
+        def called(event: Any) -> None:
+            if event.client is None:
+                return  # set by this program
+            try:
+                with self.session.lock:
+                    act(event)
+                    self._ticks = 0
+            except InhabitError as error:
+                event.client.add_notification(
+                    "Not possible", str(error), color="orange", auto_close_seconds=8.0
+                )
+
+        if isinstance(handle, viser.GuiButtonHandle):
+            handle.on_click(called)
+        else:
+            handle.on_update(called)
+
+    def tick(self, seconds: float) -> None:
+        """Let time pass, unless no page is open, and bring the pages up to date."""
+        if not self.server.get_clients():
+            seconds = 0.0
+        with self.session.lock, self.server.atomic():
+            if self._opened != self.session.opened:
+                self._opened = self.session.opened
+                self._draw_anew()
+            player = self.session.player
+            moved = player.advance(seconds)
+            if moved or self._ticks == 0:
+                self._show(player.frame)
+            self._stale = self._stale or bool(moved)
+            if self._ticks % _CONTROLS == 0:
+                self._update_controls()
+            if self._ticks % _GHOST == 0 and (self._stale or self._ticks == 0):
+                self._show_ghost(player.frame)
+            if self._ticks % _PLOTS == 0 and (self._stale or self._ticks == 0):
+                self._draw_plots(player.frame)
+                self._stale = False
+            self._ticks += 1
+
+    def _draw_anew(self) -> None:
+        source = self.session.player.source
+        if self._drawn is not None:
+            self._drawn.remove()
+        self._drawn = Drawn(self.server, "/world/scene", source.model)
+        if self._plots is not None:
+            self._plots.remove()
+        weights = source.scene.task.terms if isinstance(source, Live) else {}
+        with self._measured:
+            self._plots = Plots(self.server, source.curves(), weights)
+        self._ticks = 0
+
+    def _show(self, frame: int) -> None:
+        assert self._drawn is not None
+        source = self.session.player.source
+        self._drawn.put(source.poses(frame))
+        qpos, _ = source.state(frame)
+        # the world moves below the camera, which stays where the user has turned it
+        at = np.array(_MIDDLE_M) - qpos[:2] if self._follow.value else np.zeros(2)
+        self._world.position = (float(at[0]), float(at[1]), 0.0)
+
+    def _update_controls(self) -> None:
+        player = self.session.player
+        self._play.label = "Pause" if player.playing else "Play"
+        if self._slider.max != max(1, player.last):
+            self._slider.max = max(1, player.last)
+        if int(self._slider.value) != player.frame:
+            self._slider.value = player.frame
+        source, frame = player.source, player.frame
+        words = [f"**{frame / HZ:.2f} s** of {player.last / HZ:.2f} s", source.status(frame)]
+        if isinstance(source, Live) and source.ended and frame == player.last:
+            words.append(source.ended)
+        self.status.content = "\n\n".join(word for word in words if word)
+        self._branch.disabled = frame == player.last or not isinstance(source, Live)
+
+    def _draw_plots(self, frame: int) -> None:
+        assert self._plots is not None
+        self._plots.draw(self.session.player.source.curves(), frame)
+
+    def _show_ghost(self, frame: int) -> None:
+        if self.ghost is None:
+            return
+        shown = bool(self._ghost_on.value) and frame > 0
+        self._ghost.show(shown)
+        if not shown:
+            return
+        source = self.session.player.source
+        pair = [source.state(i) for i in (frame - 1, frame)]
+        qpos, qvel = (torch.from_numpy(np.stack([p[i] for p in pair])) for i in (0, 1))
+        match = self.ghost.nearest(Motion(qpos, qvel))
+        self._ghost.put(self._ghost_body.poses(match.qpos))
+        self._match.content = f"{match.clip}, {match.distance:.2f} standard deviations away"

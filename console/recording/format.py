@@ -1,0 +1,155 @@
+"""Episodes as `.msgpack`: full simulator states at every control step, enough to see them again."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from rpc import codec
+from world.errors import InhabitError
+from world.furniture.piece import Box, Piece
+from world.scene.model import PROJECTILE_BODY, Ball, compile_scene
+
+FORMAT = "inhabit-recording"
+VERSION = 1
+ARRAYS = ("qpos", "qvel", "ctrl", "mocap_pos", "mocap_quat", "boxes")
+#: Where a ball is drawn that is out of the scene, m: each coordinate.
+AWAY_M = -32.0
+#: Arrays that recordings of the first version lack.
+MORE = ("balls", "cargo", "stand")
+
+
+class RecordingError(InhabitError):
+    """A recording that cannot be read or written."""
+
+
+@dataclass(frozen=True)
+class Take:
+    """One scene over T control steps, in the world frame (metres, quaternions w, x, y, z).
+
+    `mocap_pos` [T, 3] and `mocap_quat` [T, 4] place the piece of furniture; `boxes` [k, 10] is its
+    shape, scale applied: centre (3), half edges (3) and rotation (4) of each box in its own frame,
+    so that a recording can be drawn without the catalogue that it came from.
+    """
+
+    qpos: NDArray[np.float64]
+    qvel: NDArray[np.float64]
+    ctrl: NDArray[np.float64]
+    mocap_pos: NDArray[np.float64]
+    mocap_quat: NDArray[np.float64]
+    boxes: NDArray[np.float64]
+    piece: str
+    scale: float
+    meta: dict[str, Any] = field(default_factory=dict)
+    balls: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0, 3)))
+    """[T, k, 3] m: projectiles in the scene, not a number while they are out of it; [0, 0, 3] or
+    [T, 0, 3] without any."""
+    cargo: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    """[3] m: half edges of a box to carry, whose pose then follows the character's coordinates in
+    qpos [T, 50]; [0] without one."""
+    stand: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    """[3] m: the middle of the top of the stand that the box goes to; [0] without a box."""
+
+    def __len__(self) -> int:
+        return len(self.qpos)
+
+
+def boxes_of(piece: Piece | None) -> NDArray[np.float64]:
+    """The boxes of a piece as rows [k, 10]; none for an empty scene."""
+    return rows_of(piece.boxes if piece is not None else ())
+
+
+def rows_of(boxes: Sequence[Box]) -> NDArray[np.float64]:
+    """Boxes as rows [k, 10]."""
+    rows = [[*box.centre_m, *box.half_m, *box.quat] for box in boxes]
+    return np.array(rows, np.float64).reshape(-1, 10)
+
+
+def model_of(take: Take) -> mujoco.MjModel:
+    """The simulator's model of the scene that a take was recorded in."""
+    rows = [[float(x) for x in row] for row in take.boxes]
+    boxes = tuple(
+        Box((r[0], r[1], r[2]), (r[3], r[4], r[5]), (r[6], r[7], r[8], r[9])) for r in rows
+    )
+    piece = Piece(take.piece or "piece", "", boxes, (), 0.0) if boxes else None
+    cargo = None
+    if len(take.cargo):
+        x, y, z = take.cargo.tolist()
+        cargo = Piece("box", "box", (Box((0.0, 0.0, 0.0), (x, y, z)),), (), 1.0)
+    ball = Ball(radius_m=float(take.meta.get("ball_radius_m", Ball().radius_m)))
+    return compile_scene(piece, (ball,) * take.balls.shape[1], cargo)
+
+
+def pose(model: mujoco.MjModel, data: mujoco.MjData, take: Take, frame: int) -> None:
+    """Put everything of a take's scene where it was at a control step, and compute the bodies'
+    poses; coordinates that are no numbers count as 0."""
+    data.qpos[: take.qpos.shape[1]] = np.nan_to_num(take.qpos[frame])
+    data.mocap_pos[0], data.mocap_quat[0] = take.mocap_pos[frame], take.mocap_quat[frame]
+    if len(take.stand):
+        data.mocap_pos[1] = take.stand
+    for index, at in enumerate(take.balls[frame] if take.balls.shape[1] else ()):
+        joint = model.body(f"{PROJECTILE_BODY}{index}").jntadr[0]
+        address = int(model.jnt_qposadr[joint])
+        data.qpos[address : address + 3] = np.where(np.isnan(at), AWAY_M, at)
+    mujoco.mj_kinematics(model, data)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Takes of one task, with what made them (`meta`: task, control_hz, checkpoint, reason)."""
+
+    takes: list[Take]
+    meta: dict[str, Any]
+
+
+def write(path: Path, recording: Recording) -> None:
+    """Write a recording atomically."""
+    takes = [
+        {name: getattr(take, name) for name in (*ARRAYS, *MORE, "piece", "scale", "meta")}
+        for take in recording.takes
+    ]
+    packed = codec.pack(
+        {"format": FORMAT, "version": VERSION, "meta": recording.meta, "takes": takes}
+    )
+    temporary = path.with_name(f".{path.name}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary.write_bytes(packed)
+        temporary.replace(path)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise RecordingError(f"cannot write {path}: {error.strerror}") from error
+
+
+def read(path: Path) -> Recording:
+    """Read a recording; RecordingError for anything that is not one, whole."""
+    try:
+        packed = path.read_bytes()
+    except OSError as error:
+        raise RecordingError(f"cannot read {path}: {error.strerror}") from error
+    try:
+        value = codec.unpack(packed)
+    except Exception as error:
+        raise RecordingError(f"{path} is damaged or not a recording ({error})") from error
+    if not isinstance(value, dict) or value.get("format") != FORMAT:
+        raise RecordingError(f"{path} is not a recording of this program")
+    if value.get("version") != VERSION:
+        raise RecordingError(f"{path} has version {value.get('version')}; this reads {VERSION}")
+    try:
+        takes = [
+            Take(
+                **{name: np.asarray(take[name], np.float64) for name in ARRAYS},
+                piece=str(take["piece"]),
+                scale=float(take["scale"]),
+                meta=take["meta"],
+                **{name: np.asarray(take[name], np.float64) for name in MORE if name in take},
+            )
+            for take in value["takes"]
+        ]
+    except (KeyError, TypeError, ValueError) as error:
+        raise RecordingError(f"{path} lacks part of a recording ({error})") from error
+    return Recording(takes, value["meta"])

@@ -1,0 +1,100 @@
+"""The machine a result was made on: cores, memory, versions, commit."""
+
+import importlib.metadata
+import os
+import platform
+import subprocess
+from pathlib import Path
+from typing import Any
+
+PACKAGES = ("mujoco", "torch", "numpy", "ray", "grpcio", "protobuf", "safetensors", "msgpack")
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def memory_gb() -> float:
+    """Physical memory, GB."""
+    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1e9
+
+
+def resident_gb(pid: int | str = "self") -> float:
+    """Resident memory of one process, GB; 0 where the system does not say."""
+    try:
+        pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
+    except (OSError, ValueError, IndexError):
+        return 0.0
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e9
+
+
+def family() -> set[int]:
+    """This process and all its descendants."""
+    parents: dict[int, int] = {}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = stat.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue  # it has ended
+        parents[int(stat.parent.name)] = int(fields[1])
+    known = {os.getpid()}
+    while found := {pid for pid, parent in parents.items() if parent in known} - known:
+        known |= found
+    return known
+
+
+def family_gb() -> float:
+    """Resident memory of this process and all its descendants, GB (shared pages count in each)."""
+    return sum(resident_gb(pid) for pid in family())
+
+
+def processor() -> str:
+    """The processor's name."""
+    try:
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                return line.split(":", 1)[1].strip()
+    except OSError:
+        pass
+    return platform.processor() or platform.machine()
+
+
+def versions() -> dict[str, str | None]:
+    """Installed versions of the packages that the numbers depend on; None where missing."""
+    found: dict[str, str | None] = {}
+    for name in PACKAGES:
+        try:
+            found[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            found[name] = None
+    return found
+
+
+def commit() -> str | None:
+    """The git commit of the working tree, `+` after it when changed; None outside a repository."""
+    root = Path(__file__).resolve().parents[2]
+    try:
+        head = _git(root, "rev-parse", "HEAD")
+        return head + ("+" if _git(root, "status", "--porcelain", "-uno") else "")
+    except (OSError, subprocess.SubprocessError):
+        return None
+
+
+def _git(root: Path, *arguments: str) -> str:
+    done = subprocess.run(
+        ["git", "-C", str(root), *arguments], capture_output=True, text=True, timeout=10, check=True
+    )
+    return done.stdout.strip()
+
+
+def describe() -> dict[str, Any]:
+    """Everything about the machine that a figure should be read with."""
+    return {
+        "processor": processor(),
+        "cores": cores(),
+        "memory_gb": round(memory_gb(), 1),
+        "system": platform.platform(),
+        "python": platform.python_version(),
+        "versions": versions(),
+    }

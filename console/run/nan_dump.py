@@ -1,0 +1,97 @@
+"""Keeps the last second of every scene, and writes it down when a scene stops being finite."""
+
+from collections import deque
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from console.recording import format as recording
+from console.recording.format import Recording, RecordingError, Take, boxes_of
+from world.character.model import CONTROL_HZ
+from world.episodes.shard import Shard, Step
+from world.furniture.piece import Piece
+from world.scene.box import STAND
+
+#: Control steps kept, and recordings written at most: a broken run must not fill the disk.
+KEPT, MOST = 30, 20
+
+
+class BlackBox:
+    """A shard that leaves `broken-SCENE-CLOCK.msgpack` in a folder for a scene that blew up."""
+
+    def __init__(self, shard: Shard, scenes: range, pieces: Sequence[Piece], folder: Path) -> None:
+        self._shard, self._scenes, self._pieces, self._folder = shard, scenes, pieces, folder
+        self._states: deque[dict[str, Tensor]] = deque(maxlen=KEPT)
+        self._written = 0
+
+    @property
+    def clock(self) -> int:
+        """The shard's."""
+        return self._shard.clock
+
+    def observe(self) -> tuple[Tensor, Tensor]:
+        """As the shard's."""
+        return self._shard.observe()
+
+    def step(self, action: Tensor) -> Step:
+        """As the shard's; a scene that it gave up is written down."""
+        self._states.append(self._shard.state_dict())
+        step = self._shard.step(action)
+        if not bool(step.finite.all()):
+            for scene in torch.nonzero(~step.finite).flatten().tolist():
+                self._dump(scene, action[scene])
+        return step
+
+    def _dump(self, scene: int, action: Tensor) -> None:
+        if self._written >= MOST:
+            return
+        self._written += 1
+        name = f"broken-{self._scenes[scene]}-{self.clock}.msgpack"
+        meta = {
+            "reason": "not finite",
+            "control_hz": CONTROL_HZ,
+            "scene": self._scenes[scene],
+            "clock": self.clock,
+            "last_action": action.tolist(),
+        }
+        try:
+            recording.write(self._folder / name, Recording([self._take(scene)], meta))
+        except RecordingError:
+            self._written = MOST  # the disk is full: training goes on without recordings
+
+    def _take(self, scene: int) -> Take:
+        """The scene's states of this episode, oldest first; the last is that before the blow-up."""
+        last = self._states[-1]
+        frames = [s for s in self._states if s["episode"][scene] == last["episode"][scene]]
+
+        def column(name: str) -> NDArray[np.float64]:
+            return np.stack([frame[f"physics_{name}"][scene].numpy() for frame in frames])
+
+        piece = self._pieces[int(last["variant"][scene])]
+        cargo = piece.category == "box"
+        return Take(
+            column("qpos"),
+            column("qvel"),
+            column("ctrl"),
+            column("mocap_pos")[:, 0],
+            column("mocap_quat")[:, 0],
+            boxes_of(STAND if cargo else piece),
+            piece.name,
+            1.0,  # the piece's boxes have their scale already
+            {},
+            cargo=np.array(piece.boxes[0].half_m) if cargo else np.zeros(0),
+            stand=column("mocap_pos")[-1, 1] if cargo else np.zeros(0),
+        )
+
+    def state_dict(self) -> dict[str, Tensor]:
+        """As the shard's."""
+        return self._shard.state_dict()
+
+    def load_state_dict(self, state: dict[str, Tensor]) -> None:
+        """As the shard's; what was kept belongs to another time."""
+        self._states.clear()
+        self._shard.load_state_dict(state)

@@ -1,0 +1,220 @@
+"""`inhabit export`: a policy as ONNX, normaliser baked in, and compared with the original.
+
+Inputs `state` [n, 114] and `goal` [n, G], outputs `action` [n, 28] and `target` [n, 28] (servo
+targets, rad), float32; the metadata is what the policy service's Describe says, as JSON.
+"""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from google.protobuf import json_format
+from numpy.typing import NDArray
+
+from console.commands import Export
+from console.serving import loading
+from policy.checkpoints.served import ACTIONS, STATE_WIDTH, Served
+from policy.model.networks import hidden_widths
+from policy.service import description
+from world.errors import InhabitError
+
+OPSET = 17
+TOLERANCE = 1e-5
+#: Rows of the comparison.
+ROWS = 4096
+EXTRA = "export needs the packages onnx and onnxruntime: pip install 'inhabit[export]'"
+
+
+class ExportError(InhabitError):
+    """A policy that cannot be exported, or whose export gives other actions."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The largest absolute differences between ONNX Runtime's outputs and the policy's own."""
+
+    action: float
+    target_rad: float
+
+
+def export_command(command: Export) -> int:
+    """Write the file, once it has been compared; returns the exit code."""
+    path = loading.checkpoint_of(command.source, command.checkpoint)
+    served = loading.served(loading.task_of(path), path).check()
+    found = export(served, command.out)
+    size, worst = command.out.stat().st_size / 1e6, max(found.action, found.target_rad)
+    print(
+        f"{command.out}: {served.task.name} {served.version}, {size:.1f} MB; "
+        f"ONNX Runtime agrees to {worst:.1e} over {ROWS} states"
+    )
+    return 0
+
+
+def export(served: Served, out: Path) -> Difference:
+    """Write a policy as ONNX; ExportError, and no file, where it would differ beyond TOLERANCE."""
+    partial = out.with_name(f".{out.name}.{os.getpid()}")
+    try:
+        partial.write_bytes(model_of(served))
+        found = compare(served, partial)
+        worst = max(found.action, found.target_rad)
+        if not worst <= TOLERANCE:
+            raise ExportError(
+                f"ONNX Runtime gives actions that differ by {worst:.1e}, at most {TOLERANCE:g} is "
+                "allowed: nothing was written"
+            )
+        partial.replace(out)
+    except OSError as error:
+        raise ExportError(f"cannot write {out}: {error.strerror}") from error
+    finally:
+        partial.unlink(missing_ok=True)
+    return found
+
+
+def model_of(served: Served) -> bytes:
+    """The ONNX model: the mirror, where the policy knows one side alone; normalise, clip, the
+    perceptron with what skips it, and the servo targets."""
+    try:
+        from onnx import TensorProto, checker, helper, numpy_helper
+    except ImportError as error:
+        raise ExportError(EXTRA) from error
+    policy, servos = served.policy, served.servos
+    weights = {name: tensor.float().numpy() for name, tensor in policy.actor.state_dict().items()}
+    constants: dict[str, NDArray[np.float32]] = {
+        "mean": policy.mean.numpy(),
+        "std": policy.std.numpy(),
+        "clip_low": _scalar(-policy.clip),
+        "clip_high": _scalar(policy.clip),
+        "action_low": _scalar(-servos.clip),
+        "action_high": _scalar(servos.clip),
+        **{name: getattr(servos, name).numpy() for name in ("offset", "scale", "low", "high")},
+    }
+    indices: dict[str, NDArray[np.int64]] = {}
+    nodes = [helper.make_node("Concat", ["state", "goal"], ["observation"], axis=1)]
+    seen, said = "observation", "action"
+    if policy.symmetry is not None and policy.symmetry.sides is not None:
+        seen, said = "seen", "said"
+        for name, value in policy.symmetry.tensors().items():
+            whole = not value.is_floating_point()
+            (indices if whole else constants)[name] = value.numpy()
+        parts = ["x", "y", "second_x", "second_y"]
+        constants["nothing"] = np.zeros(1, np.float32)
+        nodes += [
+            helper.make_node("Gather", ["observation", "sides"], ["directions"], axis=1),
+            helper.make_node("Split", ["directions"], parts, axis=1),
+            helper.make_node("Mul", ["x", "second_y"], ["to_left"]),
+            helper.make_node("Mul", ["y", "second_x"], ["to_right"]),
+            helper.make_node("Sub", ["to_left", "to_right"], ["side"]),
+            helper.make_node("Less", ["side", "nothing"], ["right"]),
+            *_mirrored("observation", "observation", "seen"),
+        ]
+    nodes += [
+        helper.make_node("Sub", [seen, "mean"], ["centred"]),
+        helper.make_node("Div", ["centred", "std"], ["scaled"]),
+        helper.make_node("Clip", ["scaled", "clip_low", "clip_high"], ["x0"]),
+    ]
+    skip = weights.pop("skip.weight", None)
+    layers = sorted({int(name.split(".")[1]) for name in weights})
+    for number, layer in enumerate(layers):
+        last = layer == layers[-1]
+        for part in ("weight", "bias"):
+            constants[f"{part}{number}"] = weights[f"layers.{layer}.{part}"]
+        out = f"y{number}" if skip is not None or not last else said
+        inputs = [f"x{number}", f"weight{number}", f"bias{number}"]
+        nodes.append(helper.make_node("Gemm", inputs, [out], transB=1))
+        if not last:
+            nodes.append(helper.make_node("Relu", [out], [f"x{number + 1}"]))
+    if skip is not None:
+        constants["skip"] = skip
+        bent = f"y{len(layers) - 1}"
+        nodes.append(helper.make_node("Gemm", ["x0", "skip", bent], [said], transB=1))
+    if said != "action":
+        nodes += _mirrored("action", said, "action")
+    nodes += [
+        helper.make_node("Clip", ["action", "action_low", "action_high"], ["clipped"]),
+        helper.make_node("Mul", ["clipped", "scale"], ["moved"]),
+        helper.make_node("Add", ["moved", "offset"], ["wanted"]),
+        helper.make_node("Min", ["wanted", "high"], ["below"]),
+        helper.make_node("Max", ["below", "low"], ["target"]),
+    ]
+
+    def rows(name: str, width: int) -> Any:
+        return helper.make_tensor_value_info(name, TensorProto.FLOAT, ["n", width])
+
+    graph = helper.make_graph(
+        nodes,
+        served.name,
+        [rows("state", STATE_WIDTH), rows("goal", served.width - STATE_WIDTH)],
+        [rows("action", ACTIONS), rows("target", ACTIONS)],
+        [
+            numpy_helper.from_array(np.ascontiguousarray(value, dtype=np.float32), name)
+            for name, value in constants.items()
+        ]
+        + [numpy_helper.from_array(value, name) for name, value in indices.items()],
+    )
+    model = helper.make_model(
+        graph, opset_imports=[helper.make_opsetid("", OPSET)], producer_name="inhabit"
+    )
+    model.ir_version = 10  # what runtimes of the last years read
+    helper.set_model_props(model, metadata(served))
+    checker.check_model(model, full_check=True)
+    return model.SerializeToString()
+
+
+def _mirrored(what: str, given: str, out: str) -> list[Any]:
+    """Nodes that give `out`: the mirror image of `given`, an observation or an action, where
+    `right` says so."""
+    from onnx import helper
+
+    return [
+        helper.make_node("Gather", [given, f"{what}_index"], [f"{what}_swapped"], axis=1),
+        helper.make_node("Mul", [f"{what}_swapped", f"{what}_sign"], [f"{what}_image"]),
+        helper.make_node("Where", ["right", f"{what}_image", given], [out]),
+    ]
+
+
+def metadata(served: Served) -> dict[str, str]:
+    """What the service's Describe says of the policy, and a few words of it by themselves."""
+    found = description.policy(served)
+    everything = description.everything([found], limits=None)
+    return {
+        "describe": json_format.MessageToJson(everything, preserving_proto_field_name=True),
+        "task": served.task.name,
+        "version": served.version,
+        "checkpoint": served.digest,
+        "training_data": found.training_data,
+        "licence": found.licence,
+        "hidden": ",".join(map(str, hidden_widths(dict(served.policy.actor.state_dict()))[2])),
+    }
+
+
+def compare(served: Served, file: Path) -> Difference:
+    """ONNX Runtime against the policy itself in float32, on states spread as the normaliser saw."""
+    try:
+        import onnxruntime
+    except ImportError as error:
+        raise ExportError(EXTRA) from error
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = 1
+    session = onnxruntime.InferenceSession(str(file), options, ["CPUExecutionProvider"])
+    draw = torch.Generator().manual_seed(0)
+    policy = served.policy
+    spread = 2.0 * torch.randn(ROWS, served.width, generator=draw)
+    observation = policy.mean + policy.std * spread
+    state, goal = (
+        part.contiguous().numpy()
+        for part in observation.split([STATE_WIDTH, served.width - STATE_WIDTH], dim=1)
+    )
+    action, target = session.run(["action", "target"], {"state": state, "goal": goal})
+    own = policy(*observation.split([STATE_WIDTH, served.width - STATE_WIDTH], dim=1))
+    wanted = served.servos.targets(own)
+    return Difference(
+        float(np.abs(np.asarray(action) - own.numpy()).max()),
+        float(np.abs(np.asarray(target) - wanted.numpy()).max()),
+    )
+
+
+def _scalar(value: float) -> NDArray[np.float32]:
+    return np.array(value, dtype=np.float32)

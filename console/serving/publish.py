@@ -1,0 +1,120 @@
+"""`inhabit publish`: a run's policy as a small folder to evaluate, start from and cite.
+
+The folder is a checkpoint of the policy alone, so that `evaluate`, `video` and `--init` take it as
+they take a run; its manifest says what the weights were trained on, and under which licence.
+"""
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from console.commands import Publish
+from console.run import assembly
+from console.run.directory import RunDirectory, RunError, checkpoint_folder, run_of
+from console.run.experiment import to_json
+from policy.checkpoints.format import Layout, Manifest, read, write
+from policy.checkpoints.run_checkpoints import RunCheckpoints
+from policy.model.averaging import mean_policy
+from policy.model.normaliser import NormaliserConfig
+from world.errors import ConfigError
+
+#: Lines of metrics that a published folder keeps, evenly spread over the run.
+_LINES = 200
+_UNDISTURBED = "evaluation.json"
+_HEADLINE = (
+    "task",
+    "trials",
+    "seed",
+    "objects",
+    "perturbation",
+    "success",
+    "sustained",
+    "falls",
+)
+
+
+def publish_command(command: Publish) -> int:
+    """Write the folder; returns the exit code."""
+    if command.out.exists() and not command.replace:
+        raise RunError(f"{command.out} exists: add --replace, or name another folder")
+    path = checkpoint_folder(command.source)
+    found = read(path, ("policy",))
+    experiment = assembly.experiment_of(found.manifest, path)
+    averaged = _last(path, command.average, found.manifest.layout)
+    if len(averaged) > 1:
+        limits = NormaliserConfig(
+            experiment.ppo.observation_clip, experiment.ppo.observation_std_floor
+        )
+        policies = [read(one, ("policy",)).state["policy"] for one in averaged]
+        found.state["policy"] = mean_policy(policies, limits)
+    # where clips and pieces lay on this machine is nobody's business: the notes name them
+    world = replace(experiment.world, motions=(), objects=())
+    notes = {
+        "experiment": json.dumps(to_json(replace(experiment, world=world))),
+        "data": command.data,
+        "licence": command.licence,
+    }
+    if len(averaged) > 1:
+        notes["average"] = f"of checkpoints {', '.join(one.name for one in averaged)}"
+    evaluations = _evaluations(command.evaluation)
+    if _UNDISTURBED in evaluations:
+        notes["evaluation"] = json.dumps(_headline(evaluations[_UNDISTURBED]))
+    manifest = Manifest(
+        found.manifest.layout, found.manifest.iteration, found.manifest.samples, notes
+    )
+    write(command.out, found.state, manifest)
+    for file in command.out.iterdir():
+        file.chmod(0o644)  # written for their owner alone, published for everybody
+    metrics = RunDirectory(command.source).metrics
+    if metrics.exists():
+        lines = metrics.read_text().splitlines()
+        step = max(1, len(lines) // _LINES)
+        (command.out / "metrics.jsonl").write_text("\n".join(lines[::step]) + "\n")
+    for name, figures in evaluations.items():
+        own = figures | {"checkpoint": command.out.name}
+        (command.out / name).write_text(json.dumps(own, indent=1) + "\n")
+    print(f"{command.out}: {found.manifest.samples / 1e6:.1f} M samples, {command.licence}")
+    return 0
+
+
+def _last(path: Path, count: int, layout: Layout) -> list[Path]:
+    """A checkpoint and those before it in its run, `count` in all, oldest first."""
+    if count < 1:
+        raise ConfigError(f"--average {count}: publish at least one checkpoint")
+    if count == 1:
+        return [path]
+    run = run_of(path)
+    before = [] if run is None else RunCheckpoints(run.checkpoints, layout).all()
+    kept = [one for one in before if int(one.name) <= int(path.name)]
+    if len(kept) < count:
+        raise RunError(
+            f"--average {count}: only {max(1, len(kept))} up to {path}; a run keeps as many as"
+            " 'train --keep' says"
+        )
+    return kept[-count:]
+
+
+def _evaluations(paths: Sequence[Path]) -> dict[str, dict[str, Any]]:
+    """What `inhabit evaluate --json` wrote, by the name of the file that it is published as: one of
+    each perturbation."""
+    found: dict[str, dict[str, Any]] = {}
+    for path in paths:
+        try:
+            figures = json.loads(path.read_text())
+            kind = _headline(figures)["perturbation"]
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise ConfigError(
+                f"{path} is no evaluation of `inhabit evaluate --json`: {error}"
+            ) from error
+        name = _UNDISTURBED if kind == "none" else f"evaluation-{kind}.json"
+        if name in found:
+            raise ConfigError(f"{path}: a second evaluation with perturbation {kind}: name one")
+        found[name] = figures
+    return found
+
+
+def _headline(figures: dict[str, Any]) -> dict[str, Any]:
+    """What a reader of the manifest looks for."""
+    return {name: figures[name] for name in _HEADLINE}

@@ -1,0 +1,57 @@
+"""`inhabit synthesize`: a scene in, a motion of a run's policy out, as files."""
+
+import itertools
+
+import torch
+from rich.progress import Progress
+
+from console.commands import Synthesize
+from console.serving import loading
+from console.synthesis import files
+from console.synthesis import request as scene_request
+from console.synthesis.motion import Motion, simulate
+from console.terminal import screen
+from policy.checkpoints.served import Served
+from world.character import model as character
+from world.errors import ConfigError
+
+_SEEDS = 1 << 31
+
+
+def synthesize_command(command: Synthesize) -> int:
+    """Simulate, write every file that is asked for, say what happened; returns the exit code."""
+    files.check(command.out, command.overwrite)
+    if command.tries < 1:
+        raise ConfigError(f"--tries {command.tries}: choose at least 1")
+    if command.seed is not None and not 0 <= command.seed < _SEEDS:
+        raise ConfigError(f"--seed {command.seed}: choose 0 to {_SEEDS - 1}")
+    torch.set_num_threads(1)
+    path = loading.checkpoint_of(command.source, command.checkpoint)
+    served = loading.served(loading.task_of(path), path)
+    motion = tried(command, served)
+    print(f"{motion.piece}: {motion.told()}")
+    for file in command.out:
+        files.write(file, motion)
+        print(f"{file}: {len(motion.frames)} frames, {motion.seconds:.1f} s")
+    return 0
+
+
+def tried(command: Synthesize, served: Served) -> Motion:
+    """The first motion that comes to a success without a fall, or the last of the tries.
+
+    The first try acts as the command says; the others draw their actions with the following seeds.
+    """
+    output = screen()
+    request, piece = scene_request.scene(command, served.task, command.seed)
+    frames = round(request.seconds * character.CONTROL_HZ) + 1
+    with Progress(console=output, transient=True, disable=not output.is_terminal) as bar:
+        row = bar.add_task("frames", total=frames)
+        for attempt in itertools.count(1):
+            motion = simulate(request, served, piece, lambda done: bar.update(row, completed=done))
+            if command.tries > 1:
+                how = f"seed {request.seed}" if request.HasField("seed") else "mean actions"
+                output.print(f"try {attempt}, {how}: {motion.told()}")
+            if motion.succeeded or attempt >= command.tries:
+                return motion
+            request.seed = (command.seed or 0) + attempt
+    raise AssertionError("the last try returns")

@@ -1,0 +1,278 @@
+"""`inhabit train`: opens or goes on with a run, and lets the loop learn until told to stop."""
+
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import torch
+
+from console.commands import Train
+from console.run import assembly, machine
+from console.run.directory import RunDirectory, RunError, checkpoint_folder, new_run
+from console.run.experiment import (
+    Experiment,
+    check,
+    differences,
+    read_experiment,
+    to_json,
+    with_learner_threads,
+)
+from console.run.metrics import Recorder, open_recorders, truncate_metrics
+from console.training import dry_run
+from console.training.display import Display, Goal, open_display
+from console.training.runners import open_runner
+from learner.cloning import clone
+from learner.config import LoopConfig
+from learner.loop import Loop
+from learner.ppo import Learner
+from policy.checkpoints.format import read
+from policy.checkpoints.run_checkpoints import RunCheckpoints, read_newest
+from policy.model.transfer import adopt
+from world import tasks
+from world.errors import ConfigError
+from world.furniture import collection
+from world.initial.cloning import pairs
+
+INTERRUPTED = 130
+
+
+def train(command: Train) -> int:
+    """Run `inhabit train`; returns the exit code."""
+    experiment = resolve(command)
+    if command.dry_run:
+        print(dry_run.describe(experiment))
+        return 0
+    run = RunDirectory(command.run) if command.run else new_run(command.task)
+    with run.lock():
+        prepare(run, command, experiment)
+        return learn(run, command, experiment)
+
+
+def resolve(command: Train) -> Experiment:
+    """The experiment that the flags add up to; ConfigError where they contradict one another."""
+    tasks.make(command.task)  # an unknown one is refused first, with the list
+    if command.resume and command.restart:
+        raise ConfigError("--resume and --restart contradict: choose one")
+    if command.resume and command.init:
+        raise ConfigError("--init starts a new run, --resume goes on with one: choose one")
+    if (command.resume or command.restart) and command.run is None:
+        raise ConfigError("--resume and --restart need --run, the run they are about")
+    if command.address and command.runner != "ray":
+        raise ConfigError("--address joins a Ray cluster: add --runner ray")
+    world = replace(command.experiment.world, task=command.task)
+    world = replace(world, episode_s=world.episode_s or tasks.make(command.task).episode_s)
+    if command.motions:
+        world = replace(world, motions=tuple(str(path.resolve()) for path in command.motions))
+    if command.objects:
+        world = replace(world, objects=tuple(_furniture(name) for name in command.objects))
+    experiment = replace(command.experiment, world=world)
+    return check(with_learner_threads(experiment, command.threads or machine.cores()))
+
+
+def _furniture(name: str) -> str:
+    """A split's name as it is, anything else as a whole path."""
+    return name if name in collection.SPLITS else str(Path(name).resolve())
+
+
+def workers(command: Train, experiment: Experiment) -> int:
+    """Rollout workers: as asked, else a core each, but no more than there are blocks of scenes."""
+    wanted = command.actors or command.threads or machine.cores()
+    return wanted if command.actors else min(wanted, experiment.scenes // experiment.block)
+
+
+def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
+    """Make the run directory ready, or refuse it without touching what it holds."""
+    if command.resume:
+        if not run.config.exists():
+            raise RunError(f"{run.path} holds no run to resume: leave out --resume to begin one")
+        # a setting that came after the run began has its default
+        begun = recorded(read_experiment(run))
+        changed = list(differences(begun, recorded(experiment)))
+        if changed:
+            raise RunError(
+                f"{run.path} was begun with other settings, --resume keeps them: "
+                f"{'; '.join(changed)}"
+                " (begin another run with --init to change them)"
+            )
+        checkpoint_folder(run.path)
+        return
+    if run.occupied and not command.restart:
+        raise RunError(f"{run.path} exists: add --resume or --restart, or name another --run")
+    if command.init and checkpoint_folder(command.init).is_relative_to(run.path.resolve()):
+        raise RunError(f"--init {command.init} lies in {run.path}, which begins anew: name another")
+    # furniture of no use and clips that cannot be read are found before the run is, or an old one
+    # is lost
+    assembly.training_pieces(experiment.world)
+    assembly.library_of(experiment.world)
+    if command.restart:
+        run.erase()
+    run.create()
+    run.write_config(
+        {
+            "task": command.task,
+            "seed": experiment.seed,
+            "preset": command.preset,
+            "experiment": recorded(experiment),
+            "machine": machine.describe(),
+            "commit": machine.commit(),
+            "command": sys.argv[1:],
+        }
+    )
+
+
+def recorded(experiment: Experiment) -> dict[str, Any]:
+    """What config.json keeps and --resume compares: all but what the numbers do not depend on."""
+    config = to_json(experiment)
+    config["ppo"].pop("threads")
+    return config
+
+
+def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
+    """Train in a prepared run; a checkpoint is left however it ends, unless it fails."""
+    torch.set_num_threads(1)  # parallelism is by threads and processes, each with one
+    goal = Goal(command.iterations, command.samples, (command.minutes or 0) * 60 or None)
+    with ExitStack() as stack:
+        display = stack.enter_context(open_display(f"{command.task} {run.path}", goal))
+        stopped = stack.enter_context(interrupts(display.note))
+        display.note(f"run {run.path}")
+        if left_out := assembly.training_pieces(experiment.world)[1]:
+            display.note(left_out)
+        runner = stack.enter_context(
+            open_runner(command, experiment, run, workers(command, experiment), display.note)
+        )
+        learner = assembly.learner(experiment)
+        display.note(learner.precision.reason)
+        note = display.note
+        sinks = Sinks(display)
+        checkpoints = RunCheckpoints(
+            run.checkpoints, assembly.layout(experiment), assembly.notes(experiment), command.keep
+        )
+        loop = Loop(
+            learner,
+            runner.fleet,
+            runner.style,
+            sinks,
+            checkpoints,
+            LoopConfig(
+                command.iterations,
+                command.samples,
+                command.checkpoint_every,
+                overlap=experiment.overlap,
+                max_policy_lag=experiment.max_policy_lag,
+                max_style_lag=experiment.max_style_lag,
+            ),
+            list(tasks.make(command.task).terms),
+            runner.starts,
+        )
+        stack.callback(loop.close)
+        begin(loop, run, command, experiment, note)
+        sinks.open(open_recorders(run, learner.samples))
+        stack.callback(sinks.close)
+        deadline = time.monotonic() + command.minutes * 60 if command.minutes else None
+        loop.run(lambda: stopped() or (deadline is not None and time.monotonic() >= deadline))
+        display.note(f"checkpoint {learner.version} in {run.checkpoints}")
+        return INTERRUPTED if stopped() else 0
+
+
+def begin(
+    loop: Loop,
+    run: RunDirectory,
+    command: Train,
+    experiment: Experiment,
+    note: Callable[[str], None],
+) -> None:
+    """Put the loop where it starts from: a checkpoint, another run's networks, or the clips."""
+    learner = loop.learner
+    if command.resume:
+        found, damaged = read_newest(run.checkpoints, assembly.layout(experiment))
+        for line in damaged:
+            note(line)
+        loop.load_state_dict(found.state)
+        dropped = truncate_metrics(run.metrics, learner.version)
+        lines = f", {dropped} lines of metrics dropped" if dropped else ""
+        note(f"resumed from {found.path}{lines}")
+    elif command.init:
+        path = checkpoint_folder(command.init)
+        found, mine = read(path, ("policy",)), assembly.layout(experiment)
+        state, theirs = found.state["policy"], found.manifest.layout
+        if theirs.task == mine.task:
+            mine.require(theirs, str(path))
+        else:
+            alike = tasks.make(command.task).alike
+            state = adopt(state, theirs, mine, alike, str(path))
+        learner.load_policy_state(state)
+        other = "" if theirs.task == mine.task else f", of the task {theirs.task}"
+        note(f"networks and normalisers from {path}{other}")
+    elif experiment.clone_passes:
+        began = time.perf_counter()
+        errors = clone_clips(learner, experiment)
+        note(
+            f"regressed on the clips: error {errors[0]:.3f} -> {errors[-1]:.3f}"
+            f" in {time.perf_counter() - began:.1f} s"
+        )
+
+
+def clone_clips(learner: Learner, experiment: Experiment) -> list[float]:
+    """Regress the learner's actor on its clips; returns the mean squared error of each pass."""
+    world, seed = experiment.world, experiment.seed
+    found = pairs(
+        world,
+        assembly.library_of(world),
+        assembly.training_bank(world),
+        experiment.clone_samples,
+        seed,
+    )
+    inputs, actions = learner.seen(*found)
+    return clone(
+        learner.actor, learner.normaliser, inputs, actions, experiment.clone_passes, seed=seed
+    )
+
+
+class Sinks:
+    """Hands every iteration's metrics to the files and the display."""
+
+    def __init__(self, display: Display) -> None:
+        self._display = display
+        self._recorders: list[Recorder] = []
+
+    def open(self, recorders: list[Recorder]) -> None:
+        """Take files to write to."""
+        self._recorders = recorders
+
+    def record(self, iteration: int, metrics: Mapping[str, float]) -> None:
+        """One iteration's flat metrics."""
+        line = {"iteration": iteration, **metrics, "samples": int(metrics["samples"])}
+        for recorder in self._recorders:
+            recorder.write(line)
+        self._display.show(line)
+
+    def close(self) -> None:
+        """Close the files."""
+        for recorder in self._recorders:
+            recorder.close()
+
+
+@contextmanager
+def interrupts(note: Callable[[str], None]) -> Iterator[Callable[[], bool]]:
+    """Within it, Ctrl-C (or SIGTERM) asks to stop after the iteration; a second one at once."""
+    asked = False
+
+    def handle(_number: int, _frame: FrameType | None) -> None:
+        nonlocal asked
+        if asked:
+            raise KeyboardInterrupt
+        asked = True
+        note("stopping after this iteration; once more to stop at once, without a checkpoint")
+
+    before = {s: signal.signal(s, handle) for s in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield lambda: asked
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

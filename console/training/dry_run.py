@@ -1,0 +1,42 @@
+"""What `train --dry-run` shows: the resolved configuration, the features, the goal, the rewards."""
+
+import io
+import json
+
+from rich.console import Console
+from rich.table import Table
+
+from console.run.experiment import Experiment, to_json
+from world import tasks
+from world.character.features import STATE
+from world.character.features import Table as Features
+
+
+def describe(experiment: Experiment, width: int = 100) -> str:
+    """All tables as text."""
+    console = Console(width=width, record=True, file=io.StringIO())
+    task = tasks.make(experiment.world.task)
+    console.print_json(json.dumps(to_json(experiment)), indent=2)
+    console.print(features(STATE, "state"))
+    console.print(features(task.goal, "goal (policy and value function only)"))
+    rewards = Table("term", "weight", title=f"reward of {task.name}", title_justify="left")
+    for name, weight in task.terms.items():
+        rewards.add_row(name, f"{weight:g}")
+    weights = experiment.ppo
+    rewards.add_section()
+    rewards.add_row("task, of all", f"{weights.task_weight:g}")
+    rewards.add_row("style, of all", f"{weights.style_weight:g}")
+    console.print(rewards)
+    return console.export_text().rstrip()
+
+
+def features(table: Features, title: str) -> Table:
+    """One line a feature: where it stands, its width, frame and unit."""
+    shown = Table(
+        "from", "width", "feature", "frame", "unit",
+        title=f"{title}: {table.width} numbers", title_justify="left",
+    )  # fmt: skip
+    for feature in table:
+        start = table.slice(feature.name).start
+        shown.add_row(str(start), str(feature.width), feature.name, feature.frame, feature.unit)
+    return shown

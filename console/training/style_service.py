@@ -1,0 +1,49 @@
+"""A style service that stands alone, made a training's own before it scores anything."""
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+
+from console.commands.training import StyleAddress
+from console.run import assembly
+from console.run.experiment import Experiment, differences
+from discriminator.client import StyleClient
+from discriminator.errors import StyleError
+from rpc.channel import ChannelConfig
+
+
+def channel_config(style: StyleAddress) -> ChannelConfig:
+    """How the flags say that the service is to be reached."""
+    return ChannelConfig(
+        address=style.address,
+        tls_ca=str(style.tls_ca or ""),
+        tls_cert=str(style.tls_cert or ""),
+        tls_key=str(style.tls_key or ""),
+        token_file=str(style.token_file or ""),
+    )
+
+
+@contextmanager
+def attached(
+    style: StyleAddress, experiment: Experiment, say: Callable[[str], None]
+) -> Iterator[StyleClient]:
+    """The client of a service, which begins where a discriminator of this experiment begins.
+
+    Whatever the service had learned is replaced, so that the numbers are those of a service of the
+    run's own. Raises StyleError where it was started with other settings, RpcError where it cannot
+    be reached.
+    """
+    client = StyleClient(channel_config(style), say)
+    try:
+        theirs = json.loads(client.status().config)
+        ours = json.loads(json.dumps(asdict(experiment.style)))
+        if changed := list(differences(theirs, ours, "style")):
+            raise StyleError(
+                f"the style service at {style.address} has other settings: {'; '.join(changed)}"
+                " (start it for this run: inhabit style RUN)"
+            )
+        client.load_state_dict(assembly.discriminator(experiment).state_dict())
+        yield client
+    finally:
+        client.close()

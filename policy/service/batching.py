@@ -1,0 +1,229 @@
+"""Concurrent requests gathered into one forward pass, for at most a moment."""
+
+import asyncio
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram
+from torch import Tensor
+
+from policy.checkpoints.served import ACTIONS, STATE_WIDTH, Served
+from policy.config import BatchConfig
+from policy.errors import BusyError, RequestError
+from policy.service.batch_size import Company
+from policy.service.situations import SITUATION, observations
+from world.character.features import STATE, Table
+
+_FLOAT = np.dtype("<f4")
+_ROW = ACTIONS * _FLOAT.itemsize
+
+
+class Answer(NamedTuple):
+    """What a request gets."""
+
+    action: bytes
+    """[rows, 28] float32."""
+    target: bytes
+    """[rows, 28] float32, rad."""
+    version: str
+
+
+class Entry(NamedTuple):
+    """A request that waits."""
+
+    rows: int
+    data: bytes
+    """[rows, width] float32: (state, goal) or, where `posed`, situations."""
+    posed: bool
+    noise: np.ndarray | None
+    """[rows, 28] standard normal; None: the mean action."""
+    answer: "asyncio.Future[Answer]"
+    since: float
+
+
+class BatchMetrics:
+    """What the batchers of a service did."""
+
+    def __init__(self, registry: CollectorRegistry) -> None:
+        label = ["policy"]
+        sizes = [1, 2, 4, 8, 16, 32, 64, 128, 256]
+        self.rows = Histogram(
+            "policy_batch_rows", "Rows of a forward pass.", label, registry=registry, buckets=sizes
+        )
+        self.queued = Gauge("policy_queued_rows", "Rows waiting.", label, registry=registry)
+        self.refused = Counter(
+            "policy_refused", "Requests refused because the queue was full.", label,
+            registry=registry,
+        )  # fmt: skip
+        waits = [1e-4, 2.5e-4, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 16e-3, 32e-3, 0.1]
+        self.wait = Histogram(
+            "policy_wait_seconds", "Wait of a batch's first request, its computation included.",
+            label, registry=registry, buckets=waits,
+        )  # fmt: skip
+
+
+class Batcher:
+    """The queue of one policy. Used on one event loop."""
+
+    def __init__(
+        self, served: Callable[[], Served], config: BatchConfig, metrics: BatchMetrics
+    ) -> None:
+        """`served`: gives the version to act with, asked once a batch."""
+        self._served, self._config = served, config
+        self._waiting: deque[Entry] = deque()
+        self._rows = 0
+        self._timer: asyncio.Handle | None = None
+        self._soon = False
+        #: Streams that are open and calls in progress: when each of them has a request waiting, and
+        #: no further calls are likely, nothing is waited for.
+        self.streams = self.calls = 0
+        self._company = Company()
+        name = served().name
+        self._batch_rows, self._queued = metrics.rows.labels(name), metrics.queued.labels(name)
+        self._refused, self._wait = metrics.refused.labels(name), metrics.wait.labels(name)
+
+    @property
+    def queued_rows(self) -> int:
+        """Rows waiting now."""
+        return self._rows
+
+    def submit(
+        self, data: bytes, rows: int, posed: bool, noise: np.ndarray | None
+    ) -> "asyncio.Future[Answer]":
+        """The answer to `rows` rows, to come; see Entry. BusyError where too many wait already."""
+        if self._rows + rows > self._config.max_queued_rows:
+            self._refused.inc()
+            raise BusyError(
+                f"{self._rows} rows are waiting and at most {self._config.max_queued_rows} may: "
+                "ask for fewer at a time, or later"
+            )
+        loop = asyncio.get_running_loop()
+        answer: asyncio.Future[Answer] = loop.create_future()
+        self._waiting.append(Entry(rows, data, posed, noise, answer, time.monotonic()))
+        self._rows += rows
+        full = self._rows >= self._config.max_rows or self._complete()
+        if full and not self._soon:
+            # not at once: what else has arrived is read first
+            self._cancel_timer()
+            self._soon = True
+            loop.call_soon(self._flush)
+        elif not full and self._timer is None and not self._soon:
+            self._timer = loop.call_later(self._config.max_wait_s, self._flush)
+        return answer
+
+    def _complete(self) -> bool:
+        """Whether everyone has asked who is going to."""
+        if len(self._waiting) < self.streams + self.calls:
+            return False
+        return not (self.calls and self._company.missing(self.calls))
+
+    def _cancel_timer(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _flush(self) -> None:
+        """One forward pass for the requests that have waited longest."""
+        self._cancel_timer()
+        self._soon = False
+        if self.calls:
+            self._company.came(self.calls)
+        batch: list[Entry] = []
+        rows = 0
+        while self._waiting and (
+            not batch or rows + self._waiting[0].rows <= self._config.max_rows
+        ):
+            entry = self._waiting.popleft()
+            self._rows -= entry.rows
+            if not entry.answer.done():  # its caller may have gone, or run out of time
+                batch.append(entry)
+                rows += entry.rows
+        if self._waiting:
+            self._soon = True
+            asyncio.get_running_loop().call_soon(self._flush)
+        if not batch:
+            return
+        try:
+            self._answer(batch)
+        except Exception as error:
+            for entry in batch:
+                if not entry.answer.done():
+                    entry.answer.set_exception(error)
+        self._batch_rows.observe(rows)
+        self._queued.set(self._rows)
+        self._wait.observe(time.monotonic() - batch[0].since)
+
+    def _answer(self, batch: list[Entry]) -> None:
+        served = self._served()
+        raw = [entry for entry in batch if not entry.posed]
+        posed = [entry for entry in batch if entry.posed]
+        parts: list[Tensor] = []
+        if raw:
+            rows = _tensor(raw, served.width)
+            if not np.isfinite(rows).all():
+                raw = _refused(raw, rows, served)
+                rows = _tensor(raw, served.width)
+            parts.append(torch.from_numpy(rows))
+        if posed:
+            parts.append(observations(torch.from_numpy(_tensor(posed, SITUATION)), served.task))
+        entries = raw + posed
+        if not entries:
+            return
+        observation = parts[0] if len(parts) == 1 else torch.cat(parts)
+        action = served.act(observation)
+        if any(entry.noise is not None for entry in entries):
+            noise = [
+                np.zeros((entry.rows, ACTIONS), _FLOAT) if entry.noise is None else entry.noise
+                for entry in entries
+            ]
+            action = action + served.sigma * torch.from_numpy(np.concatenate(noise))
+        targets = served.servos.targets(action).numpy().tobytes()
+        actions = action.numpy().tobytes()
+        version, start = served.version, 0
+        for entry in entries:
+            end = start + entry.rows * _ROW
+            entry.answer.set_result(Answer(actions[start:end], targets[start:end], version))
+            start = end
+
+
+def _tensor(entries: list[Entry], width: int) -> np.ndarray:
+    """All rows [n, width], float32 and writable."""
+    data = bytearray().join([entry.data for entry in entries])
+    return np.frombuffer(data, _FLOAT).reshape(-1, width)
+
+
+def _refused(entries: list[Entry], rows: np.ndarray, served: Served) -> list[Entry]:
+    """The entries whose rows are finite; the others get their refusal."""
+    sound, start = [], 0
+    for entry in entries:
+        own = rows[start : start + entry.rows]
+        start += entry.rows
+        wrong = np.argwhere(~np.isfinite(own))
+        if not len(wrong):
+            sound.append(entry)
+            continue
+        row, column = (int(i) for i in wrong[0])
+        table, field = STATE, "state"
+        if column >= STATE_WIDTH:
+            table, field, column = served.task.goal, "goal", column - STATE_WIDTH
+        feature, at = _feature(table, column)
+        entry.answer.set_exception(
+            RequestError(
+                f"{field}: row {row}, number {column} ({feature}[{at}]) is "
+                f"{own[row, column + (STATE_WIDTH if field == 'goal' else 0)]}, must be finite"
+            )
+        )
+    return sound
+
+
+def _feature(table: Table, column: int) -> tuple[str, int]:
+    """The feature that a column belongs to, and the column's place in it."""
+    for feature in table:
+        part = table.slice(feature.name)
+        if part.start <= column < part.stop:
+            return feature.name, column - part.start
+    raise AssertionError(column)

@@ -1,0 +1,154 @@
+"""Furniture of messages: which piece, where it stands, and which of its places is meant."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from policy.errors import RequestError
+from policy.fields import Numbers, number, quaternion, upright, vector
+from policy.service.situations import COLUMNS
+from rpc.v1 import policy_pb2 as pb
+from world.errors import InhabitError
+from world.furniture import catalogue
+from world.furniture.piece import UPRIGHT, Box, Piece, Quaternion, Vector
+from world.objects.targets import Spot, spots
+from world.tasks import Task
+
+SCALES = (0.2, 5.0)
+#: Sizes and offsets within a piece of furniture, m; edges thinner than this have no volume to speak
+#: of.
+_LARGE_M, _THIN_M = 20.0, 5e-4
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A piece of furniture, the place of it that is meant, and where it stands."""
+
+    piece: Piece
+    spot: Spot
+    """In the piece's frame."""
+    position: Numbers
+    """[3]: of the piece's frame, world, m."""
+    yaw: float
+    """Of the piece's frame, rad."""
+
+    def moved(self, position: Numbers, yaw: float) -> "Standing":
+        """The same, standing elsewhere."""
+        return Standing(self.piece, self.spot, position, yaw)
+
+
+@lru_cache(maxsize=512)
+def piece_of(name: str, scale: float) -> Piece:
+    """A piece of the catalogue at a scale; RequestError names what there is."""
+    try:
+        return catalogue.find(name).scaled(scale)
+    except InhabitError as error:
+        raise RequestError(f"furniture.piece: {error}") from error
+
+
+def standing(furniture: pb.Furniture, task: Task, anywhere: bool = False) -> Standing:
+    """The furniture of a message.
+
+    anywhere: position and rotation may be left out: the origin, facing +x.
+    """
+    shape = furniture.WhichOneof("shape")
+    if shape == "piece":
+        scale = furniture.scale if furniture.HasField("scale") else 1.0
+        piece = piece_of(furniture.piece, number(scale, "furniture.scale", *SCALES))
+        spot = _spot(piece, task, furniture.place)
+    elif shape == "custom":
+        piece, spot = custom(furniture.custom, task)
+    else:
+        raise RequestError(
+            "furniture: must have a piece (of the catalogue) or a custom shape (a mesh in "
+            "Synthesize only)"
+        )
+    return placed(furniture, piece, spot, anywhere)
+
+
+def placed(furniture: pb.Furniture, piece: Piece, spot: Spot, anywhere: bool = False) -> Standing:
+    """The piece where the message has it."""
+    position, yaw = np.zeros(3), 0.0
+    if furniture.position or not anywhere:
+        position = vector(furniture.position, "furniture.position", 3)
+    if furniture.rotation or not anywhere:
+        yaw = upright(furniture.rotation, "furniture.rotation")
+    return Standing(piece, spot, position, yaw)
+
+
+def custom(shape: pb.Shape, task: Task) -> tuple[Piece, Spot]:
+    """A piece of the caller's own, of its boxes or of one box round all of it, and its place."""
+    where = "furniture.custom"
+    boxes = [_box(box, f"{where}.boxes[{i}]") for i, box in enumerate(shape.boxes)]
+    if not boxes:
+        low, high = (
+            vector(getattr(shape, end), f"{where}.{end}", 3, _LARGE_M) for end in ("low", "high")
+        )
+        if not (high - low > 2 * _THIN_M).all():
+            raise RequestError(f"{where}.high: must be above {where}.low, by a millimetre at least")
+        boxes = [Box(_triple((low + high) / 2), _triple((high - low) / 2))]
+    hip = _triple(vector(shape.hip, f"{where}.hip", 3, _LARGE_M))
+    facing = number(shape.facing_rad, f"{where}.facing_rad", -7.0, 7.0)
+    head = hip
+    if task.affordance == "lie":
+        head = _triple(vector(shape.head, f"{where}.head", 3, _LARGE_M))
+    try:
+        piece = Piece("custom", "custom", tuple(boxes), (), 1.0)
+    except InhabitError as error:
+        raise RequestError(f"{where}.boxes: {error}") from error
+    return piece, Spot(hip, head, facing)
+
+
+def fill_place(row: Numbers, where: Standing) -> None:
+    """Write what a task must know of furniture into a row: world frame."""
+
+    def world(points: Numbers | Vector) -> Numbers:
+        return turned(points, where.yaw) + where.position
+
+    heading = where.yaw + where.spot.facing_rad
+    row[COLUMNS["point"]] = world(where.spot.point_m)
+    row[COLUMNS["head"]] = world(where.spot.head_m)
+    row[COLUMNS["facing"]] = np.cos(heading), np.sin(heading)
+    row[COLUMNS["corners"]] = world(where.spot.corners(where.piece)).ravel()
+
+
+def turned(points: Numbers | Vector, yaw: float) -> Numbers:
+    """Points [..., 3] turned about z by yaw, rad."""
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(points) @ turn.T
+
+
+def mesh_spot(piece: Piece, furniture: pb.Furniture, task: Task) -> Spot:
+    """The place that is meant of a piece made from a mesh."""
+    return _spot(piece, task, furniture.place)
+
+
+def _spot(piece: Piece, task: Task, index: int) -> Spot:
+    assert task.affordance != "carry", "boxes are no furniture"
+    try:
+        found = spots(piece, task.affordance)
+    except InhabitError as error:
+        raise RequestError(f"furniture: {error}") from error
+    if not 0 <= index < len(found):
+        raise RequestError(f"furniture.place: {index}, must be 0 to {len(found) - 1}")
+    return found[index]
+
+
+def _box(box: pb.SolidBox, name: str) -> Box:
+    half = vector(box.half, f"{name}.half", 3, _LARGE_M)
+    if not (half > _THIN_M).all():
+        raise RequestError(f"{name}.half: must be more than {_THIN_M:g} m each")
+    rotation = UPRIGHT if not box.rotation else _four(quaternion(box.rotation, f"{name}.rotation"))
+    return Box(_triple(vector(box.centre, f"{name}.centre", 3, _LARGE_M)), _triple(half), rotation)
+
+
+def _triple(array: Numbers) -> Vector:
+    x, y, z = (float(value) for value in array)
+    return x, y, z
+
+
+def _four(array: Numbers) -> Quaternion:
+    w, x, y, z = (float(value) for value in array)
+    return w, x, y, z

@@ -1,0 +1,168 @@
+"""Actors told ahead what comes next begin when they are done: the same bits, and no waiting."""
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from actors.cluster import ray_session
+from actors.collection import Job, Order
+from actors.fleet import FleetConfig, RayFleet
+from actors.local import LocalFleet
+from actors.shares import state_of
+from learner.gathering import Gathering
+from policy.rollout import Rollout
+from tests.actors.test_fleet import BLOCK, HORIZON, SCENES, SIGMA, assert_same, weights
+from tests.support.faulty_shard import MakePoints, MakeSlowPoints
+
+ROLLOUTS = 7
+CONFIG = FleetConfig(start_s=120, rollout_s=60, restarts=2)
+
+
+class Counting(RayFleet):
+    """Counts the parts that were begun ahead and taken."""
+
+    taken = 0
+
+    def _begun_for(self, *asked: Any) -> tuple[Order, list[Job]]:
+        order, begun = super()._begun_for(*asked)
+        self.taken += len(begun)
+        return order, begun
+
+
+@pytest.fixture(scope="module", autouse=True)
+def ray():
+    with ray_session(cpus=3, object_store_bytes=100 * 2**20):
+        yield
+
+
+def rayed(make: Any, workers: int, config: FleetConfig = CONFIG) -> Counting:
+    return Counting(make, SCENES, BLOCK, workers, seed=5, horizon=HORIZON, config=config)
+
+
+def run(fleet: Any, between: Callable[[int], None] = lambda version: None) -> list[Rollout]:
+    """As an overlapped run has them; `between`: what happens after each was handed out."""
+    gathering, got = Gathering(fleet, overlap=True), []
+    for version in range(ROLLOUTS):
+        got.append(gathering.next(weights(version), version, SIGMA).rollout)
+        between(version)
+    gathering.close()
+    return got
+
+
+@pytest.fixture(scope="module")
+def wanted() -> list[Rollout]:
+    fleet = LocalFleet(MakePoints(), SCENES, BLOCK, 1, seed=5, horizon=HORIZON)
+    rollouts = run(fleet)
+    fleet.close()
+    assert [rollout.version for rollout in rollouts] == [0, 0, 1, 2, 3, 4, 5]
+    return rollouts
+
+
+def slow(folder: Path, scene_s: float) -> MakeSlowPoints:
+    """Actors as slow as each other."""
+    (folder / "nobody").write_text("0")
+    return MakeSlowPoints(folder / "nobody", scene_s=scene_s)
+
+
+@pytest.mark.parametrize("workers", [1, 3])
+def test_begun_ahead_they_give_the_same_bits(workers, tmp_path, wanted) -> None:
+    fleet = rayed(slow(tmp_path, 0.5e-3), workers)
+    assert_same(run(fleet, lambda version: time.sleep(0.03)), wanted)
+    # In the first collection they may not have been asked yet when they are told.
+    assert fleet.taken >= workers * (ROLLOUTS - 1) and fleet.restarts == 0
+    fleet.close()
+
+
+def test_nobody_waits_until_all_parts_were_taken_in(tmp_path) -> None:
+    fleet = rayed(slow(tmp_path, 2.5e-3), 2)  # 24 scenes and 8 steps: 0.48 s
+    with ThreadPoolExecutor(1) as pool:
+        first = pool.submit(fleet.collect, weights(0), 0, SIGMA)
+        time.sleep(0.2)
+        then = weights(1)
+        fleet.ahead(then, 1, SIGMA)
+        first.result()
+        time.sleep(1.0)  # the learner takes its time
+        began = time.monotonic()
+        second = fleet.collect(then, 1, SIGMA)
+        took = time.monotonic() - began
+    assert second.version == 1 and took < 0.3, "it was there already"
+    fleet.close()
+
+
+def test_told_while_actors_are_being_asked(tmp_path, monkeypatch) -> None:
+    """What comes next is never queued before what it goes on from."""
+    fleet = rayed(slow(tmp_path, 0.5e-3), 2)
+    alone = LocalFleet(MakePoints(), SCENES, BLOCK, 1, seed=5, horizon=HORIZON)
+    got = [fleet.collect(weights(0), 0, SIGMA)]
+    fleet.load_state_dict(fleet.state_dict())  # each actor is to be sent its state again
+    began = threading.Event()
+
+    def slowly(*of: Any) -> Any:
+        began.set()
+        time.sleep(0.2)
+        return state_of(*of)
+
+    monkeypatch.setattr("actors.fleet.state_of", slowly)
+    with ThreadPoolExecutor(1) as pool:
+        second = pool.submit(fleet.collect, weights(1), 1, SIGMA)
+        assert began.wait(60)
+        then = weights(2)
+        fleet.ahead(then, 2, SIGMA)
+        got += [second.result(), fleet.collect(then, 2, SIGMA)]
+    assert_same(got, [alone.collect(weights(k), k, SIGMA) for k in range(3)])
+    for held in (fleet, alone):
+        held.close()
+
+
+def test_told_something_else_than_what_comes(tmp_path) -> None:
+    """What was begun is dropped, and begun again from the right state."""
+    fleet = rayed(slow(tmp_path, 0.5e-3), 2)
+    alone = LocalFleet(MakePoints(), SCENES, BLOCK, 1, seed=5, horizon=HORIZON)
+    with ThreadPoolExecutor(1) as pool:
+        first = pool.submit(fleet.collect, weights(0), 0, SIGMA)
+        time.sleep(0.02)
+        fleet.ahead(weights(1), 1, SIGMA)
+        got = [first.result(), fleet.collect(weights(2), 2, SIGMA)]
+        assert_same(got, [alone.collect(weights(k), k, SIGMA) for k in (0, 2)])
+        # And where the scenes are put elsewhere in between.
+        kept = alone.state_dict()
+        second = pool.submit(fleet.collect, weights(3), 3, SIGMA)
+        time.sleep(0.02)
+        then = weights(4)
+        fleet.ahead(then, 4, SIGMA)
+        second.result()
+        fleet.load_state_dict(kept)
+        assert_same([fleet.collect(then, 4, SIGMA)], [alone.collect(then, 4, SIGMA)])
+    for held in (fleet, alone):
+        held.close()
+
+
+@pytest.mark.parametrize("fault", ["kill", "raise", "hang"])
+def test_one_that_fails_with_the_next_part_in_its_queue(fault, tmp_path, wanted) -> None:
+    config = FleetConfig(start_s=120, rollout_s=5, restarts=2)
+    make = MakePoints(fault=fault, at=3 * HORIZON - 3, once=tmp_path / fault)
+    fleet = rayed(make, 3, config)
+    assert_same(run(fleet, lambda version: time.sleep(0.05)), wanted)
+    assert (tmp_path / fault).exists()
+    assert fleet.restarts == 1 or fault == "hang"
+    fleet.close()
+
+
+def test_killed_at_any_moment(tmp_path, wanted) -> None:
+    fleet = rayed(slow(tmp_path, 0.5e-3), 3)
+
+    def kill(version: int) -> None:
+        if version in (1, 3):
+            time.sleep(0.03 * version)
+            os.kill(fleet.pids()[version % 3], signal.SIGKILL)
+
+    assert_same(run(fleet, kill), wanted)
+    assert fleet.restarts == 2
+    fleet.close()

@@ -1,0 +1,210 @@
+"""`inhabit objects`: import, list, check and show, and what a user gets wrong."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from console.app import main
+from console.commands import Meshes
+from console.objects import page, sheet
+from console.objects.command import place_of, told
+from tests.world.meshes.test_meshes import TRIANGLES, built, mesh, written
+from world.errors import ChoiceError, ConfigError, PieceError
+from world.furniture import collection
+from world.furniture.catalogue import find
+from world.meshes import importing, notes, store
+from world.meshes.notes import Note
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+
+def test_a_folder_is_imported_and_the_bad_file_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "chair"
+    folder.mkdir()
+    written(folder, ".obj")
+    (folder / "broken.obj").write_text("v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    out = tmp_path / "out"
+    words = ["objects", "import", str(folder), "--out", str(out), "--licence", "CC0", "--json"]
+    assert main(words) == 1
+    rows = {row["piece"]: row for row in json.loads(capsys.readouterr().out)}
+    assert "no numbers" in rows["broken"]["refused"]
+    found = rows["chair"]
+    assert found["category"] == "chair"
+    assert found["licence"] == "CC0"
+    assert 4 <= found["hulls"] <= 16
+    assert found["sit"][0]["height_m"] == pytest.approx(0.44, abs=0.03)
+    assert abs(found["sit"][0]["facing_deg"]) <= 20
+    assert [p.name for p in out.iterdir()] == [f"chair{store.SUFFIX}"]
+
+    # the second time it comes from the cache, the same
+    assert main([*words[:-1], "--debug"]) == 1
+    assert "(1 from the cache), 1 refused" in capsys.readouterr().out
+    (piece,) = collection.pieces([str(out)])
+    assert piece.name == "chair"
+    assert main(["objects", "check", str(out), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)[0]["sit"] == found["sit"]
+
+
+def test_what_is_told_makes_another_piece(tmp_path: Path) -> None:
+    path = written(tmp_path, ".obj")
+    (job,) = importing.jobs([path], told(Meshes()))
+    (other,) = importing.jobs([path], told(Meshes(sit="0,0,0.4,90")))
+    keys = [importing._known(j)[1] for j in (job, other)]
+    assert keys[0] != keys[1]
+    assert keys[0].split(":")[1] == keys[1].split(":")[1]
+
+
+def test_a_crash_of_the_decomposition_is_that_piece_s_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written(tmp_path, ".obj")
+    (job,) = importing.jobs([path], told(Meshes()))
+    monkeypatch.setattr(importing, "CPU_S", 0)
+    assert "0 s of processor time" in importing._death(-24)
+    assert "exit -11" in importing._death(-11)
+    refused = importing.run([replace(job, path=tmp_path / "gone.obj")], 1)
+    assert "cannot read" in refused[0].refused
+
+
+@pytest.mark.parametrize(
+    ("bound", "value", "says"),
+    [
+        ("CPU_S", 1, "not done after 1 s of processor time; decimate the mesh"),
+        ("MEMORY_BYTES", 400 << 20, "needs more than 0.39 GiB; decimate the mesh"),
+    ],
+)
+def test_a_mesh_that_costs_too_much_is_ended(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, bound: str, value: int, says: str
+) -> None:
+    """The bounds themselves, on a mesh of 295,000 triangles."""
+    fine = mesh()
+    fine.merge_vertices()
+    while len(fine.faces) < 200_000:
+        fine = fine.subdivide()
+    path = tmp_path / "chair.stl"
+    fine.export(path)
+    monkeypatch.setattr(importing, bound, value)
+    (outcome,) = importing.run(importing.jobs([path], told(Meshes())), 1)
+    assert outcome.document is None
+    assert outcome.refused.endswith(says)
+
+
+def test_a_catalogue_beside_the_files_gives_credit(tmp_path: Path) -> None:
+    written(tmp_path, ".obj")
+    (tmp_path / "catalog.csv").write_text("file,creator,licence\nchair,Ada,CC-BY 4.0\n")
+    (job,) = importing.jobs([tmp_path], told(Meshes()))
+    assert (job.told.credit, job.told.licence) == ("Ada", "CC-BY 4.0")
+
+
+def test_a_readme_gives_the_licences_of_the_libraries_that_a_catalogue_names(
+    tmp_path: Path,
+) -> None:
+    rows = ["file,library,creator,licence", "a,Alpha,Ada,", "b,Alpha-2,,", "c,Beta,Bo,", "d,,Di,"]
+    rows.append("e,Alpha,Eve,GPL 3.0")
+    (tmp_path / "catalog.csv").write_text("\n".join(rows))
+    (tmp_path / "README.md").write_text(
+        "# Meshes\nAlpha: not the line of licences\n"
+        "- Licences: Alpha: CC-BY 3.0, (c) 2010 Alpha s.l.; Alpha-2: CC0, see the table. "
+        "Gamma: none.\n"
+    )
+    found = notes.of_folder(tmp_path)
+    assert found["a"] == Note("CC-BY 3.0", "Ada, (c) 2010 Alpha s.l.")
+    assert found["b"] == Note("CC0", "")
+    assert found["c"] == Note("", "Bo")
+    assert found["d"] == Note("", "Di")
+    assert found["e"].licence == "GPL 3.0"  # its own goes first
+    assert notes.of_folder(tmp_path / "none") == {}
+    (tmp_path / "README.md").unlink()
+    assert notes.of_folder(tmp_path)["a"] == Note("", "Ada")
+
+
+def test_list(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["objects", "list", "test", "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)
+    assert len(rows) == 60
+    assert {row["category"] for row in rows} >= {"sofa", "bed", "table"}
+    bed = next(row for row in rows if row["category"] == "bed")
+    assert set(bed["lie"][0]) == {"hip_m", "head_m"}
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "says"),
+    [
+        (["list", "nowhere"], 1, "no furniture 'nowhere': choose train, test, all or a path"),
+        (["import", "nowhere.obj"], 1, "no such file or folder: nowhere.obj"),
+        (["check", "nowhere.obj"], 1, "no such file or folder"),
+        (["import", "x.obj", "--up", "+z", "--front", "-z"], 2, "choose two different axes"),
+        (["import", "x.obj", "--unit", "cm", "--height", "1"], 2, "choose one"),
+        (["import", "x.obj", "--height", "-1"], 2, "above 0"),
+        (["import", "x.obj", "--category", "throne"], 2, "choose one of armchair"),
+        (["import", "x.obj", "--sit", "1,2"], 2, "give X,Y,Z,YAW"),
+        (["show"], 2, "--sheet FILE.png, --html FILE.html or both"),
+        (["show", "--category", "throne", "--html", "x.html"], 2, "choose one of"),
+    ],
+)
+def test_mistakes_are_one_line(
+    words: list[str], code: int, says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["objects", *words]) == code
+    error = capsys.readouterr().err
+    assert says in error
+    assert error.count("\n") == 1
+
+
+def test_place_of() -> None:
+    assert place_of(None) is None
+    assert place_of("0.1,0,0.45,90") == (0.1, 0.0, 0.45, 90.0)
+    for bad in ("a,b,c,d", "0,0,nan,0", "0,0,-1,0", "1,2,3,4,5"):
+        with pytest.raises(ConfigError):
+            place_of(bad)
+    with pytest.raises(ChoiceError):
+        told(Meshes(category="throne"))
+
+
+def test_a_sheet_shows_pieces_and_their_places(tmp_path: Path) -> None:
+    pieces = [find("chair-train-000"), find("bed-train-000"), built().piece]
+    path = tmp_path / "sheet.png"
+    sheet.write(path, pieces)
+    image = np.asarray(Image.open(path).convert("RGB")).astype(int)
+    assert image.shape == (sheet.CELL + sheet.CAPTION, 3 * sheet.CELL, 3)
+    cells = np.split(image, 3, axis=1)
+
+    def share(cell: np.ndarray, colour: tuple[int, int, int]) -> float:
+        return float((np.abs(cell - colour).sum(axis=2) < 30).mean())
+
+    assert all(share(cell, sheet._SEAT) > 0.003 for cell in cells)
+    lying = [share(cell, sheet._LIE) > 0.002 for cell in cells]
+    assert lying == [False, True, False]
+    with pytest.raises(PieceError, match="cannot write"):
+        sheet.write(path / "under-a-file.png", pieces[:1])
+
+
+def test_the_page_holds_everything(tmp_path: Path) -> None:
+    evil = replace(find("chair-train-000"), credit="</script><b>")
+    path = tmp_path / "page.html"
+    page.write(path, [evil, built().piece])
+    text = path.read_text()
+    assert text.count("</script>") == 1
+    start = text.index("const PIECES = ") + len("const PIECES = ")
+    pieces = json.loads(text[start : text.index(";\n", start)])
+    assert [p["name"] for p in pieces] == ["chair-train-000", "mine"]
+    assert len(pieces[0]["faces"]) == 6 * len(evil.boxes)
+    assert "http" not in text
+
+
+def test_faces_are_seen_from_outside() -> None:
+    piece = find("chair-train-000")
+    turn = sheet.view()
+    assert np.allclose(turn @ turn.T, np.eye(3))
+    assert np.linalg.det(turn) == pytest.approx(1.0)
+    assert TRIANGLES.shape[1:] == (3, 3)
+    assert sheet.caption(piece).startswith("chair-train-000\n")

@@ -1,0 +1,123 @@
+"""`inhabit serve` and `export` as their users meet them: they work, or say what is wrong."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import grpc
+import numpy as np
+import pytest
+import torch
+
+from console.app import main, parse
+from console.serving.loading import checkpoint_of, served
+from console.serving.policy import sources_of
+from rpc.v1 import policy_pb2 as pb
+from rpc.v1 import policy_pb2_grpc
+from tests.console.test_commands import said
+from tests.support.paths import ROOT
+from tests.support.policy_cases import observation
+from world.errors import ConfigError
+
+PRETRAINED = ROOT / "pretrained" / "sit"
+
+
+def test_a_published_policy_is_served_until_told_to_stop(tmp_path: Path) -> None:
+    token = tmp_path / "token"
+    token.write_text("s3cret\n")
+    command = [sys.executable, "-m", "console", "serve", str(PRETRAINED), "--listen", "127.0.0.1:0"]
+    process = subprocess.Popen(
+        [*command, "--token-file", str(token), "--drain-s", "2"],
+        stdout=subprocess.PIPE,
+        text=True,
+        env=dict(os.environ, OMP_NUM_THREADS="1", PYTHONPATH=str(ROOT)),
+    )
+    assert process.stdout is not None
+    try:
+        assert process.stdout.readline().startswith("sit: task sit, version ")
+        address = process.stdout.readline().split()[-1]
+        with grpc.insecure_channel(address) as channel:
+            client = policy_pb2_grpc.PolicyStub(channel)
+            shown = (("authorization", "Bearer s3cret"),)
+            described = client.Describe(pb.DescribeRequest(), metadata=shown).policies[0]
+            assert "SAMP" in described.training_data and "research" in described.licence
+            state, goal = observation(0, 5)
+            asked = pb.ActRequest(state=state, goal=goal)
+            reply = client.Act(asked, metadata=shown)
+            with pytest.raises(grpc.RpcError) as caught:
+                client.Act(asked)
+            assert caught.value.code() is grpc.StatusCode.UNAUTHENTICATED  # pyright: ignore
+        policy = served("sit", PRETRAINED)
+        rows = [np.frombuffer(part, "<f4").reshape(5, -1).copy() for part in (state, goal)]
+        wanted = policy.policy(*(torch.from_numpy(part) for part in rows)).numpy()
+        got = np.frombuffer(reply.action, "<f4").reshape(5, 28)
+        np.testing.assert_allclose(got, wanted, atol=2e-4)
+        assert reply.version == policy.version == described.version
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(120) == 0
+    finally:
+        process.kill()
+        process.wait()
+        process.stdout.close()
+
+
+def test_what_cannot_be_served_is_said_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def line(*words: str, code: int = 1) -> str:
+        assert main(["serve", *words]) == code
+        return said(capsys)
+
+    pretrained = str(PRETRAINED)
+    assert "none does not exist" in line(str(tmp_path / "none"))
+    assert "holds no checkpoint" in line(str(tmp_path))
+    assert "two policies are called 'sit'" in line(pretrained, pretrained, code=2)
+    assert "give at least one run" in line(code=2)
+    assert "open to other machines" in line(pretrained, "--listen", "0.0.0.0:0")
+    assert "must be HOST:PORT" in line(pretrained, "--listen", "nowhere")
+    assert "No such file" in line(pretrained, "--token-file", str(tmp_path / "token"))
+    damaged = tmp_path / "damaged"
+    damaged.mkdir()
+    (damaged / "manifest.json").write_text("{")
+    assert "is damaged" in line(str(damaged))
+
+
+def test_flags_set_what_the_service_takes_on() -> None:
+    command = parse(["serve", "a=runs/a", "--batch.max-wait-s", "0.002", "--max-streams", "7"])
+    assert command.service.batch.max_wait_s == 0.002 and command.service.max_streams == 7
+    assert command.sources == ("a=runs/a",) and command.checkpoint == "best"
+
+
+def test_policies_have_names(tmp_path: Path) -> None:
+    found = sources_of([str(PRETRAINED), f"other={PRETRAINED}"], "best")
+    assert [source.name for source in found] == ["sit", "other"]
+    assert found[1].load(found[1].find()).check().name == "other"
+    with pytest.raises(ConfigError, match="must be RUN or NAME=RUN"):
+        sources_of([f"={PRETRAINED}"], "best")
+
+
+def test_the_best_checkpoint_of_a_run_is_preferred(tmp_path: Path) -> None:
+    checkpoints = tmp_path / "checkpoints"
+    for name in ("000001", "000002"):
+        (checkpoints / name).mkdir(parents=True)
+        (checkpoints / name / "manifest.json").write_text("{}")
+    (checkpoints / "latest").symlink_to("000002")
+    assert checkpoint_of(tmp_path, "best").name == "000002"
+    (checkpoints / "best").symlink_to("000001")
+    assert checkpoint_of(tmp_path, "best").name == "000001"
+    assert checkpoint_of(tmp_path, "latest").name == "000002"
+
+
+def test_export_writes_a_file_or_says_why_not(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("onnxruntime")
+    out = tmp_path / "sit.onnx"
+    assert main(["export", str(PRETRAINED), str(out)]) == 0
+    assert "ONNX Runtime agrees to" in capsys.readouterr().out and out.stat().st_size > 500_000
+    assert main(["export", str(tmp_path / "none"), str(out)]) == 1
+    assert "does not exist" in said(capsys)
+    assert main(["export", str(PRETRAINED), str(tmp_path / "no" / "x.onnx")]) == 1
+    assert "cannot write" in said(capsys)

@@ -1,0 +1,160 @@
+"""The style service standing alone: protected like the policy service, and used by a training."""
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import fields, replace
+from pathlib import Path
+
+import pytest
+import torch
+
+from console.app import main, parse
+from console.commands import Serve, Style, Train
+from console.commands.training import StyleAddress
+from console.run import assembly
+from console.run.directory import RunDirectory
+from console.run.experiment import Experiment, read_experiment
+from console.training.style_service import attached
+from discriminator.errors import StyleError
+from rpc.errors import RefusedError
+from tests.rpc.test_server import certificates
+from tests.support import small_clips
+from tests.support.paths import ROOT
+
+SMALL = [
+    "--scenes", "16", "--block", "16", "--horizon", "4", "--world.pieces", "2",
+    "--world.scales", "1", "--ppo.hidden", "32", "16", "--style.hidden", "32", "16",
+    "--style.batch", "32", "--style.penalty-batch", "16", "--style.normaliser-samples", "500",
+    "--style.replay", "1000", "--clone-passes", "0", "--threads", "1",
+]  # fmt: skip
+
+
+def test_both_services_have_the_same_protection() -> None:
+    protection = {
+        "listen", "tls_cert", "tls_key", "tls_client_ca", "token_file", "allow_insecure_remote",
+        "metrics", "health",
+    }  # fmt: skip
+    for kind in (Serve, Style):
+        assert protection <= {field.name for field in fields(kind)}, kind
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> RunDirectory:
+    """A run of one iteration, whose style service goes on from its checkpoint."""
+    clips = small_clips.write(tmp_path_factory.mktemp("clips"))
+    path = tmp_path_factory.mktemp("runs") / "begun"
+    words = ["train", "sit", "--run", str(path), "--iterations", "1", "--motions", str(clips)]
+    assert main([*words, *SMALL]) == 0
+    return RunDirectory(path)
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Certificates by role, and a token."""
+    folder = tmp_path_factory.mktemp("proof")
+    token = folder / "token"
+    token.write_text("s3cret\n")
+    return certificates(folder) | {"token": str(token)}
+
+
+@pytest.fixture(scope="module")
+def served(run: RunDirectory, files: dict[str, str]) -> Iterator[str]:
+    """The address of `inhabit style RUN` with mutual TLS and a token."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "console", "style", str(run.path), "--listen", "localhost:0",
+         "--tls-cert", files["server.crt"], "--tls-key", files["server.key"],
+         "--tls-client-ca", files["ca.crt"], "--token-file", files["token"],
+         "--state", str(run.path / "journal")],
+        stdout=subprocess.PIPE, text=True, env=dict(os.environ, PYTHONPATH=str(ROOT)),
+    )  # fmt: skip
+    assert process.stdout is not None
+    try:
+        line = process.stdout.readline()
+        assert line.endswith("version 1\n"), line
+        yield line.split(" at ")[1].split(",")[0]
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(120) == 0
+        assert (run.path / "journal" / "state.safetensors").exists()
+    finally:
+        process.kill()
+        process.wait()
+        process.stdout.close()
+
+
+def address(at: str, files: dict[str, str]) -> StyleAddress:
+    """What the flags of a training give."""
+    command = parse(
+        ["train", "sit", "--runner", "ray", "--style-service.address", at,
+         "--style-service.tls-ca", files["ca.crt"], "--style-service.tls-cert", files["client.crt"],
+         "--style-service.tls-key", files["client.key"],
+         "--style-service.token-file", files["token"]]
+    )  # fmt: skip
+    assert isinstance(command, Train)
+    return command.style_service
+
+
+def scored(style: object, experiment: Experiment) -> torch.Tensor:
+    """Two rollouts scored, with a training between them."""
+    rewards = []
+    for batch in range(2):
+        draw = torch.Generator().manual_seed(batch)
+        steps, scenes = experiment.horizon, experiment.scenes
+        found = style.score(  # type: ignore[attr-defined]
+            batch,
+            torch.randn(steps + 1, scenes, 114, generator=draw),
+            torch.tensor([[1, 3]]),
+            torch.randn(1, 114, generator=draw),
+            torch.ones(steps, scenes, dtype=torch.bool),
+        )
+        assert found.version == batch
+        rewards.append(found.reward)
+        style.train(batch)  # type: ignore[attr-defined]
+    return torch.stack(rewards)
+
+
+def test_a_training_begins_there_as_with_its_own(
+    served: str, run: RunDirectory, files: dict[str, str]
+) -> None:
+    experiment = read_experiment(run)
+    wanted = scored(assembly.discriminator(experiment), experiment)
+    for _ in range(2):  # whatever an earlier training left there
+        with attached(address(served, files), experiment, print) as client:
+            assert client.version == 0
+            assert torch.equal(scored(client, experiment), wanted)
+            assert client.version == 2
+
+
+def test_a_service_of_another_experiment_is_refused(
+    served: str, run: RunDirectory, files: dict[str, str]
+) -> None:
+    experiment = read_experiment(run)
+    other = replace(experiment, style=replace(experiment.style, gradient_penalty=3.0))
+    with (
+        pytest.raises(StyleError, match=r"style\.gradient_penalty: 8\.0 -> 3\.0"),
+        attached(address(served, files), other, print),
+    ):
+        pass
+
+
+def test_another_token_is_refused(
+    served: str, run: RunDirectory, files: dict[str, str], tmp_path: Path
+) -> None:
+    wrong = tmp_path / "token"
+    wrong.write_text("guess")
+    at = replace(address(served, files), token_file=wrong)
+    with (
+        pytest.raises(RefusedError, match="authorization: must be 'Bearer"),
+        attached(at, read_experiment(run), print),
+    ):
+        pass
+
+
+def test_an_address_without_the_ray_runner_is_a_mistake(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    words = ["train", "sit", "--run", str(tmp_path / "run"), "--iterations", "1", *SMALL]
+    assert main([*words, "--style-service.address", "127.0.0.1:1"]) == 2
+    assert "add --runner ray" in capsys.readouterr().err

@@ -1,0 +1,160 @@
+"""The in-process discriminator: rewards, training, idempotence and exact resume."""
+
+from dataclasses import replace
+
+import pytest
+import torch
+from torch import Tensor
+
+from discriminator.config import StyleConfig
+from discriminator.errors import StyleError
+from discriminator.trainer import Discriminator
+from tests.support.style_cases import SMALL, WIDTH, Mocap, assert_equal_states, rollout
+from world.errors import LayoutError
+
+
+def discriminator(config: StyleConfig = SMALL, seed: int = 0) -> Discriminator:
+    return Discriminator(config, Mocap(), seed)
+
+
+def iterate(style: Discriminator, first: int, last: int) -> list[Tensor]:
+    rewards = []
+    for k in range(first, last):
+        rewards.append(style.score(k, **rollout(k)).reward)
+        style.train(k)
+    return rewards
+
+
+def test_reward_is_of_the_normalised_pair() -> None:
+    style = discriminator()
+    batch = rollout(0)
+    scores = style.score(0, **batch)
+    assert scores.reward.shape == (4, 16)
+    assert scores.version == 0
+    assert scores.reward[0, 1] == 0.0
+    pair = torch.cat([batch["rollout_states"][1, 2], batch["end_states"][0]])
+    normalised = ((pair - style.mean.repeat(2)) / style.deviation.repeat(2)).clamp(-10, 10)
+    logit = style.logits(normalised[None])
+    assert scores.reward[1, 2] == pytest.approx(float(torch.log1p(logit.exp())), abs=1e-6)
+    assert style.replay.size == 4 * 16 - 1
+
+
+def test_it_learns_to_tell_them_apart_and_good_motion_is_worth_more() -> None:
+    style = discriminator(replace(SMALL, gradient_penalty=0.1, learning_rate=3e-3))
+    iterate(style, 0, 60)
+    scores = style.score(99, **rollout(99))
+    assert scores.metrics["style/accuracy_policy"] > 0.85
+    assert style.train(60)["style/accuracy_mocap"] > 0.85
+    states, successors = Mocap().held_out(32, 0)
+    like = style.score(
+        100,
+        torch.stack([states, successors]),
+        torch.zeros(0, 2, dtype=torch.int64),
+        torch.zeros(0, WIDTH),
+        torch.ones(1, 32, dtype=torch.bool),
+    )
+    assert like.reward.mean() > 2 * scores.reward.mean()
+
+
+def test_the_penalty_holds_the_slope_down() -> None:
+    slopes = []
+    for weight in (0.0, 20.0):
+        style = discriminator(replace(SMALL, gradient_penalty=weight, learning_rate=3e-3))
+        iterate(style, 0, 40)
+        rows = torch.randn(200, 2 * WIDTH)
+        slopes.append(style.network.input_gradient(style.network.with_activations(rows)[1]).norm())
+    assert slopes[1] < 0.5 * slopes[0]
+
+
+def test_a_batch_counts_once_and_a_training_happens_once() -> None:
+    style = discriminator()
+    first = style.score(5, **rollout(5))
+    before = style.state_dict()
+    again = style.score(5, **rollout(5))
+    assert torch.equal(first.reward, again.reward)
+    assert_equal_states(before, style.state_dict())
+    metrics = style.train(0)
+    trained = style.state_dict()
+    assert style.train(0) == metrics
+    assert_equal_states(trained, style.state_dict())
+    assert style.score(5, **rollout(5)).version == 0  # a late retry: still what D_0 said
+    with pytest.raises(StyleError, match="must be 1"):
+        style.train(3)
+    for batch in range(6, 20):
+        style.score(batch, **rollout(batch))
+    with pytest.raises(StyleError, match="batch 5: "):  # too late to know what it was worth
+        style.score(5, **rollout(5))
+
+
+def test_nothing_to_train_on_is_said() -> None:
+    with pytest.raises(StyleError, match="score a rollout first"):
+        discriminator().train(0)
+
+
+def test_same_seed_same_bits_and_another_seed_others() -> None:
+    a, b, c = discriminator(), discriminator(), discriminator(seed=1)
+    for style in (a, b, c):
+        iterate(style, 0, 8)  # past the replay's capacity
+    assert a.replay.size == SMALL.replay
+    assert_equal_states(a.state_dict(), b.state_dict())
+    assert not torch.equal(a.network.linears[0].weight, c.network.linears[0].weight)
+
+
+@pytest.mark.parametrize("between", [False, True])
+def test_resume_is_exact(between: bool) -> None:
+    whole = discriminator()
+    iterate(whole, 0, 4)
+    if between:  # stopped after scoring, before training
+        whole.score(4, **rollout(4))
+    state = {k: v.clone() for k, v in whole.state_dict().items()}
+    other = discriminator(seed=9)
+    iterate(other, 0, 1)
+    other.load_state_dict(state)
+    assert_equal_states(state, other.state_dict())
+    rest = [iterate(style, 4, 9) for style in (whole, other)]
+    assert all(torch.equal(a, b) for a, b in zip(*rest, strict=True))
+    assert_equal_states(whole.state_dict(), other.state_dict())
+
+
+def test_a_state_of_another_layout_is_refused_and_changes_nothing() -> None:
+    style = discriminator()
+    before = style.state_dict()
+    other = discriminator(replace(SMALL, hidden=(32, 8))).state_dict()
+    with pytest.raises(LayoutError, match=r"network/layers\.1"):
+        style.load_state_dict(other)
+    with pytest.raises(LayoutError, match="at most 300"):
+        big = discriminator(replace(SMALL, replay=1000))
+        iterate(big, 0, 8)
+        style.load_state_dict(big.state_dict())
+    del before["normaliser/mean"]
+    with pytest.raises(LayoutError, match="normaliser/mean is missing"):
+        style.load_state_dict(before)
+
+
+def test_numbers_that_are_not_finite_are_refused_unless_marked() -> None:
+    style, batch = discriminator(), rollout(0)
+    batch["rollout_states"][3, 5, 2] = float("nan")
+    with pytest.raises(StyleError, match="2 valid transitions are not finite"):
+        style.score(0, **batch)
+    assert style.replay.size == 0
+    batch["valid"][2:4, 5] = False
+    scores = style.score(0, **batch)
+    assert scores.reward.isfinite().all()
+    assert style.replay.rows[: style.replay.size].isfinite().all()
+
+
+def test_without_object_features_the_object_is_not_seen() -> None:
+    mask = torch.zeros(WIDTH, dtype=torch.bool)
+    mask[-2:] = True
+    config = replace(SMALL, object_features=False)
+    style = Discriminator(config, Mocap(), 0, object_mask=mask)
+    blind, batch = Discriminator(config, Mocap(), 0, object_mask=mask), rollout(0)
+    moved = dict(
+        batch,
+        rollout_states=batch["rollout_states"] + 5 * mask,
+        end_states=batch["end_states"] - 1.0 * mask,
+    )
+    assert torch.equal(style.score(0, **batch).reward, blind.score(0, **moved).reward)
+    assert style.network.linears[0].in_features == 2 * (WIDTH - 2)
+    with pytest.raises(StyleError, match="object_mask"):
+        Discriminator(config, Mocap(), 0)

@@ -1,0 +1,87 @@
+"""Patience: episodes in which nothing comes about any more end, and the others do not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from world.character import servos
+from world.character.features import Body
+from world.config import CarryConfig, StartMixture, WorldConfig
+from world.episodes.shard import Shard
+from world.episodes.stall import Patience
+from world.errors import ConfigError
+from world.motions.library import MotionLibrary
+from world.motions.synthetic.library import walking
+from world.objects.box_bank import BoxBank, boxes
+from world.tasks.task import BoxState, Place
+
+CONFIG = WorldConfig(
+    task="carry",
+    carry=CarryConfig(sizes=8),
+    starts=StartMixture(0, 1, 0),
+    standing=1.0,
+    near_m=(0.8, 1.5),
+)
+
+
+def body(root_x: list[float]) -> Body:
+    n = len(root_x)
+    root = torch.tensor([[x, 0.0, 0.9] for x in root_x])
+    none = torch.zeros(n, 3)
+    return Body(torch.zeros(n, 105), none[:, :2], root[:, None].repeat(1, 15, 1), none, none, none)
+
+
+def place(box_x: list[float]) -> Place:
+    n = len(box_x)
+    at = torch.tensor([[x, 0.0, 0.8] for x in box_x])
+    none, upright = torch.zeros(n, 3), torch.tensor([[1.0, 0.0, 0.0, 0.0]]).repeat(n, 1)
+    box = BoxState(at, upright, none, none, at, none)
+    return Place(none, none[:, :2], box.corners(), box=box)
+
+
+def test_who_gets_on_in_time_goes_on() -> None:
+    """Four of them for 1 s: stands; goes on by 0.3 m every half second; carries; is done."""
+    patience = Patience(4, 0.6)
+    every, done = torch.arange(4), torch.tensor([False, False, False, True])
+    patience.reset(every, body([0.0] * 4), place([2.0] * 4))
+    ended = torch.zeros(4, dtype=torch.long)
+    for step in range(30):
+        half = step // 15
+        ends = patience.ends(
+            body([0.2, 0.3 * half, 0.0, 0.0]), place([2.05, 2.0, 2.0 + 0.12 * half, 2.0]), done
+        )
+        ended = torch.where((ended == 0) & ends, step + 1, ended)
+    assert ended.tolist() == [18, 0, 0, 0]
+    patience.reset(every[:1], body([0.2]), place([2.05]))
+    assert not patience.ends(body([0.2] * 4), place([2.05] * 4), done)[0]
+
+
+def test_episodes_of_who_stands_end_and_count_as_stalled_not_as_falls() -> None:
+    library = MotionLibrary([walking(np.random.default_rng(0), 1.0)], affordance="carry")
+    bank = BoxBank(boxes(CONFIG.carry))
+
+    def stand(config: WorldConfig, steps: int) -> dict[str, torch.Tensor]:
+        shard = Shard(config, library, bank, range(32), 1)
+        holds = shard._scenes.actions(servos.coordinates(shard._scenes.qpos)).float()
+        found: dict[str, list[torch.Tensor]] = {"stalled": [], "fall": [], "length": [], "fell": []}
+        for _ in range(steps):
+            step = shard.step(holds)
+            for key in ("stalled", "fall", "length"):
+                found[key].append(step.episodes[key])
+            found["fell"].append(step.fell[step.end_ids].float())
+        return {key: torch.cat(rows) for key, rows in found.items()}
+
+    found = stand(replace(CONFIG, patience_s=0.5), 16)
+    stalled = found["stalled"] > 0.0
+    assert stalled.sum() > 20
+    assert not found["fall"][stalled].any()
+    assert found["fell"][stalled].all(), "to the learner both are ends"
+    assert not stand(CONFIG, 16)["stalled"].any()
+
+
+def test_patience_of_less_than_a_step_is_refused() -> None:
+    for wrong in (0.0, -1.0, float("nan")):
+        with pytest.raises(ConfigError, match="patience_s"):
+            Patience(1, wrong)

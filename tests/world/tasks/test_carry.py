@@ -1,0 +1,384 @@
+"""The carry task: a box that two hands can hold and a loose grip drops; goal, reward and stages by
+hand."""
+
+import math
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+import torch
+
+from world.character import features
+from world.character import model as character
+from world.config import CarryConfig
+from world.errors import ConfigError, PieceError
+from world.furniture.catalogue import find
+from world.initial import squeeze
+from world.objects.box_bank import BoxBank, boxes
+from world.scene import box as box_scene
+from world.scene.box import BOX_KG, BOX_SIZE_M, box
+from world.scene.model import compile_scene
+from world.tasks import Place, make, state
+from world.tasks.carry import Carry, grips, reach_m
+from world.tasks.task import BoxState
+
+
+def hands_walk(force_n: float, seconds: float = 4.0) -> tuple[float, float]:
+    """Two spheres of the hands' size press on the default box with force_n each, stand for 1 s and
+    walk on at 1 m/s, bobbing 2 cm at 2 Hz as a walker does; (slip of the box in the hands, tilt) in
+    m and degrees, (inf, inf) where it falls."""
+    spec = mujoco.MjSpec()
+    spec.option.timestep = character.TIMESTEP_S
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    cargo = box()
+    box_scene.add(spec, cargo)
+    start = cargo.boxes[0].half_m[1] + 0.04
+    for name, side in (("right", -1.0), ("left", 1.0)):
+        hand = spec.worldbody.add_body(name=name, pos=[0, side * start, 1.0])
+        hand.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.04, 0, 0], mass=2.0, contype=1,
+            conaffinity=2, condim=3, friction=[1, 0.05, 0.001],
+        )  # fmt: skip
+        for axis, along in (("x", [1, 0, 0]), ("y", [0, 1, 0]), ("z", [0, 0, 1])):
+            joint = hand.add_joint(name=name + axis, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=along)
+            motor = spec.add_actuator(
+                name=name + axis, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=joint.name
+            )
+            if axis == "y":
+                motor.set_to_motor()
+            else:
+                motor.set_to_position(kp=5000, kv=400)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    address = model.joint("box").qposadr[0]
+    data.qpos[address : address + 7] = [0, 0, 1.0, 1, 0, 0, 0]
+    data.mocap_pos[0] = [-5, 0, 0.5]
+    offset = np.zeros(3)
+    settled = None
+    for step in range(round(seconds / model.opt.timestep)):
+        walked = max(0.0, step * model.opt.timestep - 1.0)
+        # up to 1 m/s within half a second
+        ahead = min(walked, 0.5) ** 2 + max(0.0, walked - 0.5)
+        for name, side in (("right", 1.0), ("left", -1.0)):
+            data.ctrl[model.actuator(name + "x").id] = ahead
+            data.ctrl[model.actuator(name + "y").id] = side * force_n
+            data.ctrl[model.actuator(name + "z").id] = 0.02 * math.sin(4 * math.pi * walked)
+        mujoco.mj_step(model, data)
+        middle = 0.5 * (data.xpos[model.body("right").id] + data.xpos[model.body("left").id])
+        offset = data.qpos[address : address + 3] - middle
+        if walked <= 0.0:
+            settled = offset.copy()
+        if data.qpos[address + 2] < 0.3:
+            return math.inf, math.inf
+    upright = np.zeros(9)
+    mujoco.mju_quat2Mat(upright, data.qpos[address + 3 : address + 7])
+    assert settled is not None
+    tilt = math.degrees(math.acos(min(1.0, upright[8])))
+    return float(np.linalg.norm((offset - settled)[[0, 2]])), tilt
+
+
+def test_sparse_matrices_are_only_faster() -> None:
+    ends = []
+    for matrix in (mujoco.mjtJacobian.mjJAC_SPARSE, mujoco.mjtJacobian.mjJAC_DENSE):
+        model = compile_scene(box_scene.STAND, (), box())
+        assert model.opt.jacobian == mujoco.mjtJacobian.mjJAC_SPARSE
+        model.opt.jacobian = matrix
+        data = mujoco.MjData(model)
+        data.qpos[: character.NQ] = character.standing_qpos()
+        # the box drops onto the stand, its edge ahead, beside a character that gives way
+        data.qpos[character.NQ :] = [0.45, 0.0, 0.80, 0.98, 0.0, 0.2, 0.0]
+        data.mocap_pos[:] = [[0.45, 0.0, 0.6], [3.0, 0.0, 0.6]]
+        for _ in range(120):
+            mujoco.mj_step(model, data)
+        ends.append(data.qpos.copy())
+        assert data.ncon > 4
+    np.testing.assert_allclose(ends[0], ends[1], atol=1e-7)
+
+
+def test_a_squeeze_carries_the_box_and_a_loose_grip_drops_it() -> None:
+    # two contacts of friction 1.2 bear 4 kg from 16.4 N on
+    needed = BOX_KG * 9.81 / (2 * box_scene.FRICTION)
+    assert needed == pytest.approx(16.35, abs=0.01)
+    slip, tilt = hands_walk(1.8 * needed)
+    assert slip < 0.03
+    assert tilt < 5.0
+    assert hands_walk(0.85 * needed) == (math.inf, math.inf)
+
+
+def standing(velocity: tuple[float, ...] = (0, 0, 0), yaw: float = 0.0) -> features.Body:
+    qpos = torch.from_numpy(character.standing_qpos()).float()[None].clone()
+    qpos[0, 3:7] = torch.tensor([math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)])
+    qvel = torch.zeros(1, character.NV)
+    qvel[0, :3] = torch.tensor(velocity)
+    return features.body(qpos, qvel)
+
+
+def with_hands(right: tuple[float, ...], left: tuple[float, ...]) -> features.Body:
+    """A standing body whose hands are put somewhere."""
+    body = standing()
+    position = body.position.clone()
+    position[0, character.BODIES.index("right_hand")] = torch.tensor(right)
+    position[0, character.BODIES.index("left_hand")] = torch.tensor(left)
+    return replace(body, position=position)
+
+
+def a_box(
+    at: tuple[float, ...],
+    target: tuple[float, ...] = (4.0, 0.0, 0.7),
+    start: tuple[float, ...] | None = None,
+    velocity: tuple[float, ...] = (0, 0, 0),
+    yaw: float = 0.0,
+) -> Place:
+    found = BoxState(
+        position=torch.tensor([at]),
+        rotation=torch.tensor([[math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]]),
+        velocity=torch.tensor([velocity], dtype=torch.float32),
+        half=0.5 * torch.tensor([BOX_SIZE_M]),
+        start=torch.tensor([start or at]),
+        target=torch.tensor([target]),
+    )
+    facing = torch.tensor([[math.cos(yaw), math.sin(yaw)]])
+    return Place(found.target, facing, found.corners(), found.target, found)
+
+
+def terms(body: features.Body, where: Place) -> dict[str, float]:
+    return dict(zip(Carry.terms, Carry().reward_terms(body, where)[0].tolist(), strict=True))
+
+
+def test_goal_and_object_features() -> None:
+    body = standing(yaw=math.pi / 2)
+    where = a_box((0.0, 1.0, 0.7), (0.0, 2.2, 0.7), velocity=(0.0, 0.5, 0.1))
+    assert make("carry").goal.width == 36
+    goal = Carry().goal_features(body, where)[0]
+    root = float(character.standing_qpos()[2])
+    # the character looks along +y: what is at +y is ahead
+    torch.testing.assert_close(goal[:3], torch.tensor([1.0, 0.0, 0.7 - root]))
+    ahead = 1.5 * (1 + math.log(2.2 / 1.5))
+    torch.testing.assert_close(goal[3:6], torch.tensor([ahead, 0.0, 0.7 - root]))
+    torch.testing.assert_close(goal[6:9], torch.tensor([1.2, 0.0, 0.0]))
+    torch.testing.assert_close(goal[9:12], torch.tensor([0.5, 0.0, 0.1]))
+    # the box' low x, y, z corner: its x is the character's right
+    torch.testing.assert_close(goal[12:15], torch.tensor([-0.25, 0.175, -0.15]))
+    seen = state(body, where)[0, features.OBJECT]
+    torch.testing.assert_close(seen[:3], torch.tensor([1.0, 0.0, 0.7 - root]))
+    torch.testing.assert_close(seen[3:], torch.tensor([0.0, -1.0, 0.0, 0.0, 0.0, 1.0]))
+
+
+def test_an_upright_box_looks_like_furniture() -> None:
+    where = a_box((1.0, -2.0, 0.6), yaw=1.1)
+    body = standing(yaw=0.4)
+    assert where.box is not None
+    upright = features.object_features(body.root, body.heading, where.box.position, where.facing)
+    posed = features.posed_object_features(
+        body.root, body.heading, where.box.position, where.box.rotation
+    )
+    torch.testing.assert_close(posed, upright, atol=1e-6, rtol=0)
+
+
+def test_hands_hold_by_two_opposite_faces() -> None:
+    where = a_box((0.4, 0.0, 1.0))
+    assert where.box is not None
+    across = with_hands((0.4, -0.29, 1.0), (0.4, 0.29, 1.0))
+    torch.testing.assert_close(reach_m(across, where.box), torch.zeros(1, 2), atol=1e-6, rtol=0)
+    assert grips(across, where.box).item()
+    # the short way, and with the box turned by 90 degrees, the same
+    along = with_hands((0.185, 0.0, 1.0), (0.615, 0.0, 1.0))
+    turned = a_box((0.4, 0.0, 1.0), yaw=math.pi / 2)
+    assert turned.box is not None
+    for body, held in ((along, where.box), (across, turned.box)):
+        assert grips(body, held).item() == (held is where.box)
+    # both hands on one face hold nothing, nor does a hand 7 cm off
+    one_face = with_hands((0.3, -0.29, 1.0), (0.5, -0.29, 1.0))
+    assert not grips(one_face, where.box).item()
+    assert not grips(with_hands((0.4, -0.36, 1.0), (0.4, 0.29, 1.0)), where.box).item()
+    assert reach_m(with_hands((0.4, -0.36, 1.0), (0.4, 0.29, 1.0)), where.box)[
+        0, 0
+    ].item() == pytest.approx(0.07, abs=1e-6)
+
+
+def test_reward_of_walking_to_the_box() -> None:
+    for speed, expected in ((0.9, 0.8), (0.45, 0.4), (-0.5, 0.0)):
+        assert terms(standing((speed, 0, 0)), a_box((3.0, 0.0, 0.7)))["walk"] == pytest.approx(
+            expected, abs=1e-5
+        )
+    # at the box what counts is to stand 16 cm before a face of it, which here is as good as 20 cm
+    # deep, and to look at it: half of that is there anyhow, a quarter for the place, a quarter for
+    # the turn
+    for (ahead_m, aside_m, yaw), expected in {
+        (0.36, 0.0, 0.0): 1.0,
+        (0.36, 0.0, math.pi): 0.75,
+        (0.36, 0.0, 0.5): 0.875,
+        (0.46, 0.0, 0.0): 0.75 + 0.25 * 0.75,
+        (0.36, -0.2, 0.0): 0.75 + 0.25 * 0.5,
+    }.items():
+        found = terms(standing(yaw=yaw), a_box((ahead_m, aside_m, 0.7)))["walk"]
+        assert found == pytest.approx(expected, abs=2e-3)
+
+
+def test_reward_of_carrying_needs_hands_on_a_lifted_box() -> None:
+    held = with_hands((0.4, -0.29, 1.0), (0.4, 0.29, 1.0))
+    stand, pace = (0.4, 0.0, 0.8), (0.45, 0.0, 0.0)
+    found = terms(held, a_box((0.4, 0.0, 1.0), start=stand, velocity=pace))
+    assert found["grasp"] == pytest.approx(1.0)
+    assert found["lift"] == pytest.approx(1.0, abs=1e-5)
+    assert found["carry"] == pytest.approx(0.5, abs=1e-5)
+    lower = terms(held, a_box((0.4, 0.0, 0.9), start=stand, velocity=pace))
+    assert lower["lift"] == pytest.approx(0.5 * lower["grasp"], abs=1e-5)
+    thrown = terms(standing(), a_box((0.4, 0.0, 1.0), start=stand, velocity=pace))
+    assert thrown["carry"] < 0.2
+    assert terms(held, a_box((0.4, 0.0, 1.0), velocity=(3.5, 0.0, 0.0)))[
+        "overspeed"
+    ] == pytest.approx(math.exp(-2.0) - 1.0, abs=1e-5)
+
+
+def test_a_box_dropped_beside_its_target_earns_what_its_distance_is_worth() -> None:
+    target = (0.4, 0.0, 0.7)
+    box = a_box((0.4, 0.4, 1.0), target, start=(3.0, 0.0, 0.7))
+    near = math.exp(-10 * (0.4**2 + 0.3**2))
+    dropped = terms(standing(), box)
+    assert dropped["grasp"] < near  # else it is the hands that it is paid for
+    assert dropped["lift"] == dropped["carry"] == dropped["place"] == pytest.approx(near, abs=1e-5)
+    kept = terms(with_hands((0.4, 0.11, 1.0), (0.4, 0.69, 1.0)), box)
+    assert kept["lift"] == kept["carry"] == pytest.approx(1.0, abs=1e-5)
+
+
+def test_a_box_put_down_is_worth_all() -> None:
+    at = (1.5, 0.0, 0.7)
+    found = terms(standing((0.3, 0, 0)), a_box(at, at, start=(-2.0, 0.0, 0.7)))
+    assert {k: v for k, v in found.items() if k != "overspeed"} == pytest.approx(
+        dict.fromkeys(("walk", "grasp", "lift", "carry", "place", "put_down"), 1.0), abs=1e-5
+    )
+    beside = terms(standing(), a_box((1.5, 0.11, 0.7), at))
+    assert beside["put_down"] == 0.0
+    assert beside["place"] == pytest.approx(math.exp(-10 * 0.11**2), abs=1e-5)
+    assert Carry().error_m(standing(), a_box((1.5, 0.3, 0.3), at)).item() == pytest.approx(0.5)
+
+
+def test_the_episode_ends_with_the_box_near_the_ground() -> None:
+    task = Carry()
+    assert not task.fell(standing(), a_box((1.0, 0.0, 0.31))).item()
+    assert task.fell(standing(), a_box((1.0, 0.0, 0.29))).item()
+    # a large box on its edge: its middle is higher, a corner touches
+    assert task.fell(standing(), a_box((1.0, 0.0, 0.31), yaw=0.0)).item() is False
+    tipped = a_box((1.0, 0.0, 0.31))
+    assert tipped.box is not None
+    roll = torch.tensor([[math.cos(0.6), math.sin(0.6), 0.0, 0.0]])
+    leaning = replace(tipped.box, rotation=roll, half=1.2 * tipped.box.half)
+    assert task.fell(standing(), replace(tipped, box=leaning, corners=leaning.corners())).item()
+
+
+def test_who_leans_on_the_box_earns_nothing() -> None:
+    """Hands where they should be, the feet under the root and 0.35 m and half a metre behind it."""
+    task, where = Carry(), a_box((0.36, 0.0, 1.0))
+    names = list(task.terms)
+    held = with_hands((0.36, -0.29, 1.0), (0.36, 0.29, 1.0))
+    feet = [character.BODIES.index(f"{side}_foot") for side in ("right", "left")]
+    found = []
+    for behind in (0.0, 0.35, 0.5):
+        position = held.position.clone()
+        position[0, feet, 0], position[0, feet, 1] = held.root[0, 0] - behind, held.root[0, 1]
+        terms = task.reward_terms(replace(held, position=position), where)[0]
+        found.append((float(terms[names.index("walk")]), float(terms[names.index("grasp")])))
+    assert found[0] == pytest.approx((1.0, 1.0), abs=1e-3)
+    # half of what the feet's place 0.35 m off would earn: 1/8 of a quarter for it
+    assert found[1] == pytest.approx((0.5 * (0.75 + 0.25 / 8), 0.5), abs=1e-3)
+    assert found[2] == (0.0, 0.0)
+
+
+def test_who_lies_across_the_box_has_fallen() -> None:
+    task, where = Carry(), a_box((0.4, 0.0, 0.7))
+    upright = standing()
+    assert not task.fell(upright, where).item()
+    bent = upright.head.clone()
+    bent[0, 2] = upright.root[0, 2] + 0.15
+    assert not task.fell(replace(upright, head=bent), where).item()
+    bent[0, 2] = upright.root[0, 2] + 0.05
+    assert task.fell(replace(upright, head=bent), where).item()
+
+
+def test_stages() -> None:
+    task = Carry()
+    held = with_hands((0.4, -0.29, 1.0), (0.4, 0.29, 1.0))
+
+    def reached(body: features.Body, where: Place) -> list[str]:
+        found = task.stage(body, where)[0].tolist()
+        return [name for name, is_so in zip(task.stages, found, strict=True) if is_so]
+
+    assert reached(standing(), a_box((3.0, 0.0, 0.7))) == []
+    assert reached(standing(), a_box((0.5, 0.0, 0.7))) == ["approached"]
+    assert reached(held, a_box((0.4, 0.0, 1.0))) == ["approached", "grasped"]
+    lifted = a_box((0.4, 0.0, 1.0), start=(0.4, 0.0, 0.9))
+    assert reached(held, lifted) == ["approached", "grasped", "lifted"]
+    away = a_box((0.4, 0.0, 1.0), start=(-1.0, 0.0, 0.9))
+    assert reached(held, away) == ["approached", "grasped", "lifted", "moved"]
+    placed = a_box((3.0, 0.0, 0.7), (3.1, 0.0, 0.7), start=(0.0, 0.0, 0.7))
+    assert reached(standing(), placed) == ["placed"]
+
+
+def test_boxes_have_the_sizes_and_weights_of_the_config() -> None:
+    found = boxes(CarryConfig(sizes=11))
+    widths = [2 * piece.boxes[0].half_m[1] for piece in found]
+    assert min(widths) == pytest.approx(0.5 * (0.5 + 1 / 22))
+    assert max(widths) == pytest.approx(0.5 * (1.5 - 1 / 22))
+    assert found[5].mass_kg == pytest.approx(BOX_KG)
+    assert found[0].mass_kg == pytest.approx(BOX_KG * (0.5 + 1 / 22) ** 3)
+    weighed = boxes(CarryConfig(sizes=20, weight_kg=(2.0, 10.0)))
+    masses = [piece.mass_kg for piece in weighed]
+    assert 2.0 <= min(masses) < 2.8
+    assert 9.2 < max(masses) <= 10.0
+    # size and weight are independent
+    assert abs(np.corrcoef(masses, np.arange(20))[0, 1]) < 0.2
+    bank = BoxBank(weighed[:3])
+    for model, piece in zip(bank.models, weighed, strict=False):
+        assert model.body_mass[model.body("box").id] == pytest.approx(piece.mass_kg)
+        assert tuple(model.geom("box").size) == pytest.approx(piece.boxes[0].half_m)
+    with pytest.raises(ConfigError, match="weights above 0 kg"):
+        boxes(CarryConfig(weight_kg=(5.0, 2.0)))
+    with pytest.raises(ConfigError, match="sizes above 0"):
+        boxes(CarryConfig(scale=(0.0, 1.0)))
+    with pytest.raises(PieceError, match="chair-train-000: is no box to carry"):
+        BoxBank([find("chair-train-000")])
+
+
+def test_a_squeeze_is_the_transposed_jacobian() -> None:
+    """Against MuJoCo's Jacobian of the hands."""
+    model = character.spec().compile()
+    data = mujoco.MjData(model)
+    qpos = character.standing_qpos()
+    # the arms forward and bent
+    for name, angles in (("right_shoulder", (0.2, -0.6, 0.1)), ("left_shoulder", (-0.1, -0.5, 0))):
+        address = model.joint(name).qposadr[0]
+        turn = np.zeros(4)
+        vector = np.array(angles, dtype=float)
+        mujoco.mju_axisAngle2Quat(turn, vector / np.linalg.norm(vector), np.linalg.norm(vector))
+        qpos[address : address + 4] = turn
+    for name in ("right_elbow", "left_elbow"):
+        qpos[model.joint(name).qposadr[0]] = 1.1
+    data.qpos[:] = qpos
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    ids = [model.body(f"{side}_hand").id for side in ("right", "left")]
+    line = data.xpos[ids[1]] - data.xpos[ids[0]]
+    line /= np.linalg.norm(line)
+    torque = np.zeros(model.nv)
+    for body, sign in zip(ids, (1.0, -1.0), strict=True):
+        jacobian = np.zeros((3, model.nv))
+        mujoco.mj_jac(model, data, jacobian, None, data.xpos[body], body)
+        force = sign * 30.0 * line + np.array([0.0, 0.0, 0.5 * 20.0])
+        arm = [
+            dof
+            for joint in character.JOINTS
+            if joint.name.endswith(("shoulder", "elbow"))
+            for dof in range(
+                model.joint(joint.name).dofadr[0],
+                model.joint(joint.name).dofadr[0] + (3 if joint.is_ball else 1),
+            )
+        ]
+        torque[arm] += (jacobian.T @ force)[arm]
+    expected = torque[6:] / character.gains()[0]
+    found = squeeze.squeeze(
+        torch.from_numpy(qpos).float()[None], torch.tensor([30.0]), torch.tensor([20.0])
+    )[0]
+    torch.testing.assert_close(found.double(), torch.from_numpy(expected), atol=2e-3, rtol=0.03)
+    assert expected.max() > 0.02

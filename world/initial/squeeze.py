@@ -1,0 +1,66 @@
+"""What the servos of the arms must be told so that two hands press on a box between them."""
+
+import torch
+from torch import Tensor
+
+from world import rotations
+from world.character import kinematics
+from world.character import model as character
+
+_SIDES = ("right", "left")
+#: A step of a joint, rad, for the slope of a hand's position; single precision resolves 1e-6 m.
+_STEP_RAD = 1e-2
+#: Servo targets move by no more than this, rad.
+_LARGEST_RAD = 0.5
+
+
+def squeeze(qpos: Tensor, press_n: Tensor, weight_n: Tensor) -> Tensor:
+    """Offsets [m, 28] rad of the servo targets by which each hand presses towards the other with
+    press_n [m] N and both bear a weight of weight_n [m] N.
+
+    A servo that is held off its target by Δ pulls with kp Δ, so that Δ = Jᵀ F / kp, with J the
+    slope of the hand's position in the arm's joint coordinates (by finite differences).
+    """
+    hands = [character.BODIES.index(f"{side}_hand") for side in _SIDES]
+    here = _positions(qpos)[:, hands]
+    line = here[:, 1] - here[:, 0]
+    towards = line / line.norm(dim=1, keepdim=True).clamp_min(1e-6)
+    up = qpos.new_tensor((0.0, 0.0, 0.5))
+    kp = torch.from_numpy(character.gains()[0]).to(qpos)
+    offset = torch.zeros(len(qpos), character.NU, dtype=qpos.dtype)
+    for side, hand, sign in zip(_SIDES, hands, (1.0, -1.0), strict=True):
+        push = sign * press_n[:, None] * towards + weight_n[:, None] * up
+        for control, moved in _bent(qpos, side):
+            slope = (_positions(moved)[:, hand] - here[:, hands.index(hand)]) / _STEP_RAD
+            offset[:, control] = (slope * push).sum(dim=1) / kp[control]
+    return offset.clamp(-_LARGEST_RAD, _LARGEST_RAD)
+
+
+def _positions(qpos: Tensor) -> Tensor:
+    local = rotations.matrix(kinematics.local_rotations(qpos))
+    return kinematics.forward(qpos[:, :3], local)[0]
+
+
+def _bent(qpos: Tensor, side: str) -> list[tuple[int, Tensor]]:
+    """Each control of an arm, and qpos [m, 43] with its joint a step further."""
+    found = []
+    address, control = 7, 0
+    for joint in character.JOINTS:
+        mine = joint.name in (f"{side}_shoulder", f"{side}_elbow")
+        if joint.is_ball:
+            for axis in range(3) if mine else ():
+                turn = torch.zeros(4, dtype=qpos.dtype)
+                turn[0], turn[1 + axis] = 1.0, 0.5 * _STEP_RAD
+                moved = qpos.clone()
+                ball = qpos[:, address : address + 4]
+                turned = rotations.multiply(ball, rotations.normalise(turn).expand_as(ball))
+                moved[:, address : address + 4] = turned
+                found.append((control + axis, moved))
+            address, control = address + 4, control + 3
+        else:
+            if mine:
+                moved = qpos.clone()
+                moved[:, address] += _STEP_RAD
+                found.append((control, moved))
+            address, control = address + 1, control + 1
+    return found

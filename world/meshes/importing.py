@@ -1,0 +1,265 @@
+"""Imports many meshes: each in a process of its own with bounded time and memory, all cores busy,
+what was made before taken from the cache."""
+
+import contextlib
+import hashlib
+import json
+import multiprocessing
+import os
+import resource
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+from typing import Any
+
+from world.errors import InhabitError, PieceError
+from world.furniture.piece import Piece
+from world.meshes import notes, source, store, sweethome
+from world.meshes.build import Told, build
+from world.meshes.classes import CLASSES, named
+from world.meshes.notes import Note
+
+CPU_S = 120
+"""Processor time that one piece may take, s."""
+MEMORY_BYTES = 8 * 1024**3
+"""Address space that one piece may take."""
+MAKER = 4
+"""Number of the way pieces are made; a new one makes cached pieces again."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One mesh to be made a piece of."""
+
+    name: str
+    file_name: str
+    told: Told
+    path: Path | None = None
+    """Its file; None where `entry` has it."""
+    entry: sweethome.Entry | None = None
+    refused: str = ""
+    """Why it cannot be tried at all."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a mesh."""
+
+    name: str
+    document: dict[str, Any] | None
+    """The content of its piece's file, or None."""
+    refused: str
+    """Why there is none; empty otherwise."""
+    cached: bool = False
+
+    def piece(self) -> Piece | None:
+        """The piece, if there is one."""
+        return None if self.document is None else store.piece_of(self.document, self.name)
+
+
+def cache_folder() -> Path:
+    """$XDG_CACHE_HOME/inhabit/objects, or .cache/inhabit/objects in the user's home."""
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "inhabit" / "objects"
+
+
+def jobs(paths: Sequence[Path], told: Told) -> list[Job]:
+    """The meshes of files and folders, libraries opened. Raises PieceError for a path with none."""
+    found: list[Job] = []
+    for path in paths:
+        if path.is_dir():
+            files = sorted(p for p in path.rglob("*") if p.suffix.lower() in _READ)
+            if not files:
+                raise PieceError(f"{path}: no meshes; choose files of {', '.join(_READ)}")
+            known = notes.of_folder(path)
+            for file in files:
+                found += _of_file(file, told, known.get(file.stem, Note()))
+        elif path.exists():
+            found += _of_file(path, told, notes.of_folder(path.parent).get(path.stem, Note()))
+        else:
+            raise PieceError(f"no such file or folder: {path}")
+    return _distinct(found)
+
+
+_READ = (*source.SUFFIXES, ".sh3f")
+
+
+def run(
+    work: Sequence[Job], workers: int, done: Callable[[Outcome], None] = lambda outcome: None
+) -> list[Outcome]:
+    """What becomes of each job, in their order; `done` is told of each as it ends."""
+    outcomes: dict[int, Outcome] = {}
+    waiting: list[tuple[int, Job, str]] = []
+    for index, job in enumerate(work):
+        ready, digest = _known(job)
+        if ready is None:
+            waiting.append((index, job, digest))
+        else:
+            outcomes[index] = ready
+            done(ready)
+    for index, outcome in _processes(waiting, workers):
+        outcomes[index] = outcome
+        done(outcome)
+    return [outcomes[index] for index in range(len(work))]
+
+
+def make(job: Job, digest: str) -> dict[str, Any]:
+    """The document of a job's piece. Raises InhabitError where it is none."""
+    if job.entry is not None:
+        mesh = sweethome.source(job.entry)
+    elif job.path is not None:
+        mesh = source.read(job.path)
+    else:
+        raise PieceError(f"{job.name}: nothing to read")
+    told = replace(job.told, credit=job.told.credit or mesh.credit)
+    return store.document(build(replace(mesh, name=job.name), told), digest, job.file_name)
+
+
+def _of_file(path: Path, told: Told, note: Note) -> list[Job]:
+    if path.suffix.lower() == ".sh3f":
+        return _of_library(path, told)
+    folder = path.parent.name.replace("_", "-").lower()
+    category = told.category or (folder if folder in CLASSES else named(path.stem))
+    licence = note.licence or told.licence
+    credit = told.credit or note.credit
+    own = replace(told, category=category, licence=licence, credit=credit)
+    return [Job(_tidy(path.stem), path.name, own, path)]
+
+
+def _of_library(path: Path, told: Told) -> list[Job]:
+    """A library's furniture; what is none (a lamp, a door) is left out, not refused."""
+    found = []
+    for entry in sweethome.entries(path):
+        category = told.category or named(entry.title) or named(entry.name)
+        if category is None:
+            continue
+        licence = told.licence if told.licence != "unknown" else entry.licence or "unknown"
+        own = replace(
+            told,
+            frame=entry.frame,
+            category=category,
+            licence=licence,
+            credit=told.credit or entry.credit,
+        )
+        found.append(Job(_tidy(entry.name), path.name, own, None, entry, entry.refused))
+    if not found:
+        raise PieceError(f"{path.name}: no furniture of the classes {', '.join(CLASSES)} in it")
+    return found
+
+
+def _tidy(stem: str) -> str:
+    kept = "".join(c if c.isalnum() else "-" for c in stem.lower())
+    return "-".join(part for part in kept.split("-") if part) or "piece"
+
+
+def _distinct(found: list[Job]) -> list[Job]:
+    """The jobs, those of one name numbered."""
+    seen: dict[str, int] = {}
+    result = []
+    for job in found:
+        count = seen[job.name] = seen.get(job.name, 0) + 1
+        result.append(job if count == 1 else replace(job, name=f"{job.name}-{count}"))
+    return result
+
+
+def _known(job: Job) -> tuple[Outcome | None, str]:
+    """What is known without work, and the digest of what the piece would be made from."""
+    if job.refused:
+        return Outcome(job.name, None, job.refused), ""
+    digest = hashlib.sha256()
+    try:
+        if job.entry is not None:
+            digest.update(job.entry.content + repr(job.entry.rotation).encode())
+        elif job.path is not None:
+            with job.path.open("rb") as file:
+                while chunk := file.read(1 << 20):
+                    digest.update(chunk)
+    except OSError as error:
+        return Outcome(job.name, None, f"cannot read {job.path}: {error.strerror}"), ""
+    content = digest.hexdigest()
+    digest.update(json.dumps([MAKER, job.name, asdict(job.told)], default=str).encode())
+    try:
+        kept = store.read_document(_cached(digest.hexdigest()))
+        store.piece_of(kept, job.name)
+        return Outcome(job.name, kept, "", cached=True), ""
+    except PieceError:
+        return None, f"{digest.hexdigest()}:{content}"
+
+
+def _cached(key: str) -> Path:
+    return cache_folder() / f"{key}.json"
+
+
+def _processes(waiting: list[tuple[int, Job, str]], workers: int) -> Iterator[tuple[int, Outcome]]:
+    """Outcomes of the jobs as they end, each made in a process of its own."""
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload([__name__, "trimesh", "vhacdx", "scipy.spatial"])
+    running: dict[Any, tuple[int, Job, Any]] = {}
+    queue = iter(waiting)
+    try:
+        while True:
+            while len(running) < max(1, workers) and (following := next(queue, None)):
+                index, job, digest = following
+                ours, theirs = context.Pipe(duplex=False)
+                bounds = (CPU_S, MEMORY_BYTES)
+                work = (theirs, job, digest, bounds)
+                process = context.Process(target=_child, args=work, daemon=True)
+                process.start()
+                theirs.close()
+                running[ours] = (index, job, process)
+            if not running:
+                return
+            for end in wait(list(running)):
+                assert isinstance(end, Connection)
+                index, job, process = running.pop(end)
+                yield index, _received(end, job, process)
+    finally:
+        for _, _, process in running.values():
+            process.kill()
+
+
+def _received(end: Connection, job: Job, process: Any) -> Outcome:
+    try:
+        document, refused = end.recv()
+    except (EOFError, OSError):
+        process.join()
+        document, refused = None, f"{job.name}: {_death(process.exitcode)}"
+    end.close()
+    process.join()
+    return Outcome(job.name, document, refused)
+
+
+def _death(code: int | None) -> str:
+    if code == -signal.SIGXCPU:
+        return f"not done after {CPU_S} s of processor time; decimate the mesh"
+    return f"the decomposition failed (exit {code}); repair or decimate the mesh"
+
+
+def _child(end: Connection, job: Job, digest: str, bounds: tuple[int, int]) -> None:
+    """In the process of a job: make the piece within bounds (processor time s, bytes), keep it, and
+    send it back."""
+    cpu_s, memory_bytes = bounds
+    resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 5))
+    resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
+    # the decomposition writes its progress; the command's output is the parent's alone
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    key, content = digest.split(":")
+    document: dict[str, Any] | None = None
+    try:
+        # read back, so that a piece is the same from the cache and from here
+        document, refused = json.loads(json.dumps(make(job, content))), ""
+    except InhabitError as error:
+        refused = " ".join(str(error).split())
+    except MemoryError:
+        refused = f"{job.name}: needs more than {memory_bytes / 2**30:.2g} GiB; decimate the mesh"
+    except Exception as error:
+        refused = f"{job.name}: {type(error).__name__}: {' '.join(str(error).split())}"
+    if document is not None:
+        # a read-only home costs the time again, nothing else
+        with contextlib.suppress(PieceError):
+            store.write(_cached(key), document)
+    # an import that was stopped listens no more
+    with contextlib.suppress(OSError):
+        end.send((document, refused))

@@ -1,0 +1,205 @@
+"""The box that a clip carries, from its hands: at rest before the grasp, rigid with the hands while
+they hold it, at rest after the release."""
+
+import numpy as np
+import torch
+
+from world import rotations
+from world.character import model as character
+from world.motions.clip import Clip
+from world.motions.fit.ground import body_poses, smooth, stretches
+from world.motions.objects import BoxTrack
+
+#: Radius of the character's hands, m: the box is that much narrower than they are apart.
+HAND_M = 0.04
+#: Hands that hold something: this far apart, their distance steady to this (standard deviation over
+#: _STEADY_S), level to this, ahead of the pelvis by this; m and s.
+_APART_M = (0.20, 0.85)
+_STEADY_M, _STEADY_S = 0.012, 0.4
+_LEVEL_M, _AHEAD_M = 0.2, 0.05
+#: The line between the hands is this square to the heading.
+_ACROSS = np.cos(np.deg2rad(40.0))
+#: What is held is carried somewhere: its centre moves by this, m.
+_CARRIED_M = 0.25
+#: Hands that swing or rest while one walks or sits stay nearer to the pelvis than this, m: further
+#: ahead they hold something if they do so for the shorter time, s; nearer if they do for the longer
+#: one, no further apart than this, m, and up from a seat, m.
+_HELD_AHEAD_M = 0.26
+_SHORTEST_S = (0.8, 1.5)
+_CLOSE_M = 0.42
+_UP_M = 0.70
+#: Nobody carries anything with the pelvis lower than this, m.
+_DOWN_M = 0.50
+#: Losses of the grip shorter than this are none, s.
+_GAP_S = 0.4
+#: The hands have closed on the box when they are within this of its width, m.
+_CLOSED_M = 0.015
+#: From the lowest point of a bend to where wrists that turned are as far apart as the box is wide:
+#: at most this long, s, and this much nearer, m.
+_TURNING_S, _TURNING_M = 1.2, 0.14
+_ON_ITS_WAY_M_S = 0.15
+#: From the pelvis to the near face of a carried box: at least the depth of the trunk, m.
+_TRUNK_M = 0.13
+#: Depth and height of a box by its width: the paper's 30 × 50 × 35 cm, long side across.
+_DEPTH, _HEIGHT = 0.7, 0.6
+
+
+def find_box(clip: Clip) -> BoxTrack | None:
+    """The track of the box that a clip carries; None if its hands never carry anything.
+
+    The box is level and square to the line between the hands; its width is their distance less
+    their thickness, its depth and height follow from that in the paper's proportions.
+    """
+    position, _ = body_poses(clip)
+    hands = [
+        np.stack([smooth(x, 1.0) for x in position[:, body].numpy().astype(np.float64).T], axis=1)
+        for body in (character.BODIES.index(f"{side}_hand") for side in ("right", "left"))
+    ]
+    line = hands[1] - hands[0]
+    apart = np.linalg.norm(line, axis=1)
+    ahead = _ahead(clip, hands)
+    middle = 0.5 * (hands[0] + hands[1])
+    holds = []
+    for start, stop in _filled(_gripping(clip, hands), round(_GAP_S * clip.fps)):
+        grip = closed(apart, start, stop, clip.frames)
+        if grip is not None and _holds(clip, apart, ahead, middle, slice(*grip)):
+            holds.append(_from_the_bend(apart, middle[:, 2], *grip, clip.fps))
+    if not holds:
+        return None
+    held = np.zeros(clip.frames, bool)
+    for start, stop in holds:
+        held[start:stop] = True
+    yaw = np.unwrap(np.arctan2(-line[:, 0], line[:, 1]))
+    tilt = np.arcsin(np.clip(line[:, 2] / apart, -1, 1))
+    width = float(np.median(apart[held])) - 2 * HAND_M
+    size = (_DEPTH * width, width, _HEIGHT * width)
+    # wrists hold a box by its near half: it is no deeper in the hands than the trunk lets it be
+    carried = held & (middle[:, 2] > clip.root_position_m[:, 2] - 0.1)
+    near = float(np.median(ahead[carried if carried.any() else held]))
+    offset = float(np.clip(_TRUNK_M + 0.5 * size[0] - near, 0.0, 0.5 * size[0]))
+    centre = middle + offset * np.column_stack((np.cos(yaw), np.sin(yaw), np.zeros(clip.frames)))
+    path = np.column_stack((centre, yaw, tilt))
+    path = np.where(held[:, None], path, _resting(path, held))
+    pose = np.concatenate((path[:, :3], _rotation(path[:, 3], path[:, 4])), axis=1)
+    return BoxTrack(pose.astype(np.float32), size, held)
+
+
+def _gripping(clip: Clip, hands: list[np.ndarray]) -> np.ndarray:
+    """[T] bool: whether the hands are placed as those that hold something between them."""
+    line = hands[1] - hands[0]
+    apart = np.linalg.norm(line, axis=1)
+    half = max(1, round(0.5 * _STEADY_S * clip.fps))
+    windows = np.lib.stride_tricks.sliding_window_view(
+        np.pad(apart, half, mode="edge"), 2 * half + 1
+    )
+    # steady on one side of the frame is enough: a grip begins and ends somewhere
+    spread = windows.std(axis=1)
+    before, after = np.roll(spread, half), np.roll(spread, -half)
+    before[:half], after[len(after) - half :] = np.inf, np.inf
+    steady = np.minimum(spread, np.minimum(before, after)) < _STEADY_M
+    heading = rotations.heading(torch.from_numpy(clip.local_rotation[:, 0])).numpy()
+    across = np.stack((-heading[:, 1], heading[:, 0]), axis=1)
+    level = np.linalg.norm(line[:, :2], axis=1)
+    square = np.sum(line[:, :2] * across, axis=1) > _ACROSS * level
+    ahead = _ahead(clip, hands) > _AHEAD_M
+    reach = (apart > _APART_M[0]) & (apart < _APART_M[1])
+    return steady & square & ahead & reach & (np.abs(line[:, 2]) < _LEVEL_M)
+
+
+def _ahead(clip: Clip, hands: list[np.ndarray]) -> np.ndarray:
+    """[T]: how far ahead of the pelvis the middle between the hands is, m."""
+    heading = rotations.heading(torch.from_numpy(clip.local_rotation[:, 0])).numpy()
+    middle = 0.5 * (hands[0] + hands[1])
+    return np.sum((middle - clip.root_position_m)[:, :2] * heading, axis=1)
+
+
+def _filled(mask: np.ndarray, gap: int) -> list[tuple[int, int]]:
+    """The stretches of a mask, those less than `gap` frames apart made one."""
+    filled = mask.copy()
+    for start, stop in stretches(~mask):
+        if stop - start <= gap and start > 0 and stop < len(mask):
+            filled[start:stop] = True
+    return stretches(filled)
+
+
+def closed(apart: np.ndarray, start: int, stop: int, frames: int) -> tuple[int, int] | None:
+    """A hold cut, or widened, to the frames in which the hands are as far apart as the box is wide.
+
+    A hold that reaches an end of the clip goes on there.
+    """
+    width = float(np.median(apart[start:stop]))
+    tight = np.abs(apart - width) < _CLOSED_M
+    middle = np.flatnonzero(tight[start:stop])
+    if not len(middle):
+        return None
+    first, last = start + int(middle[0]), start + int(middle[-1])
+    while first > 0 and tight[first - 1]:
+        first -= 1
+    while last < frames - 1 and tight[last + 1]:
+        last += 1
+    return first, last + 1
+
+
+def _holds(
+    clip: Clip, apart: np.ndarray, ahead: np.ndarray, middle: np.ndarray, grip: slice
+) -> bool:
+    """Whether hands that keep their distance hold something: they carry it, and reach for it or
+    keep it long."""
+    pelvis = float(np.median(clip.root_position_m[grip, 2]))
+    if np.linalg.norm(np.ptp(middle[grip], axis=0)) < _CARRIED_M or pelvis < _DOWN_M:
+        return False
+    seconds = (grip.stop - grip.start) / clip.fps
+    if float(np.median(ahead[grip])) > _HELD_AHEAD_M:
+        return seconds >= _SHORTEST_S[0]
+    return seconds >= _SHORTEST_S[1] and pelvis > _UP_M and float(np.median(apart[grip])) < _CLOSE_M
+
+
+def _from_the_bend(
+    apart: np.ndarray, height: np.ndarray, start: int, stop: int, fps: int
+) -> tuple[int, int]:
+    """A hold widened to where the hands are lowest before and after it, if they only come up from
+    there, and go down to there, with the box."""
+    reach = round(_TURNING_S * fps)
+    width = float(np.median(apart[start:stop]))
+    # hands that close on a box stand still: already on their way, they have had it for a while
+    speed = np.gradient(height) * fps
+    before = np.arange(max(0, start - reach), start + 1)
+    lowest = int(before[np.argmin(height[before])])
+    if (
+        speed[start] > _ON_ITS_WAY_M_S
+        and _only_rises(height[lowest : start + 1])
+        and abs(apart[lowest] - width) < _TURNING_M
+    ):
+        start = lowest
+    after = np.arange(stop - 1, min(len(height), stop + reach))
+    lowest = int(after[np.argmin(height[after])])
+    if (
+        speed[stop - 1] < -_ON_ITS_WAY_M_S
+        and _only_rises(height[stop - 1 : lowest + 1][::-1])
+        and abs(apart[lowest] - width) < _TURNING_M
+    ):
+        stop = lowest + 1
+    return start, stop
+
+
+def _only_rises(height: np.ndarray) -> bool:
+    """Whether heights rise by more than 5 cm, and nowhere fall by more than 1 cm."""
+    climbed = np.maximum.accumulate(height)
+    return bool(height[-1] - height[0] > 0.05 and (climbed - height).max() < 0.01)
+
+
+def _resting(path: np.ndarray, held: np.ndarray) -> np.ndarray:
+    """Where the box is while no hand holds it: where it was last put, or is first taken."""
+    rest = path.copy()
+    holds = stretches(held)
+    for start, stop in stretches(~held):
+        after = [h for h in holds if h[0] >= stop]
+        before = [h for h in holds if h[1] <= start]
+        rest[start:stop] = path[before[-1][1] - 1] if before else path[after[0][0]]
+    return rest
+
+
+def _rotation(yaw: np.ndarray, tilt: np.ndarray) -> np.ndarray:
+    """Quaternions [T, 4] of turns by `tilt` about x, then by `yaw` about z."""
+    cy, sy, cx, sx = np.cos(yaw / 2), np.sin(yaw / 2), np.cos(tilt / 2), np.sin(tilt / 2)
+    return np.stack((cy * cx, cy * sx, sy * sx, sy * cx), axis=1)

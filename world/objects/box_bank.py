@@ -1,0 +1,162 @@
+"""A bank of scenes with a box to be carried, and how its box and stands are set up."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+import torch
+from torch import Tensor
+
+from world import rotations
+from world.config import CarryConfig
+from world.errors import ConfigError, PieceError
+from world.furniture.piece import Piece
+from world.scene import box as box_scene
+from world.scene.batch import Scenes
+from world.scene.model import Ball, compile_scene
+from world.tasks.task import Affordance, BoxState, Place
+
+#: A box is moved with its stand while its centre is this near to its place on it, m.
+_ON_STAND_M = 0.1
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the boxes of m scenes are, stand, and should go; world, m."""
+
+    position: Tensor
+    """[m, 3]: the box's centre."""
+    rotation: Tensor
+    """[m, 4]: unit quaternion w, x, y, z."""
+    velocity: Tensor
+    """[m, 6]: of the centre, m/s, and angular, in the box's own axes, rad/s."""
+    start: Tensor
+    """[m, 3]: the box's centre on the stand that it is picked up from."""
+    start_yaw: Tensor
+    """[m, 2]: cosine and sine of that stand's yaw."""
+    target: Tensor
+    """[m, 3]: where the centre should be put."""
+
+    def rows(self, ids: Tensor) -> "Layout":
+        """The scenes of the given indices."""
+        return Layout(
+            self.position[ids],
+            self.rotation[ids],
+            self.velocity[ids],
+            self.start[ids],
+            self.start_yaw[ids],
+            self.target[ids],
+        )
+
+
+def resting(position: Tensor, yaw: Tensor, target: Tensor) -> Layout:
+    """Boxes at rest on their stands: centres [m, 3], yaw [m, 2] (cosine, sine), targets [m, 3]."""
+    rotation = rotations.from_heading(yaw)
+    return Layout(position, rotation, position.new_zeros(len(position), 6), position, yaw, target)
+
+
+class BoxBank:
+    """V boxes (a size and a weight each): their models, and what the task knows of them."""
+
+    affordance: Affordance = "carry"
+
+    def __init__(self, boxes: Sequence[Piece], balls: Sequence[Ball] = ()) -> None:
+        """Raises PieceError where there is no box, or a piece that is none.
+
+        balls: projectiles that every scene has beside its box.
+        """
+        if not boxes:
+            raise PieceError("no boxes: choose at least one")
+        for piece in boxes:
+            if piece.category != "box" or len(piece.boxes) != 1:
+                raise PieceError(f"{piece.name}: is no box to carry")
+        self.pieces = tuple(boxes)
+        self.models: list[mujoco.MjModel] = [
+            compile_scene(box_scene.STAND, balls, piece) for piece in boxes
+        ]
+        self.half = torch.tensor([piece.boxes[0].half_m for piece in boxes], dtype=torch.float32)
+        self.mass = torch.tensor([piece.mass_kg for piece in boxes], dtype=torch.float32)
+        self._by_width = torch.argsort(self.half[:, 1])
+
+    def __len__(self) -> int:
+        return len(self.models)
+
+    def of_width(self, width_m: Tensor, u: Tensor) -> Tensor:
+        """Boxes whose long side, between the hands, is about width_m: one of the three nearest, by
+        u in [0, 1); [n]."""
+        order = self._by_width
+        window = min(3, len(order))
+        widths = (2.0 * self.half[order, 1]).contiguous()
+        at = torch.searchsorted(widths, width_m.contiguous())
+        first = (at - 1).clamp(0, len(order) - window)
+        return order[first + (u * window).long().clamp_max(window - 1)]
+
+    def put(self, scenes: Scenes, ids: Tensor, variant: Tensor, layout: Layout) -> None:
+        """Set up stands and boxes `variant` [m] of the scenes `ids` [m]."""
+        down = torch.zeros_like(layout.start)
+        down[:, 2] = self.half[variant, 2]
+        scenes.move_furniture(ids, layout.start - down, layout.start_yaw)
+        scenes.move_stand(ids, layout.target - down)
+        pose = torch.cat((layout.position, layout.rotation), dim=1)
+        scenes.set_free(ids, 0, pose, layout.velocity)
+
+    def shift(
+        self,
+        scenes: Scenes,
+        ids: Tensor,
+        variant: Tensor,
+        layout: Layout,
+        point: Tensor,
+        facing: Tensor,
+    ) -> Layout:
+        """Put the first stands of the scenes `ids` [m] at floor points [m, 2] with yaws facing
+        [m, 2] (cosine, sine), boxes `variant` [m] that rest on them too; the layout [m] then."""
+        start = torch.cat((point, layout.start[:, 2:]), dim=1)
+        down = torch.zeros_like(start)
+        down[:, 2] = self.half[variant, 2]
+        scenes.move_furniture(ids, start - down, facing)
+        pose = scenes.free_qpos[ids, :7].float()
+        on_it = (pose[:, :3] - layout.start).norm(dim=1) < _ON_STAND_M
+        moved = resting(start, facing, layout.target)
+        still = torch.cat((moved.position, moved.rotation), dim=1)[on_it]
+        scenes.set_free(ids[on_it], 0, still, moved.velocity[on_it])
+        return moved
+
+    def place(self, variant: Tensor, layout: Layout) -> Place:
+        """What the task knows of boxes `variant` [m]; the point of use is the target."""
+        state = BoxState(
+            layout.position,
+            layout.rotation,
+            layout.velocity[:, :3],
+            self.half[variant],
+            layout.start,
+            layout.target,
+        )
+        facing = rotations.heading(layout.rotation)
+        return Place(layout.target, facing, state.corners(), layout.target, state)
+
+
+def boxes(config: CarryConfig) -> tuple[Piece, ...]:
+    """The training boxes of a configuration: sizes evenly over its scales, each with a weight of
+    the range, if there is one, spread by the golden ratio so that size and weight are independent.
+
+    Raises ConfigError for an empty range.
+    """
+    low, high = config.scale
+    if not 0.0 < low <= high or config.sizes < 1:
+        raise ConfigError(f"carry.scale {low} {high}: choose sizes above 0, the smaller first")
+    found = []
+    for index in range(config.sizes):
+        scale = low + (high - low) * (index + 0.5) / config.sizes
+        mass = None
+        if config.weight_kg is not None:
+            lightest, heaviest = config.weight_kg
+            if not 0.0 < lightest <= heaviest:
+                raise ConfigError(
+                    f"carry.weight-kg {lightest} {heaviest}: choose weights above 0 kg, the "
+                    "lighter first"
+                )
+            share = (index * 0.6180339887498949) % 1.0
+            mass = lightest + (heaviest - lightest) * share
+        found.append(box_scene.box(scale, mass))
+    return tuple(found)

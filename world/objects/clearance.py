@@ -1,0 +1,61 @@
+"""How deep the character stands in the furniture: spheres along its limbs against the pieces'
+boxes.
+
+Used to choose furniture that a clip's state fits into: the clips' own chairs were not recorded, and
+a start inside a backrest is thrown out of it.
+"""
+
+import torch
+from torch import Tensor
+
+from world import rotations
+from world.character import kinematics
+from world.character import model as character
+from world.objects.furniture_bank import Bank
+
+#: Body, centre in its frame (z alone, m) and radius, m: the collision shapes as spheres.
+_SPHERES = (
+    ("pelvis", (0.07,), 0.09),
+    ("pelvis", (0.205,), 0.07),
+    ("torso", (0.12,), 0.11),
+    ("head", (0.175,), 0.095),
+    *((f"{side}_upper_arm", (-0.05, -0.14, -0.23), 0.045) for side in ("right", "left")),
+    *((f"{side}_lower_arm", (-0.0525, -0.12, -0.1875), 0.04) for side in ("right", "left")),
+    *((f"{side}_hand", (0.0,), 0.04) for side in ("right", "left")),
+    *((f"{side}_thigh", (-0.06, -0.16, -0.26, -0.36), 0.055) for side in ("right", "left")),
+    *((f"{side}_shin", (-0.045, -0.15, -0.25, -0.355), 0.05) for side in ("right", "left")),
+)
+#: Body of each sphere, [P], and its radius, m: [P].
+BODIES = torch.tensor([character.BODIES.index(b) for b, zs, _ in _SPHERES for _ in zs])
+_HEIGHTS = torch.tensor([z for _, zs, _ in _SPHERES for z in zs])
+RADII = torch.tensor([r for _, zs, r in _SPHERES for _ in zs])
+
+#: Rows measured at a time: each takes 7 kB on the way, and regression on the clips asks for 70,000.
+_ROWS = 2048
+
+
+def points(qpos: Tensor) -> Tensor:
+    """Centres of the character's spheres, world, m: qpos [n, 43] -> [n, P, 3]."""
+    local = rotations.matrix(kinematics.local_rotations(qpos))
+    position, rotation = kinematics.forward(qpos[:, :3], local)
+    return position[:, BODIES] + rotation[:, BODIES, :, 2] * _HEIGHTS[:, None]
+
+
+def depth(centres: Tensor, origin: Tensor, yaw: Tensor, bank: Bank, variant: Tensor) -> Tensor:
+    """Deepest penetration of the spheres into a piece, m, negative for clearance: [n].
+
+    Args: centres [n, P, 3] world, m; origin [n, 3] m and yaw [n, 2] (cosine, sine) of the piece;
+    variant [n] int64, its number in the bank.
+    """
+    if len(centres) > _ROWS:
+        parts = zip(*(x.split(_ROWS) for x in (centres, origin, yaw, variant)), strict=True)
+        return torch.cat([depth(c, o, y, bank, v) for c, o, y, v in parts])
+    inside = rotations.turn_back(yaw[:, None], centres - origin[:, None])
+    offset = inside[:, :, None] - bank.box_centre[variant][:, None]
+    # into the boxes' own axes: Rᵀ v for [n, P, S]
+    axes = bank.box_rotation[variant][:, None]
+    local = (offset[..., None] * axes).sum(dim=-2)
+    beyond = local.abs() - bank.box_half[variant][:, None]
+    distance = beyond.clamp_min(0.0).norm(dim=-1) + beyond.amax(dim=-1).clamp_max(0.0)
+    distance = torch.where(bank.box_used[variant][:, None], distance, torch.inf)
+    return (RADII[:, None] - distance).flatten(1).amax(dim=1)

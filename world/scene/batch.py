@@ -1,0 +1,178 @@
+"""Many scenes on one mujoco Batch: set down, act, look. Episodes and rewards are the shard's."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import torch
+from mujoco.batch import Batch
+from torch import Tensor
+
+from world import rotations
+from world.character import features, servos
+from world.character import model as character
+from world.character.features import Body
+from world.tasks.task import Place
+
+#: Generalised velocities beyond this, m/s or rad/s, are a blow-up that MuJoCo would soon call one.
+_MAX_SPEED = 100.0
+_WARNINGS = [
+    int(mujoco.mjtWarning.mjWARN_BADQPOS),
+    int(mujoco.mjtWarning.mjWARN_BADQVEL),
+    int(mujoco.mjtWarning.mjWARN_BADQACC),
+]
+_PHYSICS = ("qpos", "qvel", "ctrl", "qacc_warmstart", "mocap_pos", "mocap_quat", "time")
+
+
+class Scenes:
+    """n scenes, each with a model of its own; arrays of the batch are views, nothing is copied
+    twice."""
+
+    def __init__(
+        self,
+        models: Sequence[mujoco.MjModel],
+        action_scale: float,
+        action_clip: float,
+        threads: int = 1,
+    ) -> None:
+        self.n = len(models)
+        self.models = list(models)
+        self.batch = Batch(self.models[0], self.n, threads)
+        self.batch.set_models(self.models)
+        self._array = {name: self.batch.bind(name) for name in _PHYSICS}
+        qpos, qvel = (torch.from_numpy(self._array[name]) for name in ("qpos", "qvel"))
+        self._qpos, self._qvel = qpos[:, : character.NQ], qvel[:, : character.NV]
+        #: Coordinates [n, 7 k] and velocities [n, 6 k] of the k free bodies beside the character,
+        #: live.
+        self.free_qpos, self.free_qvel = qpos[:, character.NQ :], qvel[:, character.NV :]
+        self._ctrl = torch.from_numpy(self._array["ctrl"])
+        low, high = character.target_bounds()
+        self._low, self._high = torch.from_numpy(low), torch.from_numpy(high)
+        self._offset = torch.from_numpy(character.neutral_targets())
+        self._scale = action_scale * (self._high - self._low)
+        self._clip = action_clip
+        self._warned = np.zeros(self.n, dtype=np.int64)
+
+    def targets(self, action: Tensor) -> Tensor:
+        """Servo targets [n, 28] rad, within their bounds, of actions [n, 28]."""
+        wanted = self._offset + self._scale * action.clamp(-self._clip, self._clip)
+        return torch.maximum(torch.minimum(wanted, self._high), self._low)
+
+    def actions(self, targets: Tensor) -> Tensor:
+        """The actions [n, 28], within their clip, that tell the servos these targets [n, 28]
+        rad."""
+        return ((targets - self._offset) / self._scale).clamp(-self._clip, self._clip)
+
+    def aim(self, action: Tensor) -> None:
+        """Tell the servos what actions [n, 28] want of them, within their effort as they stand."""
+        self._tell(self.targets(action))
+
+    def act(self, action: Tensor) -> None:
+        """One control step (1/30 s) with the given actions [n, 28]."""
+        self.drive(self.targets(action))
+
+    def drive(self, targets: Tensor) -> None:
+        """One control step (1/30 s) towards the given servo targets [n, 28] rad."""
+        self._tell(targets)
+        self.batch.step(nstep=character.SUBSTEPS)
+
+    def _tell(self, targets: Tensor) -> None:
+        self._ctrl.copy_(servos.limited(targets, self._qpos, self._qvel))
+
+    def finite(self) -> Tensor:
+        """[n] bool: scenes that the last step left sound; MuJoCo resets the others silently."""
+        sound = (self._qvel.abs() < _MAX_SPEED).all(dim=1) & self._qpos.isfinite().all(dim=1)
+        sound &= self.free_qpos.isfinite().all(dim=1)
+        # [n, kind, (last info, count)]
+        warned = self.batch.warning[:, _WARNINGS, 1].sum(axis=1)
+        fresh = warned != self._warned
+        if fresh.any():
+            self._warned = warned.astype(np.int64)
+            sound &= torch.from_numpy(warned == 0) | ~torch.from_numpy(fresh)
+        return sound
+
+    def body(self, ids: Tensor | None = None) -> Body:
+        """The character's features in all scenes, or in those of `ids`."""
+        qpos = self._qpos if ids is None else self._qpos[ids]
+        qvel = self._qvel if ids is None else self._qvel[ids]
+        return features.body(qpos.to(torch.float32), qvel.to(torch.float32))
+
+    def set_down(
+        self, ids: Tensor, qpos: Tensor, qvel: Tensor, origin: Tensor, yaw: Tensor
+    ) -> None:
+        """Write states qpos [m, 43], qvel [m, 34] and the furniture's origin [m, 3] and yaw [m, 2]
+        (cos, sin); free bodies beside the character stay where they are.
+
+        ids [m] may name a scene twice with the same values. Contacts start without a warm start.
+        """
+        rows = ids.numpy()
+        self._array["qpos"][rows, : character.NQ] = qpos.double().numpy()
+        self._array["qvel"][rows, : character.NV] = qvel.double().numpy()
+        self._array["ctrl"][rows] = self._offset.numpy()
+        self._array["qacc_warmstart"][rows] = 0.0
+        self._array["time"][rows] = 0.0
+        self.move_furniture(ids, origin, yaw)
+
+    def move_furniture(self, ids: Tensor, origin: Tensor, yaw: Tensor) -> None:
+        """Put the furniture of the scenes `ids` [m] at origin [m, 3] m with yaw [m, 2] (cosine,
+        sine)."""
+        rows = ids.numpy()
+        self._array["mocap_pos"][rows, 0] = origin.double().numpy()
+        # half the yaw by the half-angle formulas, exact without trigonometry
+        cos, sin = yaw.double().unbind(1)
+        w = torch.sqrt((0.5 * (1 + cos)).clamp_min(0.0))
+        z = torch.sqrt((0.5 * (1 - cos)).clamp_min(0.0)) * torch.where(sin < 0, -1.0, 1.0)
+        quat = torch.stack((w, torch.zeros_like(w), torch.zeros_like(w), z), dim=1)
+        self._array["mocap_quat"][rows, 0] = (quat / quat.norm(dim=1, keepdim=True)).numpy()
+
+    def move_stand(self, ids: Tensor, top: Tensor) -> None:
+        """Put the stand of the scenes `ids` [m] that the box goes to, the middle of its top at
+        `top` [m, 3] m."""
+        self._array["mocap_pos"][ids.numpy(), 1] = top.double().numpy()
+
+    def set_free(self, ids: Tensor, index: int, pose: Tensor, velocity: Tensor) -> None:
+        """Write pose [m, 7] (centre m, quaternion) and velocity [m, 6] (world m/s, own axes rad/s)
+        of the free body `index` of the scenes `ids` [m]."""
+        self.free_qpos[ids, 7 * index : 7 * index + 7] = pose.double()
+        self.free_qvel[ids, 6 * index : 6 * index + 6] = velocity.double()
+
+    def now(self, place: Place, ids: Tensor | None = None) -> Place:
+        """`place` [n], or that of the scenes `ids` [m], with the box where it is at this moment."""
+        if place.box is None:
+            return place
+        pose = self.free_qpos[:, :7] if ids is None else self.free_qpos[ids, :7]
+        velocity = self.free_qvel[:, :3] if ids is None else self.free_qvel[ids, :3]
+        pose = pose.to(torch.float32)
+        box = replace(
+            place.box,
+            position=pose[:, :3],
+            rotation=rotations.normalise(pose[:, 3:]),
+            velocity=velocity.to(torch.float32),
+        )
+        return replace(place, box=box, corners=box.corners())
+
+    def set_models(self, ids: Sequence[int], models: Sequence[mujoco.MjModel]) -> None:
+        """Give the scenes `ids` other models of the same layout."""
+        for scene, model in zip(ids, models, strict=True):
+            self.models[scene] = model
+        self.batch.set_models(self.models)
+
+    def physics(self) -> dict[str, Tensor]:
+        """Copies of all physical state, float64."""
+        return {name: torch.from_numpy(self._array[name].copy()) for name in _PHYSICS}
+
+    def load_physics(self, state: dict[str, Tensor]) -> None:
+        """Restore what `physics` gave."""
+        for name in _PHYSICS:
+            self._array[name][:] = state[name].numpy().reshape(self._array[name].shape)
+
+    @property
+    def qpos(self) -> Tensor:
+        """[n, 43] float64, live."""
+        return self._qpos
+
+    @property
+    def qvel(self) -> Tensor:
+        """[n, 34] float64, live."""
+        return self._qvel
