@@ -25,8 +25,8 @@ class LearnerConfig:
     hidden: tuple[int, ...] = (512, 256)
     """Hidden widths of actor and critic; the paper's are 1024, 512."""
     skip: bool = False
-    """A linear map from the observation beside the actor's layers: what a teacher says is mostly
-    where the joints already are."""
+    """A linear map from the observation beside the actor's layers: a teacher's action is mostly the
+    present position of the joints."""
     sigma: Schedule = ((0.0, 0.035),)
     """Action noise, in units of the normalised action, by samples: ((0, 0.035), (4e7, 0.02))."""
     task_weight: float = 0.6
@@ -63,9 +63,9 @@ class LearnerConfig:
     """Weight of the mirror loss: where the critic thinks much better of a state than of its mirror
     image, the action in the image is drawn to the image of the action; 0, or a task whose networks
     know one side alone (lie): none."""
-    lesson_weight: float = 0.0
-    """Weight of the lesson's loss: where one says what an action should have been (carry.lesson),
-    the mean action is drawn to it; 0: none."""
+    imitation_weight: float = 0.0
+    """Weight of the imitation loss, which draws the mean action to the teacher's action where the
+    teacher (world.teacher) labels the state; 0: none."""
     average: float = 0.98
     """Share that the averaged actor, which evaluation and serving act with, keeps of itself an
     iteration; 0: the last actor."""

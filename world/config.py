@@ -37,15 +37,6 @@ class CarryConfig:
     """Distance from the character to the target in these."""
     in_hand: float = 0.0
     """Share of the near and far starts with the box in hand already, held before the body."""
-    lesson: bool = False
-    """A scripted grip (world.objects.grasp) tells the learner what the arms should do near the
-    box; see ppo.lesson-weight. Evaluation never asks it."""
-    porter: bool = False
-    """A scripted whole body (world.teachers.carry) tells the learner instead what to do, from the
-    last metres before the box on, and of who stands about on the way to it."""
-    led: float = 0.0
-    """Share of the training episodes in which the script moves the arms itself, so that legs and
-    trunk learn what it takes before the arms do; a lesson is then given in all of them."""
 
 
 @dataclass(frozen=True)
@@ -104,6 +95,9 @@ class WorldConfig:
     clips."""
     action_clip: float = 3.0
     """Actions beyond this are clipped."""
+    teacher: str | None = None
+    """Name of a scripted teacher that labels training states with its actions (carry); none: no
+    teacher. See ppo.imitation-weight. Evaluation uses no teacher."""
     seed: int = 0
     """Seed of the furniture catalogue."""
     carry: CarryConfig = field(default_factory=CarryConfig)
