@@ -27,6 +27,7 @@ def parse(arguments: Sequence[str]) -> Any:
 
     from console import commands
     from console.arguments import parse_words
+    from console.run.renamed import refuse_old_flags
 
     def sub(kind: type, name: str, default: Any = tyro.MISSING_NONPROP) -> Any:
         if default is tyro.MISSING_NONPROP:
@@ -42,6 +43,8 @@ def parse(arguments: Sequence[str]) -> Any:
         return reduce(or_, kinds)
 
     words = list(arguments)
+    if words[:1] == ["train"]:
+        refuse_old_flags(words)
     # Two words deep: tyro would name these `motions:list`.
     if words[:1] == ["motions"]:
         return parse_words(

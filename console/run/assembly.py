@@ -11,7 +11,7 @@ from torch import Tensor
 
 from actors.worker import ShardLike
 from console.run.directory import RunDirectory, checkpoint_folder
-from console.run.experiment import Experiment, from_json, to_json
+from console.run.experiment import Experiment, experiment_from_json, to_json
 from console.run.nan_dump import BlackBox
 from discriminator.process import ServiceSpec
 from discriminator.service import ServiceConfig
@@ -151,7 +151,7 @@ def mocap(experiment: Experiment) -> StyleSource:
 
 def mocap_of(experiment: dict[str, Any]) -> StyleSource:
     """As `mocap`, of an experiment's JSON: what the style service's process calls."""
-    return mocap(from_json(Experiment, experiment))
+    return mocap(experiment_from_json(experiment))
 
 
 def style_service(
@@ -224,6 +224,6 @@ def trained(source: Path) -> Trained:
 def experiment_of(manifest: Manifest, path: Path) -> Experiment:
     """The experiment that a checkpoint was made by."""
     try:
-        return from_json(Experiment, json.loads(manifest.notes["experiment"]), str(path))
+        return experiment_from_json(json.loads(manifest.notes["experiment"]), str(path))
     except (KeyError, ValueError, TypeError) as error:
         raise CheckpointError(f"{path} does not say which experiment made it ({error})") from error

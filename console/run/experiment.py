@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from console.run.directory import RunDirectory, RunError
+from console.run.renamed import current
 from discriminator.config import StyleConfig
 from learner.config import LearnerConfig
 from world.config import StartMixture, WorldConfig
@@ -116,6 +117,11 @@ def from_json(kind: Any, value: Any, where: str = "config") -> Any:
     return Path(value) if kind is Path else float(value) if kind is float else value
 
 
+def experiment_from_json(value: dict[str, Any], where: str = "config") -> Experiment:
+    """Return the experiment of its JSON, of this version or of an earlier one (`RENAMED`)."""
+    return from_json(Experiment, current(value), where)
+
+
 def differences(old: Any, new: Any, where: str = "") -> Iterator[str]:
     """One line a setting that differs between two JSON values: `ppo.gamma: 0.98 -> 0.99`."""
     if isinstance(old, dict) and isinstance(new, dict):
@@ -126,18 +132,10 @@ def differences(old: Any, new: Any, where: str = "") -> Iterator[str]:
         yield f"{where}: {old} -> {new}"
 
 
-def read_task(run: RunDirectory) -> str:
-    """The task of a run."""
-    task = run.read_config().get("task")
-    if not isinstance(task, str):
-        raise RunError(f"{run.config} names no task: restore it")
-    return task
-
-
 def read_experiment(run: RunDirectory) -> Experiment:
     """The experiment of a run."""
     try:
-        return from_json(Experiment, run.read_config()["experiment"], str(run.config))
+        return experiment_from_json(run.read_config()["experiment"], str(run.config))
     except (KeyError, TypeError, ValueError) as error:
         raise RunError(f"{run.config} is not a run's configuration ({error})") from error
 
