@@ -21,7 +21,12 @@ class Converted:
 Table = Mapping[str, str | Converted | None]
 """Today's dotted name by the old one, as in an experiment's JSON; None: the setting is removed."""
 
-RENAMED: Table = {}
+RENAMED: Table = {
+    "world.carry.porter": Converted("world.teacher", lambda on: "carry" if on else None),
+    "world.carry.lesson": None,
+    "world.carry.led": None,
+    "ppo.lesson_weight": "ppo.imitation_weight",
+}
 
 
 def current(experiment: Mapping[str, Any], table: Table = RENAMED) -> dict[str, Any]:
