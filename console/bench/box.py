@@ -96,7 +96,8 @@ def _step(scenes: Scenes) -> float:
 
 
 class _Carriers:
-    """Scenes in which the scripted controller carries a box, one size each, from a standing start."""
+    """Scenes in which the scripted controller carries a box, one size each, from a standing
+    start."""
 
     def __init__(self, bank: BoxBank, threads: int) -> None:
         n = len(bank)

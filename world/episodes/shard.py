@@ -56,8 +56,8 @@ class Step:
     broken: Tensor
     """[B, 43 + 34] float64: qpos and qvel of scenes that blew up, as they were before the step."""
     teacher_action: Tensor | None = None
-    """[n, 28]: the teacher's action in the state before the step, NaN where it labels nothing; none:
-    no teacher."""
+    """[n, 28]: the teacher's action in the state before the step, NaN where it labels nothing;
+    none: no teacher."""
 
 
 class Shard:

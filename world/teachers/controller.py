@@ -63,8 +63,8 @@ _CLEAR_M, _OFF_STAND_M, _TO_TARGET_M = 0.08, 0.8, 1.2
 _SINKS_FROM_M = 0.3
 #: Fraction of the way there in one step, horizontally and up, and its bound, m.
 _SHARE, _SHARE_UP, _STEP_M = 0.2, 0.6, 0.03
-#: Filter coefficients, per control step, of the feet's heading and the root's velocity: the box does
-#: not follow their sway.
+#: Filter coefficients, per control step, of the feet's heading and the root's velocity: the box
+#: does not follow their sway.
 _FOLLOW, _FOLLOW_VELOCITY = 0.2, 0.1
 #: Largest correction of the hands' opposition in one step, m.
 _OPPOSE_M = 0.02
@@ -225,8 +225,8 @@ class CarryController:
         self._velocity = torch.where(anew[:, None], velocity, self._velocity + change)
 
     def _reach(self, figure: Figure, box: BoxState, view: View, near: Reach, held: Tensor) -> Reach:
-        """What the hands do: nothing during the approach, `near` during the pick-up; with the box in
-        hand, `held` [n] bool, they carry it or put it down."""
+        """What the hands do: nothing during the approach, `near` during the pick-up; with the box
+        in hand, `held` [n] bool, they carry it or put it down."""
         carrying, down = self.phase == Phase.CARRY, self.phase == Phase.PUT_DOWN
         way = torch.where(down[:, None], _put(box), self._carry(figure, box, view))
         step = way[:, None] + self._opposed(figure)
@@ -259,8 +259,8 @@ class CarryController:
         return shortened(way * way.new_tensor((_SHARE, _SHARE, _SHARE_UP)), _STEP_M)
 
     def _swept(self, figure: Figure) -> Tensor:
-        """[n, 2, 3]: move of the hands round the root with the turn of the heading, m. Without it the
-        box lags behind a turn and slips."""
+        """[n, 2, 3]: move of the hands round the root with the turn of the heading, m. Without it
+        the box lags behind a turn and slips."""
         arm = figure.position[:, HANDS] - figure.position[:, :1]
         arm = arm * (SERVO_S * self._spin)[:, None, None]
         return torch.stack((-arm[..., 1], arm[..., 0], torch.zeros_like(arm[..., 0])), dim=2)

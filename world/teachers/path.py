@@ -28,8 +28,9 @@ _BEFORE_M = 0.15
 #: The approach is straight within these lateral offsets, m, and angles, rad: the first to enter,
 #: the second to stay; and up to these distances past the pick-up point and before the other, m.
 _BESIDE_M, _FACING_RAD, _PAST_M, _SHORT_M = (0.07, 0.27), (0.3, 0.7), 0.12, 0.3
-#: Arrival at the pick-up point, m and rad; the box may be picked up within _NEAR_ENOUGH times these;
-#: the character stays within _NEAR_ENOUGH times the distance and _STAYS_TURNED times the angle.
+#: Arrival at the pick-up point, m and rad; the box may be picked up within _NEAR_ENOUGH times
+#: these; the character stays within _NEAR_ENOUGH times the distance and _STAYS_TURNED times the
+#: angle.
 _AT_M, _AT_RAD = 0.14, 0.28
 _NEAR_ENOUGH, _STAYS_TURNED = 1.5, 1.3
 #: A stalled character may try within this many times the bounds of arrival.
@@ -51,8 +52,8 @@ _TURN_RAD, _TURN_CARRYING_RAD = 0.6, 0.5
 #: Steps have no length where the turn to make is this large, rad; a step of the second length has
 #: no turn, m.
 _TURNS_ONLY_RAD, _NO_TURN_M = 1.8, 0.9
-#: Steps become shorter within this distance, m, down to the given fraction; without the box the path
-#: ends this far beyond its goal, m.
+#: Steps become shorter within this distance, m, down to the given fraction; without the box the
+#: path ends this far beyond its goal, m.
 _SLOW_M, _SLOWEST, _BEYOND_M = 0.8, 0.25, 0.05
 _SLOW_CARRYING_M, _SLOWEST_CARRYING = 0.7, 0.3
 #: Within these distances steps also go sideways and backwards, with the final heading, m.
@@ -60,8 +61,8 @@ _NEAR_M, _NEAR_CARRYING_M = 0.4, 0.3
 #: Bounds of such steps: back and ahead, aside, m; turn, rad; and fractions of the way per step.
 _CREEP_M, _ASIDE_M, _CREEP_TURN_RAD = (-0.15, 0.2), 0.06, 0.6
 _CREEP_AHEAD, _CREEP_ASIDE = 0.8, 0.7
-#: With the box within the first distance of its stand, steps go backwards by the second, m, before a
-#: turn by more than the third, rad: the box would otherwise sweep the stand.
+#: With the box within the first distance of its stand, steps go backwards by the second, m, before
+#: a turn by more than the third, rad: the box would otherwise sweep the stand.
 _LEAVES_M, _BACK_M, _LEAVES_RAD = 0.5, -0.24, 0.5
 
 
@@ -197,7 +198,9 @@ def _far(carrying: Tensor, far_m: Tensor, turn: Tensor) -> Tensor:
     length = torch.where(carrying, _STEP_CARRYING_M, _STEP_M).double()
     length = length * (1.0 - turn.abs() / _TURNS_ONLY_RAD).clamp(0.0, 1.0)
     alone = ((far_m + _BEYOND_M) / _SLOW_M).clamp(_SLOWEST, 1.0)
-    length = length * torch.where(carrying, (far_m / _SLOW_CARRYING_M).clamp(_SLOWEST_CARRYING, 1.0), alone)
+    length = length * torch.where(
+        carrying, (far_m / _SLOW_CARRYING_M).clamp(_SLOWEST_CARRYING, 1.0), alone
+    )
     most = torch.where(carrying, _TURN_CARRYING_RAD, _TURN_RAD).double()
     turn = torch.maximum(torch.minimum(turn, most), -most) * (1.0 - length / _NO_TURN_M)
     return torch.stack((length, torch.zeros_like(length), turn), dim=1)

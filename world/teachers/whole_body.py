@@ -120,7 +120,8 @@ class Figure:
         return self._jacobian(self.com, torch.linalg.cross(self._axes, arms) * share)
 
     def point_jacobian(self, body: int, point: Tensor | None = None) -> Tensor:
-        """[n, 3, 34]: of a point [n, 3] fixed to a body; default: the origin of the body's frame."""
+        """[n, 3, 34]: of a point [n, 3] fixed to a body; default: the origin of the body's
+        frame."""
         point = self.position[:, body] if point is None else point
         arms = torch.linalg.cross(self._axes, point[:, None] - self.position[:, _TURNED])
         return self._jacobian(point, arms * _SUBTREE[_TURNED, body][:, None])
