@@ -13,7 +13,7 @@ from world.character import features
 from world.character import model as character
 from world.character.features import Body
 from world.config import WorldConfig
-from world.episodes.stall import Patience
+from world.episodes.stall import StallTimeout
 from world.errors import ConfigError
 from world.initial import make as starters
 from world.motions.library import MotionLibrary
@@ -101,7 +101,7 @@ class Shard:
         if config.carry.porter and not isinstance(bank, BoxBank):
             raise ConfigError("carry.porter is for the task carry")
         self._porter = Porter(self.n) if config.carry.porter else None
-        self._patience = Patience(self.n, config.patience_s)
+        self._stall = StallTimeout(self.n, config.stall_s)
         self._reset(torch.arange(self.n))
         # clocks start apart, so that not all scenes time out in the same step
         apart = random_streams.uniform(seed, random_streams.EPISODE, self._ids, 0, 16)[:, 15]
@@ -127,7 +127,7 @@ class Shard:
         # down where there is nothing to do down there: saves a third of early samples
         collapsed = ~self.task.low(body, place) & (body.root[:, 2] < self.config.early_pelvis_m)
         fell = self.task.fell(body, place) | collapsed
-        stalled = self._patience.ends(body, place, error <= self.task.success_m) & ~fell
+        stalled = self._stall.ends(body, place, error <= self.task.success_m) & ~fell
         fell = fell | stalled
         self._steps += 1
         self._held = torch.where(error <= self.task.success_m, self._held + 1, 0)
@@ -237,7 +237,7 @@ class Shard:
         self._stages[ids] = False
         now, body = self._scenes.now(self._places.rows(rows), rows), self._scenes.body(rows)
         self._look(body, now, rows)
-        self._patience.reset(rows, body, now)
+        self._stall.reset(rows, body, now)
         if self._porter is not None and now.box is not None:
             self._porter.reset(rows, lifted(now.box))
 
@@ -246,7 +246,7 @@ class Shard:
         own = {name: getattr(self, f"_{name}").clone() for name in (*_EPISODES, "state", "goal")}
         assert self._places is not None
         own |= {name: value.clone() for name, value in self._places.tensors().items()}
-        own |= {f"patience_{k}": v.clone() for k, v in self._patience.memory().items()}
+        own |= {f"stall_{k}": v.clone() for k, v in self._stall.memory().items()}
         physics = {f"physics_{k}": v for k, v in self._scenes.physics().items()}
         if self._porter is not None:
             own |= {f"porter_{k}": v.clone() for k, v in self._porter.memory().items()}
@@ -262,9 +262,10 @@ class Shard:
         for name, value in self._places.tensors().items():
             if name in state or name != "head":
                 value.copy_(state[name])
-        # nor did those know patience
-        if "patience_still" in state:
-            self._patience.remember({k: state[f"patience_{k}"] for k in self._patience.memory()})
+        # nor this; then it was called patience
+        for prefix in ("patience", "stall"):
+            if f"{prefix}_still" in state:
+                self._stall.remember({k: state[f"{prefix}_{k}"] for k in self._stall.memory()})
         if self._porter is not None:
             self._porter.remember({k: state[f"porter_{k}"] for k in self._porter.memory()})
         self.clock = int(state["clock"])

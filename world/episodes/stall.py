@@ -1,4 +1,4 @@
-"""Patience: an episode in which nothing comes about any more need not go on.
+"""The stall time-out: ends an episode in which neither character nor box moves any more.
 
 To stand still is safe, and near the goal it pays at every step, so that training may settle for it:
 standing before a box, or with the box in hand, is a local optimum that a discount only softens.
@@ -18,19 +18,24 @@ from world.tasks import Place
 _ROOT_M, _BOX_M = 0.25, 0.10
 
 
-class Patience:
-    """With n scenes."""
+class StallTimeout:
+    """The stall time-out of n scenes."""
 
-    def __init__(self, n: int, patience_s: float | None) -> None:
-        if patience_s is not None and not patience_s * character.CONTROL_HZ >= 1.0:
-            raise ConfigError(f"patience_s {patience_s}: at least a control step, 1/30 s, or none")
-        self._limit = None if patience_s is None else round(patience_s * character.CONTROL_HZ)
+    def __init__(self, n: int, stall_s: float | None) -> None:
+        if stall_s is not None and not stall_s * character.CONTROL_HZ >= 1.0:
+            raise ConfigError(
+                f"--world.stall-s {stall_s}: at least a control step, 1/30 s, or none"
+            )
+        self._limit = None if stall_s is None else round(stall_s * character.CONTROL_HZ)
         self._root = torch.zeros(n, 2)
         self._box = torch.zeros(n, 3)
         self._still = torch.zeros(n, dtype=torch.int64)
 
     def ends(self, body: Body, place: Place, done: Tensor) -> Tensor:
-        """[n] bool: who has not got on for too long, and is not done [n] bool. One control step."""
+        """Return [n] bool: the scenes that stall for too long and are not done [n] bool.
+
+        To be called once a control step.
+        """
         root = body.root[:, :2]
         moves = (root - self._root).norm(dim=1) > _ROOT_M
         if place.box is not None:

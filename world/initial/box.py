@@ -107,13 +107,14 @@ class BoxStarter:
 
     def _on_stands(self, drawn: Drawn, variant: Tensor, u: Tensor) -> Layout:
         """Boxes on stands about a standing character: near or far, at any bearing and yaw."""
-        config, half, kind = self._config, self._bank.half[variant], drawn.kind
-        low = torch.where(kind == 1, config.near_m[0], config.far_m[0])
-        high = torch.where(kind == 1, config.near_m[1], config.far_m[1])
+        initial, half, kind = self._config.initial, self._bank.half[variant], drawn.kind
+        low = torch.where(kind == 1, initial.near_m[0], initial.far_m[0])
+        high = torch.where(kind == 1, initial.near_m[1], initial.far_m[1])
         distance = low + (high - low) * u[:, 5]
         distance = distance.maximum(half[:, :2].norm(dim=1) + _CLEAR_M)
         onwards = rotations.turn(course(drawn.qpos, drawn.qvel), unit((u[:, 6] - 0.5) / 4))
-        ahead = ((kind == 2) & (u[:, 8] < config.ahead)) | ((kind == 1) & (u[:, 8] < config.front))
+        ahead = (kind == 2) & (u[:, 8] < initial.ahead_fraction)
+        ahead |= (kind == 1) & (u[:, 8] < initial.front_fraction)
         bearing = torch.where(ahead[:, None], onwards, unit(u[:, 6]))
         here = distance[:, None] * bearing
         start = torch.cat((here, self._rest_height(half, u[:, 9])), dim=1)

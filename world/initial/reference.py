@@ -12,14 +12,14 @@ from world.config import WorldConfig
 from world.errors import ClipError, ConfigError
 from world.motions.library import Frames, MotionLibrary
 
-#: Names of the kinds of start, by number.
-KINDS = ("clip", "near", "far")
+#: Kinds of initial states, by number.
+KINDS = ("reference", "near", "far")
 #: How far above the clip's own height a character is set down, m: contacts start unloaded.
 LIFT_M = 0.002
 _NO_USE = {
-    "sit": "no clip uses a seat: set starts.clip to 0 or add clips that sit down",
-    "lie": "no clip uses a bed: set starts.clip to 0 or add clips that lie down",
-    "carry": "no clip carries a box: set starts.clip to 0 or add clips that do",
+    "sit": "no clip uses a seat: set --world.initial.reference to 0 or add clips that sit down",
+    "lie": "no clip uses a bed: set --world.initial.reference to 0 or add clips that lie down",
+    "carry": "no clip carries a box: set --world.initial.reference to 0 or add clips that do",
 }
 
 
@@ -57,17 +57,21 @@ class States:
     def __init__(self, config: WorldConfig, library: MotionLibrary) -> None:
         """Raises ConfigError where the shares make no sense, ClipError where clips are to be
         started from and none does what the task needs."""
-        shares = [config.starts.clip, config.starts.near, config.starts.far]
+        initial = config.initial
+        shares = [initial.reference, initial.near, initial.far]
         if min(shares) < 0 or sum(shares) <= 0:
-            raise ConfigError(f"starts {shares}: shares must be 0 or more, and not all 0")
-        if config.starts.clip > 0 and not any(len(stage) for stage in library.start_stages):
+            raise ConfigError(
+                f"--world.initial.reference, near and far are {shares}: each must be 0 or more, and"
+                " not all 0"
+            )
+        if initial.reference > 0 and not any(len(stage) for stage in library.start_stages):
             raise ClipError(_NO_USE[library.affordance])
-        self._standing_share, self._library = config.standing, library
+        self._standing_fraction, self._library = initial.standing_fraction, library
         edges = torch.tensor(shares, dtype=torch.float64).cumsum(0) / sum(shares)
         self._edges = edges[:-1].to(torch.float32)
         stages = [
             share if len(pool) else 0.0
-            for share, pool in zip(config.clip_stages, library.start_stages, strict=True)
+            for share, pool in zip(initial.reference_stages, library.start_stages, strict=True)
         ]
         self._stage_edges = (
             torch.tensor(stages, dtype=torch.float64).cumsum(0) / max(sum(stages), 1e-9)
@@ -91,7 +95,7 @@ class States:
             if len(pool):
                 frame = torch.where(from_clip & (stage == s), _pick(pool, u[:, 2]), frame)
         frames = library.at(frame)
-        rest = ~from_clip & (u[:, 3] < self._standing_share)
+        rest = ~from_clip & (u[:, 3] < self._standing_fraction)
         qpos = torch.where(rest[:, None], self._standing, frames.qpos)
         qvel = torch.where(rest[:, None], torch.zeros_like(frames.qvel), frames.qvel)
         return Drawn(kind, stage, frame, frames, rest, qpos, qvel)

@@ -71,13 +71,12 @@ def library(
     paths: Sequence[str] = (),
     mirror: bool = True,
     task: str = "sit",
-    paces: Sequence[float] = (),
+    playback_speeds: Sequence[float] = (),
 ) -> MotionLibrary:
     """The motion library of `paths`, or of the package's own clips, for a task.
 
-    Each clip comes again as many times as fast as `paces` say, and with `mirror` all of them
-    reflected.
+    Each clip is repeated at each of the playback speeds, and with `mirror` all of them mirrored.
     """
-    own_pace = clips(paths, task)
-    every = [*own_pace, *(paced(clip, pace) for pace in paces for clip in own_pace)]
+    own_speed = clips(paths, task)
+    every = [*own_speed, *(paced(clip, speed) for speed in playback_speeds for clip in own_speed)]
     return MotionLibrary(every, mirror, tasks.make(task).affordance)

@@ -9,7 +9,7 @@ import torch
 from world import random_streams
 from world.character import features, servos
 from world.character import model as character
-from world.config import CarryConfig, StartMixture, WorldConfig
+from world.config import CarryConfig, InitialStates, WorldConfig
 from world.episodes.shard import Shard
 from world.errors import ClipError
 from world.initial.box import BoxStarter
@@ -61,7 +61,7 @@ def test_a_box_on_its_stand_stays_there(bank: BoxBank) -> None:
 
 def test_starts_on_stands(library: MotionLibrary, bank: BoxBank) -> None:
     n = 1024
-    config = replace(CONFIG, starts=StartMixture(0, 1, 1))
+    config = replace(CONFIG, initial=InitialStates(0, 1, 1))
     starts = BoxStarter(config, library, bank, 0).draw(torch.arange(n), torch.ones(n).long())
     layout, half = starts.layout, bank.half[starts.variant]
     low, high = config.carry.stand_m
@@ -82,7 +82,7 @@ def test_starts_on_stands(library: MotionLibrary, bank: BoxBank) -> None:
 
 def test_starts_from_the_clips_have_the_box_in_hand(library: MotionLibrary, bank: BoxBank) -> None:
     n = 512
-    config = replace(CONFIG, starts=StartMixture(1, 0, 0), clip_stages=(0, 0, 1))
+    config = replace(CONFIG, initial=InitialStates(1, 0, 0, reference_stages=(0, 0, 1)))
     starter = BoxStarter(config, library, bank, 0)
     starts = starter.draw(torch.arange(n), torch.ones(n).long())
     place, body = starter.place(starts), features.body(starts.qpos, starts.qvel)
@@ -105,7 +105,7 @@ def test_no_episode_starts_where_it_would_end(bank: BoxBank) -> None:
     generator = np.random.default_rng(0)
     low = carrying(generator, (0.24, 0.34, 0.2), (0.1, 0.1), 1.5, 0.6)
     library = MotionLibrary([low, walking(generator, 1.0)], affordance="carry")
-    config = replace(CONFIG, starts=StartMixture(1, 0, 0), clip_stages=(1, 1, 1))
+    config = replace(CONFIG, initial=InitialStates(1, 0, 0, reference_stages=(1, 1, 1)))
     starter = BoxStarter(config, library, bank, 0)
     starts = starter.draw(torch.arange(n), torch.ones(n).long())
     assert library.box is not None and library.box.position[library.stages[0], 2].max() < 0.3
@@ -134,7 +134,7 @@ def test_style_sees_the_box(library: MotionLibrary) -> None:
 def holding(library: MotionLibrary, bank: BoxBank, lesson: bool, led: float) -> Shard:
     """A shard whose standing characters begin with the box in hand."""
     carry = replace(CONFIG.carry, in_hand=1.0, near_target=0.0, lesson=lesson, led=led)
-    config = replace(CONFIG, starts=StartMixture(0, 1, 0), standing=1.0, carry=carry)
+    config = replace(CONFIG, initial=InitialStates(0, 1, 0, standing_fraction=1.0), carry=carry)
     return Shard(config, library, bank, range(24), 3)
 
 
@@ -185,8 +185,8 @@ def test_the_porter_teaches_who_is_at_the_box(library: MotionLibrary, bank: BoxB
     of five steps; the servos do what the action says, and a shard that goes on goes on being told
     the same."""
     carry = replace(CONFIG.carry, porter=True)
-    by_box = replace(CONFIG, near_m=(0.4, 1.4), starts=StartMixture(0, 1, 0))
-    config = replace(by_box, standing=1.0, carry=carry)
+    initial = InitialStates(0, 1, 0, near_m=(0.4, 1.4), standing_fraction=1.0)
+    config = replace(CONFIG, initial=initial, carry=carry)
     shard = Shard(config, library, bank, range(24), 3)
     stand = shard._scenes.actions(servos.coordinates(shard._scenes.qpos)).float()
     said = []
