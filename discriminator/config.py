@@ -15,7 +15,7 @@ class StyleConfig:
     steps_per_iteration: int = 2
     """Gradient steps in a PPO iteration."""
     batch: int = 1024
-    """Policy transitions in a gradient step, half new and half of the replay, and as many of mocap."""
+    """Policy transitions in a gradient step, half new and half of the replay; as many of mocap."""
     gradient_penalty: float = 20.0
     """Weight w of w/2 * E_mocap |dD/dx|^2, x the normalised transition, D its logit."""
     penalty_batch: int = 512

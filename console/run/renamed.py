@@ -41,6 +41,9 @@ RENAMED: Table = {
 }
 
 
+RENAMED_SERVE: Table = {"max_situations": "max_poses"}
+"""The same of the flags of `serve`."""
+
 RENAMED_METRICS = {
     f"episode/{figure}_clip": f"episode/{figure}_reference"
     for figure in ("success", "fall", "length")

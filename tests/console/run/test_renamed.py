@@ -116,3 +116,5 @@ def test_the_command_line_refuses_old_flags(capsys: pytest.CaptureFixture[str]) 
         assert main(["train", "sit", "--dry-run", flag, "1"]) == 2
         error = capsys.readouterr().err
         assert error.startswith(f"inhabit: {flag} ") and error.count("\n") == 1
+    assert main(["serve", "run", "--max-situations", "9"]) == 2
+    assert "--max-situations is now --max-poses" in capsys.readouterr().err
