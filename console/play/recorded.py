@@ -94,8 +94,8 @@ def read(path: Path) -> dict[str, Recorded]:
         return takes
     if path.suffix.lower() != clip_file.SUFFIX:
         raise ConfigError(
-            f"{path}: cannot be played; choose a run, a checkpoint folder, a recording (.msgpack) or"
-            f" a clip ({clip_file.SUFFIX})"
+            f"{path}: cannot be played; choose a run, a checkpoint folder, a recording (.msgpack)"
+            f" or a clip ({clip_file.SUFFIX})"
         )
     clips = play.clips([str(path)], None)
     nothing = Curves(missing="a clip has no goal: no reward terms, style score or success")

@@ -83,3 +83,16 @@ def test_a_time_out_of_less_than_a_step_is_refused() -> None:
     for wrong in (0.0, -1.0, float("nan")):
         with pytest.raises(ConfigError, match="stall-s"):
             StallTimeout(1, wrong)
+
+
+def test_a_state_that_calls_it_patience_is_restored() -> None:
+    library = MotionLibrary([walking(np.random.default_rng(0), 1.0)], affordance="carry")
+    bank = BoxBank(boxes(CONFIG.carry))
+    one, other = (Shard(CONFIG, library, bank, range(4), seed) for seed in (1, 2))
+    for _ in range(3):
+        one.step(torch.zeros(4, 28))
+    old = {k.replace("stall_", "patience_"): v for k, v in one.state_dict().items()}
+    assert "patience_still" in old
+    other.load_state_dict(old)
+    for name, value in one.state_dict().items():
+        assert torch.equal(other.state_dict()[name].nan_to_num(), value.nan_to_num()), name
