@@ -1,8 +1,8 @@
 """The stall time-out: ends an episode in which neither character nor box moves any more.
 
-To stand still is safe, and near the goal it pays at every step, so that training may settle for it:
-standing before a box, or with the box in hand, is a local optimum that a discount only softens.
-Ended like a fall after some seconds, it is worth little more than trying.
+Standing still is safe, and near the goal it is rewarded at every step: standing in front of a box,
+or with the box in hand, is a local optimum of the return. An episode that ends like a fall after
+some seconds of it returns little more than an attempt.
 """
 
 import torch
@@ -13,8 +13,8 @@ from world.character.features import Body
 from world.errors import ConfigError
 from world.tasks import Place
 
-#: The character gets on when its root moves by the first of these horizontally, m, or the box that
-#: it is to carry by the second, from where they were when it last did.
+#: The stall clock restarts when the root moves horizontally by the first of these, m, or the box by
+#: the second, from their positions at the last restart.
 _ROOT_M, _BOX_M = 0.25, 0.10
 
 
@@ -49,16 +49,16 @@ class StallTimeout:
         return self._still >= self._limit
 
     def reset(self, ids: Tensor, body: Body, place: Place) -> None:
-        """Begin anew in the scenes `ids` [m], as body and place [m] are now."""
+        """Restart the clocks of the scenes `ids` [m] at body and place [m]."""
         self._root[ids], self._still[ids] = body.root[:, :2], 0
         if place.box is not None:
             self._box[ids] = place.box.position
 
     def memory(self) -> dict[str, Tensor]:
-        """All that is kept from step to step, by name."""
+        """Return the state between steps, by name."""
         return {"root": self._root, "box": self._box, "still": self._still}
 
     def remember(self, memory: dict[str, Tensor]) -> None:
-        """Go on from what `memory` gave."""
+        """Restore what `memory` gave."""
         for name, value in self.memory().items():
             value.copy_(memory[name])

@@ -1,7 +1,7 @@
-"""How an episode of carrying starts: from a clip's own state with its box, or upright with the box
-on a stand anywhere near.
+"""Initial states of carrying: reference states with the clip's box, and upright states with the box
+on a stand at any place.
 
-A start is a pure function of (seed, scene, episode).
+An initial state is a pure function of (seed, scene, episode).
 """
 
 from dataclasses import dataclass

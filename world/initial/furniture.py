@@ -1,7 +1,7 @@
-"""How episodes start: from a clip's own state with its furniture, or upright with furniture
-anywhere near.
+"""Initial states of tasks with furniture: reference states with the clip's furniture, and upright
+states with furniture at any place.
 
-A start is a pure function of (seed, scene, episode).
+An initial state is a pure function of (seed, scene, episode).
 """
 
 from dataclasses import dataclass, replace
