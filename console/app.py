@@ -27,7 +27,7 @@ def parse(arguments: Sequence[str]) -> Any:
 
     from console import commands
     from console.arguments import parse_words
-    from console.run.renamed import refuse_old_flags
+    from console.run.renamed import RENAMED_SERVE, refuse_old_flags
 
     def sub(kind: type, name: str, default: Any = tyro.MISSING_NONPROP) -> Any:
         if default is tyro.MISSING_NONPROP:
@@ -45,6 +45,8 @@ def parse(arguments: Sequence[str]) -> Any:
     words = list(arguments)
     if words[:1] == ["train"]:
         refuse_old_flags(words)
+    if words[:1] == ["serve"]:
+        refuse_old_flags(words, RENAMED_SERVE)
     # Two words deep: tyro would name these `motions:list`.
     if words[:1] == ["motions"]:
         return parse_words(

@@ -39,15 +39,18 @@ from world.tasks.symmetry import symmetry
 
 @lru_cache(maxsize=2)
 def library(
-    motions: tuple[str, ...], mirror: bool, task: str = "sit", paces: tuple[float, ...] = ()
+    motions: tuple[str, ...],
+    mirror: bool,
+    task: str = "sit",
+    playback_speeds: tuple[float, ...] = (),
 ) -> MotionLibrary:
     """The clips of a configuration as tensors; read once in a process."""
-    return load.library(motions, mirror, task, paces)
+    return load.library(motions, mirror, task, playback_speeds)
 
 
 def library_of(world: WorldConfig) -> MotionLibrary:
     """The clips of a world's configuration."""
-    return library(world.motions, world.mirror, world.task, world.paces)
+    return library(world.motions, world.mirror, world.task, world.playback_speeds)
 
 
 @lru_cache(maxsize=2)

@@ -26,7 +26,33 @@ RENAMED: Table = {
     "world.carry.lesson": None,
     "world.carry.led": None,
     "ppo.lesson_weight": "ppo.imitation_weight",
+    "overlap": "lag.overlap",
+    "max_policy_lag": "lag.max_policy",
+    "max_style_lag": "lag.max_style",
+    "world.paces": "world.playback_speeds",
+    "world.patience_s": "world.stall_s",
+    "world.starts.clip": "world.initial.reference",
+    "world.starts.near": "world.initial.near",
+    "world.starts.far": "world.initial.far",
+    "world.clip_stages": "world.initial.reference_stages",
+    "world.raised": "world.initial.raised_seat_fraction",
+    "world.standing": "world.initial.standing_fraction",
+    "world.near_m": "world.initial.near_m",
+    "world.front": "world.initial.front_fraction",
+    "world.front_m": "world.initial.front_m",
+    "world.far_m": "world.initial.far_m",
+    "world.ahead": "world.initial.ahead_fraction",
 }
+
+
+RENAMED_SERVE: Table = {"max_situations": "max_poses"}
+"""The same of the flags of `serve`."""
+
+RENAMED_METRICS = {
+    f"episode/{figure}_clip": f"episode/{figure}_reference"
+    for figure in ("success", "fall", "length")
+}
+"""Today's name of a figure in metrics.jsonl by its old one."""
 
 
 def current(experiment: Mapping[str, Any], table: Table = RENAMED) -> dict[str, Any]:
@@ -46,6 +72,11 @@ def current(experiment: Mapping[str, Any], table: Table = RENAMED) -> dict[str, 
             raise ConfigError(f"{old} is today's {key}, and both are set: leave {old} out")
         _put(found, key, new.convert(value) if isinstance(new, Converted) else value)
     return found
+
+
+def current_metrics(line: Mapping[str, Any]) -> dict[str, Any]:
+    """Return one iteration's figures under today's names."""
+    return {RENAMED_METRICS.get(name, name): value for name, value in line.items()}
 
 
 def refuse_old_flags(words: Sequence[str], table: Table = RENAMED) -> None:

@@ -14,7 +14,7 @@ from world.character import model as character
 from world.character.features import Body
 from world.config import WorldConfig
 from world.episodes import state_keys
-from world.episodes.stall import Patience
+from world.episodes.stall import StallTimeout
 from world.initial import make as starters
 from world.motions.library import MotionLibrary
 from world.objects.box_bank import BoxBank
@@ -38,7 +38,7 @@ class Step:
     terms: Tensor
     """[n, n_terms]: the unweighted terms."""
     fell: Tensor
-    """[n] bool: the character or its box fell, or patience with it ended."""
+    """[n] bool: the character or its box fell, or the stall time-out expired."""
     timed_out: Tensor
     """[n] bool: the clock ran out, or success was held long enough."""
     finite: Tensor
@@ -50,7 +50,7 @@ class Step:
     end_goals: Tensor
     """[K, G]."""
     episodes: dict[str, Tensor]
-    """Of the K: return, length (steps), success, fall, stalled (patience with it ended), start
+    """Of the K: return, length (steps), success, fall, stalled (the stall time-out expired), start
     (index into KINDS), and stage_NAME of each stage of the task: whether the episode reached it;
     float32."""
     broken: Tensor
@@ -95,7 +95,7 @@ class Shard:
         self._goal = torch.zeros(self.n, self.task.goal.width)
         self._places: Place | None = None
         self._teacher = teacher
-        self._patience = Patience(self.n, config.patience_s)
+        self._stall = StallTimeout(self.n, config.stall_s)
         self._reset(torch.arange(self.n))
         # clocks start apart, so that not all scenes time out in the same step
         apart = random_streams.uniform(seed, random_streams.EPISODE, self._ids, 0, 16)[:, 15]
@@ -121,7 +121,7 @@ class Shard:
         # down where there is nothing to do down there: saves a third of early samples
         collapsed = ~self.task.low(body, place) & (body.root[:, 2] < self.config.early_pelvis_m)
         fell = self.task.fell(body, place) | collapsed
-        stalled = self._patience.ends(body, place, error <= self.task.success_m) & ~fell
+        stalled = self._stall.ends(body, place, error <= self.task.success_m) & ~fell
         fell = fell | stalled
         self._steps += 1
         self._held = torch.where(error <= self.task.success_m, self._held + 1, 0)
@@ -206,7 +206,7 @@ class Shard:
         self._stages[ids] = False
         now, body = self._scenes.now(self._places.rows(rows), rows), self._scenes.body(rows)
         self._look(body, now, rows)
-        self._patience.reset(rows, body, now)
+        self._stall.reset(rows, body, now)
         if self._teacher is not None:
             self._teacher.reset(rows, now)
 
@@ -215,7 +215,7 @@ class Shard:
         own = {name: getattr(self, f"_{name}").clone() for name in (*_EPISODES, "state", "goal")}
         assert self._places is not None
         own |= {name: value.clone() for name, value in self._places.tensors().items()}
-        own |= {f"patience_{k}": v.clone() for k, v in self._patience.memory().items()}
+        own |= {f"stall_{k}": v.clone() for k, v in self._stall.memory().items()}
         physics = {f"physics_{k}": v for k, v in self._scenes.physics().items()}
         if self._teacher is not None:
             own |= {f"teacher_{k}": v.clone() for k, v in self._teacher.state_dict().items()}
@@ -232,9 +232,9 @@ class Shard:
         for name, value in self._places.tensors().items():
             if name in state or name != "head":
                 value.copy_(state[name])
-        # nor did those know patience
-        if "patience_still" in state:
-            self._patience.remember({k: state[f"patience_{k}"] for k in self._patience.memory()})
+        # nor did those know a stall time-out
+        if "stall_still" in state:
+            self._stall.remember({k: state[f"stall_{k}"] for k in self._stall.memory()})
         if self._teacher is not None:
             self._teacher.load_state_dict(state_keys.part(state, "teacher_"))
         self.clock = int(state["clock"])

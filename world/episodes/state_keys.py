@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from torch import Tensor
 
 #: Prefixes of older checkpoints and what they are called today.
-RENAMED = {"porter_": "teacher_"}
+RENAMED = {"porter_": "teacher_", "patience_": "stall_"}
 
 
 def current(state: Mapping[str, Tensor]) -> dict[str, Tensor]:

@@ -7,6 +7,7 @@ import pytest
 
 from console.app import main
 from console.run.experiment import Experiment, experiment_from_json, to_json
+from console.run.metrics import read_metrics
 from console.run.renamed import RENAMED, Converted, current, refuse_old_flags
 from tests.support.paths import ROOT
 from world.errors import ConfigError
@@ -83,6 +84,14 @@ def test_every_renamed_setting_leads_to_one_that_exists() -> None:
             assert (entry.key if isinstance(entry, Converted) else entry) in today
 
 
+def test_figures_of_earlier_runs_read_under_todays_names() -> None:
+    file = ROOT / "pretrained" / "sit" / "metrics.jsonl"
+    old = json.loads(file.read_text().splitlines()[0])
+    new = read_metrics(file)[0]
+    assert new["episode/success_reference"] == old["episode/success_clip"] == 0.25
+    assert len(new) == len(old) and not any(name.endswith("_clip") for name in new)
+
+
 def test_an_unknown_setting_is_one_clear_line() -> None:
     old = recorded("sit")
     old["world"]["gravity"] = 9.8
@@ -116,6 +125,8 @@ def test_the_command_line_refuses_old_flags(capsys: pytest.CaptureFixture[str]) 
         assert main(["train", "sit", "--dry-run", flag, "1"]) == 2
         error = capsys.readouterr().err
         assert error.startswith(f"inhabit: {flag} ") and error.count("\n") == 1
+    assert main(["serve", "run", "--max-situations", "9"]) == 2
+    assert "--max-situations is now --max-poses" in capsys.readouterr().err
 
 
 def test_the_scripted_teacher_of_older_runs_is_a_teacher_by_name() -> None:

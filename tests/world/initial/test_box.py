@@ -9,7 +9,7 @@ import torch
 from world import random_streams
 from world.character import features
 from world.character import model as character
-from world.config import CarryConfig, StartMixture, WorldConfig
+from world.config import CarryConfig, InitialStates, WorldConfig
 from world.episodes.shard import Shard
 from world.errors import ClipError
 from world.initial.box import BoxStarter
@@ -60,7 +60,7 @@ def test_a_box_on_its_stand_stays_there(bank: BoxBank) -> None:
 
 def test_starts_on_stands(library: MotionLibrary, bank: BoxBank) -> None:
     n = 1024
-    config = replace(CONFIG, starts=StartMixture(0, 1, 1))
+    config = replace(CONFIG, initial=InitialStates(0, 1, 1))
     starts = BoxStarter(config, library, bank, 0).draw(torch.arange(n), torch.ones(n).long())
     layout, half = starts.layout, bank.half[starts.variant]
     low, high = config.carry.stand_m
@@ -81,7 +81,7 @@ def test_starts_on_stands(library: MotionLibrary, bank: BoxBank) -> None:
 
 def test_starts_from_the_clips_have_the_box_in_hand(library: MotionLibrary, bank: BoxBank) -> None:
     n = 512
-    config = replace(CONFIG, starts=StartMixture(1, 0, 0), clip_stages=(0, 0, 1))
+    config = replace(CONFIG, initial=InitialStates(1, 0, 0, reference_stages=(0, 0, 1)))
     starter = BoxStarter(config, library, bank, 0)
     starts = starter.draw(torch.arange(n), torch.ones(n).long())
     place, body = starter.place(starts), features.body(starts.qpos, starts.qvel)
@@ -104,7 +104,7 @@ def test_no_episode_starts_where_it_would_end(bank: BoxBank) -> None:
     generator = np.random.default_rng(0)
     low = carrying(generator, (0.24, 0.34, 0.2), (0.1, 0.1), 1.5, 0.6)
     library = MotionLibrary([low, walking(generator, 1.0)], affordance="carry")
-    config = replace(CONFIG, starts=StartMixture(1, 0, 0), clip_stages=(1, 1, 1))
+    config = replace(CONFIG, initial=InitialStates(1, 0, 0, reference_stages=(1, 1, 1)))
     starter = BoxStarter(config, library, bank, 0)
     starts = starter.draw(torch.arange(n), torch.ones(n).long())
     assert library.box is not None and library.box.position[library.stages[0], 2].max() < 0.3
@@ -132,7 +132,7 @@ def test_style_sees_the_box(library: MotionLibrary) -> None:
 
 def test_a_box_in_hand_is_between_the_hands(library: MotionLibrary, bank: BoxBank) -> None:
     carry = replace(CONFIG.carry, in_hand=1.0, near_target=0.0)
-    config = replace(CONFIG, starts=StartMixture(0, 1, 0), standing=1.0, carry=carry)
+    config = replace(CONFIG, initial=InitialStates(0, 1, 0, standing_fraction=1.0), carry=carry)
     starter = BoxStarter(config, library, bank, 3)
     starts = starter.draw(torch.arange(24), torch.ones(24).long())
     box = starter.place(starts).box

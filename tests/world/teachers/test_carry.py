@@ -9,7 +9,7 @@ from torch import Tensor
 
 from world import teachers
 from world.character import servos
-from world.config import CarryConfig, StartMixture, WorldConfig
+from world.config import CarryConfig, InitialStates, WorldConfig
 from world.episodes.shard import Shard
 from world.errors import ChoiceError, ConfigError
 from world.motions.library import MotionLibrary
@@ -23,9 +23,7 @@ from world.teachers.controller import Phase
 #: Half of the standing characters are near the box.
 CONFIG = WorldConfig(
     task="carry",
-    near_m=(0.4, 1.4),
-    starts=StartMixture(0, 1, 0),
-    standing=1.0,
+    initial=InitialStates(0, 1, 0, near_m=(0.4, 1.4), standing_fraction=1.0),
     teacher="carry",
     carry=CarryConfig(sizes=12),
 )
