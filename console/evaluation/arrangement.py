@@ -13,6 +13,7 @@ from world.config import CarryConfig
 from world.furniture.piece import Affordance as Offered
 from world.furniture.piece import Piece
 from world.objects.box_bank import BoxBank, Layout, resting
+from world.objects.floor_bank import FloorBank
 from world.objects.furniture_bank import Bank, scaled
 from world.scene import box as box_scene
 from world.scene.batch import Scenes
@@ -77,6 +78,26 @@ class Furnished:
         return self._bank.place(ids, point, facing)
 
 
+class Bare:
+    """An empty floor, with a target on it."""
+
+    def __init__(self, count: int, what: Disturbance, point: Tensor, facing: Tensor) -> None:
+        """point [n, 2] m and facing [n, 2] (cosine, sine): of the targets."""
+        self._bank = FloorBank(what.balls(), count)
+        self.models = self._bank.models
+        self.point, self.facing = point, facing
+
+    def begin(self, scenes: Scenes) -> Place:
+        """Standing characters, and the marker of each target."""
+        stand(scenes, *self._bank.placed(self.point, self.facing))
+        return self._bank.place(self.point, self.facing)
+
+    def move(self, scenes: Scenes, ids: Tensor, point: Tensor, facing: Tensor) -> Place:
+        """The targets of the scenes `ids` [m] put elsewhere; what the task knows of them there."""
+        scenes.move_furniture(ids, *self._bank.placed(point, facing))
+        return self._bank.place(point, facing)
+
+
 class Stacked:
     """Boxes on stands, with a stand to bring each to."""
 
@@ -139,8 +160,10 @@ def arranged(
     trials: NDArray[np.int64],
     seed: int,
     target_m: tuple[float, float],
-) -> Furnished | Stacked:
+) -> Furnished | Stacked | Bare:
     """The arrangement of what a task uses."""
+    if affordance == "floor":
+        return Bare(len(pieces), what, point, facing)
     if affordance != "carry":
         return Furnished(pieces, affordance, what, point, facing)
     layout = stacked_layout(pieces, point, facing, trials, seed, target_m)
@@ -149,7 +172,7 @@ def arranged(
 
 def sized(piece: Piece, scale: float) -> Piece:
     """A trial's piece at its scale; boxes have theirs already."""
-    return piece if piece.category == "box" else scaled(piece, scale)
+    return piece if piece.category in ("box", "floor") else scaled(piece, scale)
 
 
 def stand(scenes: Scenes, origin: Tensor, yaw: Tensor) -> None:

@@ -26,6 +26,7 @@ from world.errors import ChoiceError, ClipError, ConfigError
 from world.furniture import collection
 from world.furniture.piece import Affordance, Piece
 from world.motions.library import MotionLibrary
+from world.objects.floor_bank import MARKER
 from world.scene import perturbations
 from world.tasks.task import HELD
 
@@ -54,6 +55,10 @@ def objects_of(found: assembly.Trained, objects: str, number: int, seed: int) ->
         if objects != "test":
             raise ConfigError("--objects: carry draws a box for each trial; leave it out")
         return boxes(number, seed, found.experiment.world.carry.weight_kg)
+    if affordance == "floor":
+        if objects != "test":
+            raise ConfigError("--objects: walk needs no furniture; leave it out")
+        return (MARKER,)
     return pieces_of(objects, 0, affordance)
 
 

@@ -117,7 +117,7 @@ def _mocap_overlaps(
     """The same of clips' states, with furniture put to them as episodes start with it: the clips'
     own was not recorded. Empty where no clip uses any."""
     affordance = tasks.make(world.task).affordance
-    if affordance == "carry" or not any(len(stage) for stage in library.stages):
+    if affordance in ("carry", "floor") or not any(len(stage) for stage in library.stages):
         return np.zeros(0)
     only = replace(world, starts=replace(world.starts, clip=1.0, near=0.0, far=0.0))
     bank = Bank(pieces, affordance)

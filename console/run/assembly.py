@@ -33,6 +33,7 @@ from world.furniture.piece import Affordance, Piece
 from world.motions import load
 from world.motions.library import MotionLibrary, StyleMixture, StyleSource
 from world.objects.box_bank import BoxBank, boxes
+from world.objects.floor_bank import FloorBank
 from world.objects.furniture_bank import Bank, variants
 from world.tasks.symmetry import symmetry
 
@@ -51,11 +52,13 @@ def library_of(world: WorldConfig) -> MotionLibrary:
 
 
 @lru_cache(maxsize=2)
-def training_bank(world: WorldConfig) -> Bank | BoxBank:
+def training_bank(world: WorldConfig) -> Bank | BoxBank | FloorBank:
     """The training furniture or boxes of a configuration, compiled once in a process."""
     affordance = tasks.make(world.task).affordance
     if affordance == "carry":
         return BoxBank(boxes(world.carry))
+    if affordance == "floor":
+        return FloorBank()
     return Bank(variants(training_pieces(world)[0], world.scales, world.scale), affordance)
 
 
@@ -69,6 +72,10 @@ def training_pieces(world: WorldConfig) -> tuple[tuple[Piece, ...], str]:
     if affordance == "carry":
         if world.objects:
             raise ConfigError("--objects: carry draws its boxes itself; leave it out")
+        return (), ""
+    if affordance == "floor":
+        if world.objects:
+            raise ConfigError("--objects: walk needs no furniture; leave it out")
         return (), ""
     found: list[Piece] = []
     for name in world.objects or ("train",):

@@ -19,6 +19,7 @@ LIFT_M = 0.002
 _NO_USE = {
     "sit": "no clip uses a seat: set starts.clip to 0 or add clips that sit down",
     "lie": "no clip uses a bed: set starts.clip to 0 or add clips that lie down",
+    "floor": "no clip walks: set starts.clip to 0 or add clips that do",
     "carry": "no clip carries a box: set starts.clip to 0 or add clips that do",
 }
 

@@ -20,8 +20,6 @@ from world.tasks.carry import GROUND_M
 
 #: Lowest centre of a box that an episode may start with, m: people pick boxes up from the floor.
 _BOX_M = GROUND_M + 0.05
-#: Pelvis height from which a frame counts as upright, m.
-_UPRIGHT_M = 0.72
 #: Root height from which a character stands on its feet, m.
 _STANDS_M = 0.75
 #: An upright frame slower than this, and turning slower, is idle: m/s, rad/s; one slower than the
@@ -31,6 +29,8 @@ _SLOW_M_S = 0.4
 #: Of the idle frames one in so many is kept: people wait a lot before and after they sit, and a
 #: discriminator that has seen it rewards a character for standing where it is.
 _IDLE_EVERY = 12
+#: Of a task that ends standing, many more.
+_IDLE_EVERY_STANDING = 3
 #: Every 20th second of motion is held out to measure the discriminator on.
 _HELD_OUT_EVERY = 20
 
@@ -80,13 +80,14 @@ class MotionLibrary:
         has_next = torch.cat([torch.arange(c.frames) < c.frames - 1 for c in both])
         second = torch.cat([torch.arange(c.frames) // c.fps for c in both])
         held_out = second % _HELD_OUT_EVERY == _HELD_OUT_EVERY // 2
-        upright = self.qpos[:, 2] > _UPRIGHT_M
+        upright = self.qpos[:, 2] > use.UPRIGHT_M
         stage = torch.cat([u.stage for u in uses])
         idle = (self.qvel[:, :2].norm(dim=1) < _IDLE_M_S) & (
             self.body.angular_velocity[:, 2].abs() < _IDLE_RAD_S
         )
-        dull = upright & idle & (stage == 0) & (torch.arange(len(idle)) % _IDLE_EVERY != 0)
-        has_next &= ~dull
+        every = _IDLE_EVERY_STANDING if affordance == "floor" else _IDLE_EVERY
+        dull = upright & idle & (stage == 0) & (torch.arange(len(idle)) % every != 0)
+        has_next &= ~dull & torch.cat([u.kept for u in uses])
         has_next &= torch.cat([torch.from_numpy(segments.usable(c)) for c in both])
         #: Upright frames that have a successor: locomotion, wherever an object may be, few of them
         #: idle; most of them from clips without a seat, which walk for longer and faster.
@@ -198,7 +199,7 @@ class StyleSource:
         )
         index = pool[(u[:, 1] * len(pool)).long().clamp_max(len(pool) - 1)]
         imaginary = (u[:, 0] < self._mixture.locomotion) & (
-            self._library.qpos[index, 2] > _UPRIGHT_M
+            self._library.qpos[index, 2] > use.UPRIGHT_M
         )
         return self._pairs(index, imaginary | ~self._library.has_seat[index], u[:, 2:])
 

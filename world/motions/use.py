@@ -10,6 +10,7 @@ from torch import Tensor
 from world import rotations
 from world.motions import segments
 from world.motions.clip import Clip
+from world.motions.fit.ground import stretches
 from world.tasks.task import Affordance
 
 #: Stages of use: approach or leave; sit or lie down, get up, pick up, put down; seated, lying,
@@ -17,6 +18,10 @@ from world.tasks.task import Affordance
 APPROACH, TRANSITION, CONTACT = 0, 1, 2
 #: Done with it for good: no stage to start at.
 LEFT = -1
+#: Pelvis height from which a frame counts as upright, m.
+UPRIGHT_M = 0.72
+#: How far ahead in its clip the target of a walking frame is, s.
+_AHEAD_S = (0.5, 5.0)
 
 
 @dataclass(frozen=True)
@@ -60,6 +65,8 @@ class Use:
     stage: Tensor
     """[T] int64: APPROACH, TRANSITION, CONTACT, or LEFT."""
     box: BoxFrames
+    kept: Tensor
+    """[T] bool: frames to learn from; where a clip does what the task never does, False."""
 
 
 def of(clip: Clip, affordance: Affordance) -> Use:
@@ -115,7 +122,30 @@ def _box(clip: Clip) -> Use:
         has_put=torch.full((clip.frames,), int(edges[-1]) < clip.frames),
         has_picked=torch.full((clip.frames,), int(edges[0]) > 0),
     )
-    return Use(True, nothing.point, nothing.head, nothing.facing, stage, box)
+    return replace(nothing, known=True, stage=stage, box=box)
+
+
+def _floor(clip: Clip) -> Use:
+    """The walking stretches of a clip; the target of a frame is where its stretch goes within the
+    next seconds."""
+    found = segments.stages(clip)
+    on_foot = (found == segments.APPROACH) | (found == segments.LEAVE)
+    on_foot &= clip.root_position_m[:, 2] > UPRIGHT_M
+    goal = np.arange(clip.frames)
+    for start, stop in stretches(on_foot):
+        frames = np.arange(start, stop)
+        # spread by the golden ratio, so that neighbouring frames have targets near and far
+        ahead_s = _AHEAD_S[0] + (_AHEAD_S[1] - _AHEAD_S[0]) * ((frames * 0.6180339887498949) % 1.0)
+        goal[start:stop] = np.minimum(frames + np.round(ahead_s * clip.fps), stop - 1)
+    level = np.array([1.0, 1.0, 0.0], np.float32)
+    point = torch.from_numpy(clip.root_position_m[goal].astype(np.float32) * level)
+    heading = rotations.heading(torch.from_numpy(clip.local_rotation[goal, 0]).float())
+    stage = torch.from_numpy(np.where(on_foot, APPROACH, LEFT))
+    nothing = _at(clip, None, None, 0.0, stage)
+    kept = torch.from_numpy(on_foot)
+    return replace(
+        nothing, known=bool(on_foot.any()), point=point, head=point, facing=heading, kept=kept
+    )
 
 
 def _at(
@@ -131,7 +161,9 @@ def _at(
     yaw = torch.tensor(facing_rad)
     facing = torch.stack((torch.cos(yaw), torch.sin(yaw))).to(torch.float32)
     facing = facing.expand(clip.frames, -1)
-    return Use(point is not None, rows(point), rows(head), facing, stage, _no_box(clip.frames))
+    kept = torch.ones(clip.frames, dtype=torch.bool)
+    box = _no_box(clip.frames)
+    return Use(point is not None, rows(point), rows(head), facing, stage, box, kept)
 
 
 def _no_box(frames: int) -> BoxFrames:
@@ -163,4 +195,9 @@ def _angular(rotation: Tensor) -> Tensor:
     return 0.5 * (ends[1:] + ends[:-1])
 
 
-_READERS: dict[str, Callable[[Clip], Use]] = {"sit": _seat, "lie": _bed, "carry": _box}
+_READERS: dict[str, Callable[[Clip], Use]] = {
+    "sit": _seat,
+    "lie": _bed,
+    "carry": _box,
+    "floor": _floor,
+}

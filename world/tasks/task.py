@@ -11,8 +11,8 @@ from world import rotations
 from world.character import features
 from world.character.features import Body, Table
 
-Affordance = Literal["sit", "lie", "carry"]
-"""What an object offers: a seat, a lying place, or itself to be carried."""
+Affordance = Literal["sit", "lie", "carry", "floor"]
+"""What an object offers: a seat, a lying place, itself to be carried, or a floor to stand on."""
 
 #: Name of the last stage of every task: success held. Whoever runs the episodes knows it, since
 #: `stage` sees a moment alone.

@@ -246,7 +246,7 @@ def with_any(clip: Clip) -> list[Clip]:
 def serves(clip: Clip, task: str) -> bool:
     """Whether the objects that a clip knows are a task's; yes where it knows none."""
     kind, _ = _fitter(task)
-    return not _known(clip) or kind in _known(clip)
+    return not kind or not _known(clip) or kind in _known(clip)
 
 
 def _known(clip: Clip) -> list[str]:
@@ -290,4 +290,5 @@ _FITTERS: dict[str, tuple[str, Callable[[Clip], list[Clip]]]] = {
     "sit": ("seat", with_seats),
     "lie": ("bed", _with_beds),
     "carry": ("box", _with_box),
+    "walk": ("", with_any),
 }
