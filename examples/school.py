@@ -101,7 +101,7 @@ class School:
         self._recent: list[tuple[Tensor, Tensor]] = []
         self._fell: list[Tensor] = []
         qpos, layout, laden = self._draw()
-        self.place, self._layout = self.bank.place(self.ids, layout), layout
+        self.place, self._layout = self.bank.target(self.ids, layout), layout
         self._liftings = _Liftings(qpos, torch.zeros(n, character.NV), layout, self.porter.memory())
         self._begin(self.ids, qpos, layout, laden)
 
@@ -187,7 +187,7 @@ class School:
         at = layout.rows(rows)
         self.scenes.set_down(rows, qpos[rows], moves, at.start, at.start_yaw)
         self.bank.put(self.scenes, rows, rows, at)
-        self.place.write(rows, self.bank.place(rows, at))
+        self.place.write(rows, self.bank.target(rows, at))
         _write(self._layout, rows, at)
         self.porter.reset(rows, laden[rows])
         self._age[rows], self._held[rows], self._stages[rows] = 0.0, 0.0, False
@@ -243,7 +243,7 @@ class School:
         target = torch.cat((target, end_m[:, None]), dim=1)
         rest = torch.zeros(n, 6)
         layout = Layout(position, rotations.from_heading(yaw), rest, start, yaw, target)
-        state = self.bank.place(self.ids, layout).box
+        state = self.bank.target(self.ids, layout).box
         assert state is not None
         return torch.where(laden[:, None], grasp.holding(qpos, state), qpos), layout, laden
 

@@ -18,13 +18,13 @@ import tyro
 from torch import Tensor
 
 from console.evaluation import trials
-from console.evaluation.arrangement import boxes
 from console.evaluation.command import scored
 from console.evaluation.scores import Protocol
+from world.affordances.box import boxes
 from world.character.model import NU
 from world.config import WorldConfig
 from world.scene.batch import Scenes
-from world.tasks import Place
+from world.scene.target import Target
 from world.tasks.carry import Carry
 from world.teachers.carry import Porter
 
@@ -71,7 +71,7 @@ class Drive:
         self._noise = noise
         self._chunks: WeakKeyDictionary[Scenes, Driven] = WeakKeyDictionary()
 
-    def __call__(self, scenes: Scenes, state: Tensor, goal: Tensor, place: Place) -> None:
+    def __call__(self, scenes: Scenes, state: Tensor, goal: Tensor, place: Target) -> None:
         if scenes not in self._chunks:
             mass = [float(model.body("box").mass[0]) for model in scenes.models]
             none, draw = torch.zeros(scenes.n, NU), torch.Generator().manual_seed(0)

@@ -14,8 +14,8 @@ from world.config import CarryConfig, WorldConfig
 from world.objects import grasp
 from world.objects.box_bank import BoxBank, boxes, resting
 from world.scene.batch import Scenes
+from world.scene.target import Target
 from world.tasks.carry import grips
-from world.tasks.task import Place
 from world.teachers.carry import Porter
 
 #: Control steps between two resets: long enough to set off with the box.
@@ -102,7 +102,7 @@ class _Porters:
         n = len(bank)
         self.scenes = _scenes(bank.models, threads)
         self._bank, self._porter, self._ids = bank, Porter(n), torch.arange(n)
-        self._place: Place | None = None
+        self._place: Target | None = None
         self._turn = 0
 
     def reset(self) -> None:
@@ -115,7 +115,7 @@ class _Porters:
         target = torch.cat((_WAY_M * ahead + u - 0.5, at[:, 2:]), dim=1)
         behind = at - 2.0 * _WAY_M * torch.cat((ahead, torch.zeros(n, 1)), dim=1)
         layout = replace(resting(at, ahead, target), start=behind)
-        self._place = bank.place(self._ids, layout)
+        self._place = bank.target(self._ids, layout)
         assert self._place.box is not None
         qpos = grasp.holding(qpos, self._place.box)
         none = torch.zeros(n, character.NV)

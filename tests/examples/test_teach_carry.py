@@ -18,6 +18,7 @@ from world.character import model as character
 from world.character.features import STATE
 from world.config import WorldConfig
 from world.motions import load, segments
+from world.motions.uses.box import BOX
 from world.scene.box import BOX_SIZE_M
 from world.teachers.carry import Phase
 
@@ -92,7 +93,7 @@ def test_more_of_the_boxes_may_be_large(tmp_path: Path) -> None:
 def test_the_porters_clips_have_every_stage(tmp_path: Path) -> None:
     torch.set_num_threads(1)
     record(Recording(tmp_path, clips=6, scenes=24))
-    clips = load.clips([str(tmp_path)], "carry")
+    clips = load.clips([str(tmp_path)], BOX)
     assert len(clips) >= 6
     stages = np.concatenate([segments.stages(clip) for clip in clips])
     counts = [

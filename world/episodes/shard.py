@@ -15,13 +15,12 @@ from world.character.features import Body
 from world.config import WorldConfig
 from world.episodes.stall import Patience
 from world.errors import ConfigError
-from world.initial import make as starters
 from world.motions.library import MotionLibrary
 from world.objects import grasp
-from world.objects.box_bank import BoxBank
-from world.objects.furniture_bank import Bank
+from world.objects.bank import ObjectBank
 from world.scene.batch import Scenes
-from world.tasks import HELD, Place
+from world.scene.target import Target
+from world.tasks import HELD
 from world.teachers.carry import Porter, lifted
 
 #: Index sets are padded to whole multiples of this: vectorised and scalar tails of torch's
@@ -72,7 +71,7 @@ class Shard:
         self,
         config: WorldConfig,
         library: MotionLibrary,
-        bank: Bank | BoxBank,
+        bank: ObjectBank,
         scenes: range,
         seed: int,
     ) -> None:
@@ -83,7 +82,8 @@ class Shard:
         self._seed = seed
         self._ids = torch.arange(scenes.start, scenes.stop, dtype=torch.int64)
         self._bank = bank
-        self._starter = starters.make(config, library, bank, seed)
+        self._mass: Tensor | None = getattr(bank, "mass", None)
+        self._starter = self.task.affordance.starter(config, library, bank, seed)
         self._scenes = Scenes([bank.models[0]] * self.n, config.action_scale, config.action_clip)
         self._weights = torch.tensor(list(self.task.terms.values()), dtype=torch.float32)
         self._length = round((config.episode_s or self.task.episode_s) * character.CONTROL_HZ)
@@ -97,8 +97,8 @@ class Shard:
         self._stages = torch.zeros(self.n, len(self.task.stages) + 1, dtype=torch.bool)
         self._state = torch.zeros(self.n, features.STATE.width)
         self._goal = torch.zeros(self.n, self.task.goal.width)
-        self._places: Place | None = None
-        if config.carry.porter and not isinstance(bank, BoxBank):
+        self._places: Target | None = None
+        if config.carry.porter and self._mass is None:
             raise ConfigError("carry.porter is for the task carry")
         self._porter = Porter(self.n) if config.carry.porter else None
         self._patience = Patience(self.n, config.patience_s)
@@ -178,9 +178,10 @@ class Shard:
         carry = self.config.carry
         if self._porter is not None:
             return targets, self._portered(self._porter), torch.zeros(self.n, dtype=torch.bool)
-        if not ((carry.lesson or carry.led) and isinstance(self._bank, BoxBank)):
+        if not ((carry.lesson or carry.led) and self._mass is not None):
             return targets, None, None
-        mass, qpos = self._bank.mass[self._variant], self._scenes.qpos.float()
+        assert self._mass is not None
+        mass, qpos = self._mass[self._variant], self._scenes.qpos.float()
         wanted, said = grasp.lead(qpos, self._place(), mass)
         u = random_streams.uniform(
             self._seed, random_streams.EPISODE, self._ids, self._episode, 16
@@ -192,8 +193,8 @@ class Shard:
     def _portered(self, porter: Porter) -> Tensor:
         """[n, 28]: the actions of the porter in two of five steps of each scene, from the last
         metres before the box on; NaN elsewhere."""
-        assert isinstance(self._bank, BoxBank)
-        mass, place = self._bank.mass[self._variant], self._place()
+        assert self._mass is not None
+        mass, place = self._mass[self._variant], self._place()
         intent = porter.intend(self._scenes.qpos, self._scenes.qvel, place, mass)
         said = porter.teaches(place, self._scenes.qpos[:, :3].float())
         turn = (_TURN * self.clock + self._ids) % _TURNS < _TURN
@@ -202,12 +203,12 @@ class Shard:
         taught[rows] = self._scenes.actions(intent.rows(rows).targets()).float()
         return taught
 
-    def _place(self) -> Place:
+    def _place(self) -> Target:
         """Where every scene's object is at this moment."""
         assert self._places is not None
         return self._scenes.now(self._places)
 
-    def _look(self, body: Body, place: Place, ids: Tensor | None) -> None:
+    def _look(self, body: Body, place: Target, ids: Tensor | None) -> None:
         """Write states and goals of all scenes, or of `ids`."""
         state = tasks.state(body, place)
         goal = self.task.goal_features(body, place)
@@ -225,7 +226,7 @@ class Shard:
         models = [self._bank.models[v] for v in starts.variant[: len(ids)].tolist()]
         self._scenes.set_models(ids.tolist(), models)
         self._starter.put(self._scenes, rows, starts)
-        place = self._starter.place(starts)
+        place = self._starter.target(starts)
         if self._places is None:
             self._places = place.rows(ids)
         self._places.write(rows, place)

@@ -11,7 +11,7 @@ from torch import Tensor
 from world.character import model as character
 from world.character.features import Body
 from world.errors import ConfigError
-from world.tasks import Place
+from world.scene.target import Target
 
 #: The character gets on when its root moves by the first of these horizontally, m, or the box that
 #: it is to carry by the second, from where they were when it last did.
@@ -29,12 +29,12 @@ class Patience:
         self._box = torch.zeros(n, 3)
         self._still = torch.zeros(n, dtype=torch.int64)
 
-    def ends(self, body: Body, place: Place, done: Tensor) -> Tensor:
+    def ends(self, body: Body, target: Target, done: Tensor) -> Tensor:
         """[n] bool: who has not got on for too long, and is not done [n] bool. One control step."""
         root = body.root[:, :2]
         moves = (root - self._root).norm(dim=1) > _ROOT_M
-        if place.box is not None:
-            box = place.box.position
+        if target.box is not None:
+            box = target.box.position
             moves |= (box - self._box).norm(dim=1) > _BOX_M
             self._box = torch.where(moves[:, None], box, self._box)
         self._root = torch.where(moves[:, None], root, self._root)
@@ -43,11 +43,11 @@ class Patience:
             return torch.zeros_like(moves)
         return self._still >= self._limit
 
-    def reset(self, ids: Tensor, body: Body, place: Place) -> None:
+    def reset(self, ids: Tensor, body: Body, target: Target) -> None:
         """Begin anew in the scenes `ids` [m], as body and place [m] are now."""
         self._root[ids], self._still[ids] = body.root[:, :2], 0
-        if place.box is not None:
-            self._box[ids] = place.box.position
+        if target.box is not None:
+            self._box[ids] = target.box.position
 
     def memory(self) -> dict[str, Tensor]:
         """All that is kept from step to step, by name."""

@@ -15,7 +15,7 @@ from world.initial.reference import States, course, unit
 from world.motions.library import MotionLibrary
 from world.objects.floor_bank import FloorBank
 from world.scene.batch import Scenes
-from world.tasks.task import Place
+from world.scene.target import Target
 
 
 @dataclass(frozen=True)
@@ -81,9 +81,9 @@ class FloorStarter:
             drawn.named_frame(),
         )
 
-    def place(self, starts: FloorStarts) -> Place:
+    def target(self, starts: FloorStarts) -> Target:
         """What the task knows of the targets of `starts`."""
-        return self._bank.place(starts.point, starts.facing)
+        return self._bank.target(starts.point, starts.facing)
 
     def put(self, scenes: Scenes, ids: Tensor, starts: FloorStarts) -> None:
         """Set the scenes `ids` [m] up as `starts` has them."""

@@ -16,12 +16,6 @@ from world.motions.library import Frames, MotionLibrary
 KINDS = ("clip", "near", "far")
 #: How far above the clip's own height a character is set down, m: contacts start unloaded.
 LIFT_M = 0.002
-_NO_USE = {
-    "sit": "no clip uses a seat: set starts.clip to 0 or add clips that sit down",
-    "lie": "no clip uses a bed: set starts.clip to 0 or add clips that lie down",
-    "floor": "no clip walks: set starts.clip to 0 or add clips that do",
-    "carry": "no clip carries a box: set starts.clip to 0 or add clips that do",
-}
 
 
 @dataclass(frozen=True)
@@ -31,7 +25,7 @@ class Drawn:
     kind: Tensor
     """[m] int64: index into KINDS."""
     stage: Tensor
-    """[m] int64: of a start from a clip, its stage (world.motions.use)."""
+    """[m] int64: of a start from a clip, its stage (world.motions.uses.use)."""
     frame: Tensor
     """[m] int64: in the motion library; of the rest pose, any."""
     frames: Frames
@@ -62,7 +56,7 @@ class States:
         if min(shares) < 0 or sum(shares) <= 0:
             raise ConfigError(f"starts {shares}: shares must be 0 or more, and not all 0")
         if config.starts.clip > 0 and not any(len(stage) for stage in library.start_stages):
-            raise ClipError(_NO_USE[library.affordance])
+            raise ClipError(library.use.missing)
         self._standing_share, self._library = config.standing, library
         edges = torch.tensor(shares, dtype=torch.float64).cumsum(0) / sum(shares)
         self._edges = edges[:-1].to(torch.float32)

@@ -8,7 +8,7 @@ from torch import Tensor
 
 from world.furniture.piece import Box, Piece
 from world.scene.model import Ball, compile_scene
-from world.tasks.task import Place
+from world.scene.target import Target
 
 #: What a recording shows at the target: a plate with a bar ahead of it. Nothing collides with it.
 MARKER = Piece(
@@ -35,12 +35,14 @@ class FloorBank:
     def __len__(self) -> int:
         return len(self.models)
 
-    def placed(self, point: Tensor, facing: Tensor) -> tuple[Tensor, Tensor]:
+    @staticmethod
+    def placed(point: Tensor, facing: Tensor) -> tuple[Tensor, Tensor]:
         """Origin [m, 3] (m) and yaw (cosine, sine) [m, 2] of the parked furniture body, which marks
         the target in recordings: point [m, 2], facing [m, 2]."""
         return torch.cat((point, torch.zeros_like(point[:, :1])), dim=1), facing
 
-    def place(self, point: Tensor, facing: Tensor) -> Place:
+    @staticmethod
+    def target(point: Tensor, facing: Tensor) -> Target:
         """What the task knows of points [m, 2] with their facings [m, 2]."""
-        at, _ = self.placed(point, facing)
-        return Place(at, facing, at[:, None].expand(-1, 8, -1).clone())
+        at, _ = FloorBank.placed(point, facing)
+        return Target(at, facing, at[:, None].expand(-1, 8, -1).clone())

@@ -14,7 +14,7 @@ from world import rotations
 from world.character import kinematics, servos
 from world.character import model as character
 from world.scene.box import FRICTION
-from world.tasks.task import BoxState, Place
+from world.scene.target import BoxState, Target
 
 _BODY = character.BODIES.index
 _TORSO = _BODY("torso")
@@ -75,7 +75,7 @@ class Grip:
     """[n]: from the middle to a hand's centre that touches."""
 
 
-def lead(qpos: Tensor, place: Place, mass_kg: Tensor) -> tuple[Tensor, Tensor]:
+def lead(qpos: Tensor, place: Target, mass_kg: Tensor) -> tuple[Tensor, Tensor]:
     """Servo targets [n, 28] rad by which the arms reach for, hold, lift and put down the box near
     them; and which of them it says anything of, [n, 28] bool: the arms', where the box is within
     reach.

@@ -11,10 +11,12 @@ import torch
 from torch import Tensor
 
 from world import rotations
+from world.affordances import FLOOR
 from world.character import model as character
 from world.character.features import Body, Feature, Table
+from world.scene.target import Target
 from world.tasks.sit import compressed, fallen
-from world.tasks.task import Affordance, Place
+from world.tasks.task import Task
 
 #: Height of the root of a standing character, m.
 _STANDING_M = float(character.standing_qpos()[2])
@@ -31,19 +33,16 @@ _THERE_M, _FACING_RAD, _STILL_M_S = 0.2, math.radians(20.0), 0.4
 _HEADING_FRAME = "root heading"
 
 
-class Walk:
+class Walk(Task):
     """The walk task."""
 
     name = "walk"
-    affordance: Affordance = "floor"
-    episode_s = 10.0
+    affordance = FLOOR
     goal = Table(
         "goal",
         Feature("target", 3, _HEADING_FRAME, "m, beyond 1.5 m logarithmic"),
         Feature("facing", 2, _HEADING_FRAME, "cosine, sine"),
     )
-    alike: ClassVar[dict[str, str]] = {}
-    sides: ClassVar[tuple[str, str] | None] = None
     terms: ClassVar[dict[str, float]] = {
         "stand": 0.4,
         "approach": 0.3,
@@ -53,14 +52,14 @@ class Walk:
     stages: ClassVar[tuple[str, ...]] = ("approached", "arrived", "facing")
     success_m = _THERE_M
 
-    def goal_features(self, body: Body, place: Place) -> Tensor:
-        up = place.point.new_tensor((0.0, 0.0, _STANDING_M))
-        offset = rotations.turn_back(body.heading, place.point + up - body.root)
-        facing = rotations.turn_back(body.heading, place.facing)
+    def goal_features(self, body: Body, target: Target) -> Tensor:
+        up = target.point.new_tensor((0.0, 0.0, _STANDING_M))
+        offset = rotations.turn_back(body.heading, target.point + up - body.root)
+        facing = rotations.turn_back(body.heading, target.facing)
         return torch.cat((compressed(offset), facing), dim=1)
 
-    def reward_terms(self, body: Body, place: Place) -> Tensor:
-        offset = (place.point - body.root)[:, :2]
+    def reward_terms(self, body: Body, target: Target) -> Tensor:
+        offset = (target.point - body.root)[:, :2]
         distance = offset.norm(dim=1)
         near = 0.5 * torch.exp(-10.0 * distance.square()) + 0.5 * torch.exp(-40.0 * distance**2)
         speed = body.root_velocity[:, :2].norm(dim=1)
@@ -71,7 +70,7 @@ class Walk:
         arrived = distance < _ARRIVED_M
         # to stand there is worth as much as to walk there, to stand beside it less
         approach = torch.where(arrived, 0.5 + 0.5 * near, approach)
-        wanted = torch.where(arrived[:, None], place.facing, direction)
+        wanted = torch.where(arrived[:, None], target.facing, direction)
         # linear in the angle: turning round pays from the first degree, also from 180
         facing = 1.0 - _angle(wanted, body.heading) / torch.pi
         fast = (speed - 1.3).clamp(0.0, 1.0)
@@ -79,30 +78,26 @@ class Walk:
         overspeed = torch.where(distance < _NEAR_M, -torch.maximum(fast, spin), 0.0)
         return torch.stack((stand, approach, facing, overspeed), dim=1)
 
-    def error_m(self, body: Body, place: Place) -> Tensor:
+    def error_m(self, body: Body, target: Target) -> Tensor:
         """[n]: the largest of distance, angle and speed, each scaled so that its limit is 0.2 m."""
-        distance = _distance(body, place)
-        turned = _angle(place.facing, body.heading) * (_THERE_M / _FACING_RAD)
+        distance = _distance(body, target)
+        turned = _angle(target.facing, body.heading) * (_THERE_M / _FACING_RAD)
         moving = body.root_velocity[:, :2].norm(dim=1) * (_THERE_M / _STILL_M_S)
         return torch.maximum(torch.maximum(distance, turned), moving)
 
-    def stage(self, body: Body, place: Place) -> Tensor:
-        distance = _distance(body, place)
+    def stage(self, body: Body, target: Target) -> Tensor:
+        distance = _distance(body, target)
         there = distance <= _THERE_M
-        facing = there & (_angle(place.facing, body.heading) <= _FACING_RAD)
+        facing = there & (_angle(target.facing, body.heading) <= _FACING_RAD)
         return torch.stack((distance < _ARRIVED_M, there, facing), dim=1)
 
-    def low(self, body: Body, place: Place) -> Tensor:
-        """[n] bool: nowhere."""
-        return torch.zeros(len(body.root), dtype=torch.bool)
-
-    def fell(self, body: Body, place: Place) -> Tensor:
+    def fell(self, body: Body, target: Target) -> Tensor:
         return fallen(body)
 
 
-def _distance(body: Body, place: Place) -> Tensor:
+def _distance(body: Body, target: Target) -> Tensor:
     """[n]: horizontal distance of the root from the point, m."""
-    return (place.point - body.root)[:, :2].norm(dim=1)
+    return (target.point - body.root)[:, :2].norm(dim=1)
 
 
 def _angle(first: Tensor, second: Tensor) -> Tensor:

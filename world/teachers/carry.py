@@ -14,7 +14,7 @@ from torch import Tensor
 from world import rotations
 from world.character import model as character
 from world.objects import grasp
-from world.tasks.task import BoxState, Place
+from world.scene.target import BoxState, Target
 from world.teachers import handling, path, phase_cue
 from world.teachers.gait import Footing, Gait, unit, wrapped
 from world.teachers.motion import HANDS, SERVO_S, Intent, Pace, Reach
@@ -112,13 +112,13 @@ class Porter:
         for name, value in self.memory().items():
             value.copy_(memory[name])
 
-    def teaches(self, place: Place, root: Tensor) -> Tensor:
+    def teaches(self, place: Target, root: Tensor) -> Tensor:
         """[n] bool: who is from the last metres before the box on, or stands on the way, though he
         should go; root [n, 3] m. Walkers who learned it find the way there with fewer falls."""
         near = (_box(place).position - root)[:, :2].norm(dim=1) < _TEACHES_M
         return near | self.gait.balks | (self.phase != Phase.APPROACH)
 
-    def act(self, qpos: Tensor, qvel: Tensor, place: Place, mass_kg: Tensor) -> Tensor:
+    def act(self, qpos: Tensor, qvel: Tensor, place: Target, mass_kg: Tensor) -> Tensor:
         """Servo targets [n, 28] rad of the next control step, which must be made, by the porter or
         by one whose neck tells his steps as the porter's does (world.teachers.phase_cue).
 
@@ -126,7 +126,7 @@ class Porter:
         """
         return self.intend(qpos, qvel, place, mass_kg).targets()
 
-    def intend(self, qpos: Tensor, qvel: Tensor, place: Place, mass_kg: Tensor) -> Intent:
+    def intend(self, qpos: Tensor, qvel: Tensor, place: Target, mass_kg: Tensor) -> Intent:
         """What to do in the next control step, which must be made; arguments as of `act`."""
         figure, box, mass_kg = Figure.of(qpos, qvel), _box(place), mass_kg.double()
         feet = Footing.of(figure)
@@ -284,7 +284,7 @@ def lifted(box: BoxState) -> Tensor:
     return (gone[:, 2] > _LIFTED_M) | (gone[:, :2].norm(dim=1) > _MOVED_M)
 
 
-def _box(place: Place) -> BoxState:
+def _box(place: Target) -> BoxState:
     """The box in float64."""
     box = place.box
     assert box is not None, "a porter needs a box"

@@ -15,8 +15,8 @@ from world.objects import grasp
 from world.objects.box_bank import BoxBank, Layout, resting
 from world.scene.batch import Scenes
 from world.scene.box import box
+from world.scene.target import Target
 from world.tasks.carry import Carry, grips
-from world.tasks.task import Place
 
 RIGHT, LEFT = grasp._SIDES
 
@@ -83,7 +83,7 @@ def test_the_pull_is_the_force_by_the_jacobian() -> None:
     np.testing.assert_allclose(pull * kp, moments, atol=1e-3)
 
 
-def scene(height: float, target: tuple[float, float]) -> tuple[Scenes, BoxBank, Place, Layout]:
+def scene(height: float, target: tuple[float, float]) -> tuple[Scenes, BoxBank, Target, Layout]:
     """A box of 4 kg before a character whose pelvis nothing moves; gravity pulls at the box
     alone."""
     bank = BoxBank([box(1.0)])
@@ -101,10 +101,10 @@ def scene(height: float, target: tuple[float, float]) -> tuple[Scenes, BoxBank, 
     bank.put(scenes, here, here, layout)
     weight = scenes.batch.bind("xfrc_applied")
     weight[:, model.body("box").id, 2] = -9.81 * float(bank.mass[0])
-    return scenes, bank, bank.place(here, layout), layout
+    return scenes, bank, bank.target(here, layout), layout
 
 
-def play(scenes: Scenes, bank: BoxBank, place: Place, steps: int) -> list[Place]:
+def play(scenes: Scenes, bank: BoxBank, place: Target, steps: int) -> list[Target]:
     """The arms and the bend of the trunk are led; where the box went."""
     root = scenes.qpos[:, :7].clone()
     bent = servos.coordinates(torch.from_numpy(character.standing_qpos())[None]).float()

@@ -14,8 +14,8 @@ from world.objects.box_bank import BoxBank, resting
 from world.scene.batch import Scenes
 from world.scene.box import box
 from world.scene.model import compile_scene
+from world.scene.target import BoxState
 from world.tasks.carry import Carry
-from world.tasks.task import BoxState
 from world.teachers import handling, path, phase_cue
 from world.teachers import motion as mover
 from world.teachers.carry import Phase, Porter
@@ -172,7 +172,7 @@ def test_the_porter_goes_on_as_the_neck_tells() -> None:
     """Whatever it remembers: with the step's length and turn, and with the first foot."""
     bank, still = BoxBank([box(1.0)]), torch.zeros(1, 34)
     at, ahead = torch.tensor([[2.0, 0.0, 0.8]]), torch.tensor([[1.0, 0.0]])
-    place = bank.place(torch.arange(1), resting(at, ahead, at + torch.tensor([3.0, 0.0, 0.0])))
+    place = bank.target(torch.arange(1), resting(at, ahead, at + torch.tensor([3.0, 0.0, 0.0])))
     porter = Porter(1)
     porter.gait.mode[:], porter.gait.time[:], porter._wish[:] = STEP, 6.0, 9.0
     porter.intend(bent((0.0, 0.14, 0.1)), still, place, bank.mass)
@@ -363,7 +363,7 @@ def test_it_carries_boxes_to_their_targets() -> None:
     standing = torch.from_numpy(character.standing_qpos()).float()[None].repeat(n, 1)
     scenes.set_down(ids, standing, torch.zeros(n, 34), layout.start, layout.start_yaw)
     bank.put(scenes, ids, ids, layout)
-    place, task, porter = bank.place(ids, layout), Carry(), Porter(n)
+    place, task, porter = bank.target(ids, layout), Carry(), Porter(n)
     fell, lasted = torch.zeros(n, dtype=torch.bool), torch.zeros(n)
     seen, lifted = torch.zeros(n, 4, dtype=torch.bool), torch.zeros(n, dtype=torch.bool)
     for _ in range(750):
@@ -389,7 +389,7 @@ def test_who_grips_reckons_with_the_load_on_its_stand_already() -> None:
     qpos = torch.from_numpy(character.standing_qpos()).float()[None].repeat(2, 1)
     at = grasp.before(qpos[:, :3], ahead, bank.half[:, 0])
     layout = resting(at, ahead, at + torch.tensor([3.0, 0.0, 0.0]))
-    held = bank.place(ids, layout).box
+    held = bank.target(ids, layout).box
     assert held is not None and grasp.is_at_start(held).all()
     away = torch.full((2, 3), -9.0)
     for state, load_kg in ((qpos, torch.zeros(2)), (grasp.holding(qpos, held), bank.mass)):
@@ -397,7 +397,7 @@ def test_who_grips_reckons_with_the_load_on_its_stand_already() -> None:
         bank.put(scenes, ids, ids, layout)
         porter = Porter(2)
         porter.phase[:] = Phase.PICK_UP
-        place = scenes.now(bank.place(ids, layout))
+        place = scenes.now(bank.target(ids, layout))
         intent = porter.intend(scenes.qpos, scenes.qvel, place, bank.mass)
         borne = (intent.mass.mass_kg - BODY_KG).float()
         torch.testing.assert_close(borne, load_kg, atol=1e-4, rtol=0.0)
