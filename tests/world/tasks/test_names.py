@@ -22,7 +22,7 @@ def patterns() -> re.Pattern[str]:
         rf"[=!]= *{name}|{name} *(==|!=|in\b)|\bin *[\[({{]{name}"
         r"|isinstance\(.*\b\w*Bank\b"
         r"|affordance(\.name|\.kind)? *(==|!=|in\b)"
-        r'|category *[=!]= *"'
+        r'|category *[=!]= *"box"'
     )
 
 
