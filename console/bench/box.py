@@ -14,8 +14,8 @@ from world.config import CarryConfig, WorldConfig
 from world.objects import grasp
 from world.objects.box_bank import BoxBank, boxes, resting
 from world.scene.batch import Scenes
+from world.scene.target import Target
 from world.tasks.carry import grips
-from world.tasks.task import Place
 from world.teachers.controller import CarryController
 
 #: Control steps between two resets: long enough to set off with the box.
@@ -103,7 +103,7 @@ class _Carriers:
         n = len(bank)
         self.scenes = _scenes(bank.models, threads)
         self._bank, self._controller, self._ids = bank, CarryController(n), torch.arange(n)
-        self._place: Place | None = None
+        self._target: Target | None = None
         self._turn = 0
 
     def reset(self) -> None:
@@ -116,9 +116,9 @@ class _Carriers:
         target = torch.cat((_WAY_M * ahead + u - 0.5, at[:, 2:]), dim=1)
         behind = at - 2.0 * _WAY_M * torch.cat((ahead, torch.zeros(n, 1)), dim=1)
         layout = replace(resting(at, ahead, target), start=behind)
-        self._place = bank.place(self._ids, layout)
-        assert self._place.box is not None
-        qpos = grasp.holding(qpos, self._place.box)
+        self._target = bank.target(self._ids, layout)
+        assert self._target.box is not None
+        qpos = grasp.holding(qpos, self._target.box)
         none = torch.zeros(n, character.NV)
         self.scenes.set_down(self._ids, qpos, none, layout.start, layout.start_yaw)
         bank.put(self.scenes, self._ids, self._ids, layout)
@@ -127,15 +127,15 @@ class _Carriers:
 
     def aim(self) -> None:
         """Set the servos' set-points to the controller's."""
-        assert self._place is not None
-        now = self.scenes.now(self._place)
+        assert self._target is not None
+        now = self.scenes.now(self._target)
         qpos, qvel = self.scenes.qpos, self.scenes.qvel
         targets = self._controller.set_points(qpos, qvel, now, self._bank.mass)
         self.scenes.aim(self.scenes.actions(targets))
 
     def held(self) -> float:
         """Share of the scenes with both hands on the box."""
-        assert self._place is not None
-        box = self.scenes.now(self._place).box
+        assert self._target is not None
+        box = self.scenes.now(self._target).box
         assert box is not None
         return float(grips(self.scenes.body(), box).float().mean())

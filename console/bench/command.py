@@ -29,7 +29,7 @@ from learner.config import LoopConfig
 from learner.loop import Loop
 from policy.rollout import Rollout
 from world import random_streams, tasks
-from world.furniture import collection
+from world.meshes import collection
 
 #: Whole iterations that issue and design hold this machine class to, samples/s, by preset.
 GOAL_SAMPLES_PER_S = {"fast": 11_500.0, "paper": 7_500.0}

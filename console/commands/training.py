@@ -33,7 +33,7 @@ class Train:
     """Train a task; Ctrl-C writes a checkpoint, --resume goes on from it."""
 
     task: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="TASK")]
-    """What to learn: sit."""
+    """What to learn: sit, lie, carry or walk."""
     experiment: Annotated[Experiment, tyro.conf.arg(name="")]
     run: Path | None = None
     """Run directory; default runs/TASK-<date>-<n>. An existing one needs --resume or --restart."""

@@ -9,8 +9,7 @@ from rich.progress import Progress
 
 from console.commands import Evaluate
 from console.evaluation import trials
-from console.evaluation.arrangement import boxes
-from console.evaluation.presets import PRESETS
+from console.evaluation.presets import start_m
 from console.evaluation.realism import quality_of
 from console.evaluation.scores import Protocol, by_stage, judge, summarise
 from console.evaluation.stepping import Trials
@@ -22,45 +21,23 @@ from console.run.directory import run_of, write_json
 from console.terminal import screen
 from world import tasks
 from world.config import WorldConfig
-from world.errors import ChoiceError, ClipError, ConfigError
-from world.furniture import collection
-from world.furniture.piece import Affordance, Piece
+from world.errors import ClipError, ConfigError
+from world.furniture.piece import Piece
 from world.motions.library import MotionLibrary
 from world.scene import perturbations
 from world.tasks.task import HELD
-
-SPLITS = ("test", "train")
-
-
-def pieces_of(objects: str, seed: int, affordance: Affordance = "sit") -> tuple[Piece, ...]:
-    """The pieces of a split of the package's catalogue, or those of imported ones that can be used.
-
-    Raises ChoiceError, which lists the splits, for a path that is not there; PieceError where none
-    of its pieces can be sat or lain on.
-    """
-    if objects == "test":
-        return assembly.pieces_for(affordance, "test", None, seed)
-    if objects == "train":
-        return assembly.pieces_for(affordance, "train", None, seed)
-    if not Path(objects).exists():
-        raise ChoiceError("--objects", objects, [*SPLITS, "a folder of pieces"])
-    return collection.usable(collection.pieces([objects]), affordance, objects)
 
 
 def objects_of(found: assembly.Trained, objects: str, number: int, seed: int) -> tuple[Piece, ...]:
     """What a policy is tried on in `number` trials: pieces of a split in turn, or a box a trial."""
     affordance = tasks.make(found.task).affordance
-    if affordance == "carry":
-        if objects != "test":
-            raise ConfigError("--objects: carry draws a box for each trial; leave it out")
-        return boxes(number, seed, found.experiment.world.carry.weight_kg)
-    return pieces_of(objects, 0, affordance)
+    return affordance.trial_pieces(objects, number, seed, found.experiment.world)
 
 
 def evaluate_command(command: Evaluate) -> int:
     """Evaluate, print the tables, write the JSON; returns the exit code."""
-    check(command)
     found = assembly.trained(command.source)
+    check(command, found.task)
     pieces = objects_of(found, command.objects, command.trials, command.seed)
     library = clips(command, found.experiment.world) if command.quality else None
     output = screen()
@@ -88,9 +65,9 @@ def evaluate_command(command: Evaluate) -> int:
     return 0
 
 
-def check(command: Evaluate) -> Evaluate:
+def check(command: Evaluate, task: str) -> Evaluate:
     """The command, or ConfigError where its flags make no sense."""
-    near_m, far_m = distances(command)
+    near_m, far_m = distances(command, task)
     if command.trials < 1 or command.record_trials < 1:
         raise ConfigError("--trials and --record-trials must be at least 1")
     if command.quality < 0:
@@ -100,12 +77,12 @@ def check(command: Evaluate) -> Evaluate:
     return command
 
 
-def distances(command: Evaluate) -> tuple[float, float]:
-    """Where the trials start, m: the preset's, unless said otherwise."""
-    preset = PRESETS[command.preset]
+def distances(command: Evaluate, task: str) -> tuple[float, float]:
+    """Where the trials of a task start, m: as the preset has it, unless said otherwise."""
+    near_m, far_m = start_m(task, command.preset)
     return (
-        preset.near_m if command.near_m is None else command.near_m,
-        preset.far_m if command.far_m is None else command.far_m,
+        near_m if command.near_m is None else command.near_m,
+        far_m if command.far_m is None else command.far_m,
     )
 
 
@@ -133,10 +110,14 @@ def clips(command: Evaluate, world: WorldConfig) -> MotionLibrary | None:
 
 
 def manifest_of(
-    pieces: Sequence[Piece], command: Evaluate, protocol: Protocol, scale: tuple[float, float]
+    task: str,
+    pieces: Sequence[Piece],
+    command: Evaluate,
+    protocol: Protocol,
+    scale: tuple[float, float],
 ) -> Trials:
     """The trials that a command asks for."""
-    near_m, far_m = distances(command)
+    near_m, far_m = distances(command, task)
     disturbance = perturbations.draw(
         command.perturb, command.trials, command.seed, protocol.limit_steps
     )
@@ -154,8 +135,8 @@ def evaluate(
     began = time.perf_counter()
     world = found.experiment.world
     task = tasks.make(found.task)
-    protocol = Protocol(success_m=task.success_m)
-    chosen = manifest_of(pieces, command, protocol, world.scale)
+    protocol = Protocol(success_m=task.success_m, limit_s=task.evaluation.limit_s)
+    chosen = manifest_of(found.task, pieces, command, protocol, world.scale)
     style = judge_of(found) if command.quality else None
     record = max(command.quality, command.record_trials if command.record else 0)
     results = trials.run(
@@ -178,7 +159,7 @@ def evaluate(
         "objects": Path(command.objects).name,
         "perturbation": command.perturb,
         "preset": command.preset,
-        "start_m": list(distances(command)),
+        "start_m": list(distances(command, found.task)),
         **scored(results, chosen, protocol, task.stages),
     }
     if command.quality:

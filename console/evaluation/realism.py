@@ -1,7 +1,7 @@
 """Motion quality of an evaluation, with the same figures of the mocap as the yardstick."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -17,9 +17,7 @@ from world import tasks
 from world.character import model as character
 from world.config import WorldConfig
 from world.furniture.piece import Piece
-from world.initial.furniture import Starter, furniture_pose
 from world.motions.library import MotionLibrary, StyleMixture, StyleSource
-from world.objects.furniture_bank import Bank
 from world.realism import measures
 from world.realism.measures import Motion
 
@@ -117,20 +115,16 @@ def _mocap_overlaps(
     """The same of clips' states, with furniture put to them as episodes start with it: the clips'
     own was not recorded. Empty where no clip uses any."""
     affordance = tasks.make(world.task).affordance
-    if affordance == "carry" or not any(len(stage) for stage in library.stages):
+    states = affordance.clip_states(world, library, pieces, seed, _STARTS)
+    if states is None:
         return np.zeros(0)
-    only = replace(world, initial=replace(world.initial, reference=1.0, near=0.0, far=0.0))
-    bank = Bank(pieces, affordance)
-    ids = torch.arange(_STARTS)
-    starts = Starter(only, library, bank, seed).draw(ids, torch.ones_like(ids))
-    origin, yaw = furniture_pose(bank, starts)
-    half = 0.5 * torch.atan2(yaw[:, 1], yaw[:, 0])
+    half = 0.5 * torch.atan2(states.yaw[:, 1], states.yaw[:, 0])
     quat = torch.stack((half.cos(), 0 * half, 0 * half, half.sin()), dim=1).double().numpy()
-    qpos, place = starts.qpos.double().numpy(), origin.double().numpy()
+    qpos, origin = states.qpos.double().numpy(), states.origin.double().numpy()
     return np.concatenate(
         [
-            penetration.depth(bank.models[int(variant)], qpos, place, quat, [row])
-            for row, variant in enumerate(starts.variant)
+            penetration.depth(model, qpos, origin, quat, [row])
+            for row, model in enumerate(states.models)
         ]
     )
 

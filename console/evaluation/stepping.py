@@ -10,18 +10,18 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from console.evaluation.arrangement import arranged, sized
 from console.recording.format import Take, boxes_of
 from policy.model.acting import Policy
 from world import tasks
+from world.affordances.affordance import Setting
 from world.character import model as character
 from world.config import WorldConfig
 from world.furniture.piece import Piece
 from world.scene.batch import Scenes
-from world.scene.box import STAND
+from world.scene.box import STAND, is_box
 from world.scene.perturbations import Disturbance, Mover, Thrower
-from world.tasks import Place
-from world.tasks.task import state as state_of
+from world.scene.target import Target
+from world.scene.target import state as state_of
 
 #: Trials of one inference, fixed so that rounding does not depend on who steps with whom.
 BLOCK = 64
@@ -56,7 +56,7 @@ class Trials:
 class Driver(Protocol):
     """Makes the characters of a chunk act."""
 
-    def __call__(self, scenes: Scenes, state: Tensor, goal: Tensor, place: Place) -> None:
+    def __call__(self, scenes: Scenes, state: Tensor, goal: Tensor, target: Target) -> None:
         """Do one control step of the n scenes, of states [n, 114] and goals [n, G]."""
         ...
 
@@ -67,7 +67,7 @@ class PolicyDriver:
     def __init__(self, weights: Mapping[str, Tensor]) -> None:
         self._policy = Policy(weights)
 
-    def __call__(self, scenes: Scenes, state: Tensor, goal: Tensor, place: Place) -> None:
+    def __call__(self, scenes: Scenes, state: Tensor, goal: Tensor, target: Target) -> None:
         blocks = zip(state.split(BLOCK), goal.split(BLOCK), strict=True)
         actions = torch.cat([self._policy(s, g) for s, g in blocks])
         # A scene that blew up may hold anything; its trial is over, its numbers are not looked at.
@@ -107,14 +107,14 @@ def step_chunk(
     """Run the trials `rows`; the first `record` of them are recorded."""
     task = tasks.make(world.task)
     what = trials.disturbance.rows(rows)
-    pieces = [sized(trials.pieces[i], float(trials.scale[i])) for i in rows]
+    pieces = [task.affordance.sized(trials.pieces[i], float(trials.scale[i])) for i in rows]
     point, facing = _spots(trials, rows)
     numbers = np.arange(rows.start, rows.stop)
-    objects = arranged(
-        task.affordance, pieces, what, point, facing, numbers, trials.seed, trials.target_m
+    objects = task.affordance.arrange(
+        Setting(pieces, what, point, facing, numbers, trials.seed, trials.target_m)
     )
     scenes = Scenes(objects.models, world.action_scale, world.action_clip)
-    places = objects.begin(scenes)
+    targets = objects.begin(scenes)
     thrower = Thrower(what, scenes) if what.kind == "projectiles" else None
     mover = Mover(what, point, facing) if what.kind == "moved" else None
     error = np.full((len(rows), steps), np.inf, np.float32)
@@ -127,18 +127,18 @@ def step_chunk(
         if thrower is not None:
             thrower.step(step, body, _STEP_S)
         if mover is not None and (moved := mover.step(body, _STEP_S)) is not None:
-            places.write(moved[0], objects.move(scenes, *moved))
-        place = scenes.now(places)
-        state = state_of(body, place)
+            targets.write(moved[0], objects.move(scenes, *moved))
+        target = scenes.now(targets)
+        state = state_of(body, target)
         frames.keep(state)
-        driver(scenes, state, task.goal_features(body, place), place)
+        driver(scenes, state, task.goal_features(body, target), target)
         sound = scenes.finite().numpy()
-        body, place = scenes.body(), scenes.now(places)
-        error[:, step] = task.error_m(body, place).numpy()
+        body, target = scenes.body(), scenes.now(targets)
+        error[:, step] = task.error_m(body, target).numpy()
         broken |= ~sound & (fell_at == steps)
-        ended = task.fell(body, place).numpy() | ~sound
+        ended = task.fell(body, target).numpy() | ~sound
         fell_at[ended & (fell_at == steps)] = step
-        reached |= task.stage(body, place).numpy() & (fell_at == steps)[:, None]
+        reached |= task.stage(body, target).numpy() & (fell_at == steps)[:, None]
         if (fell_at < steps).all():
             break
     tracks = [
@@ -205,7 +205,7 @@ class _Frames:
             "distance_m": float(trials.distance_m[trial]),
             "fell_at_step": steps - 1 if fell_at < len(self._rows) else None,
         }
-        cargo = piece.category == "box"
+        cargo = is_box(piece)
         take = Take(
             column("qpos")[:, : character.NQ + 7 * cargo],
             column("qvel")[:, : character.NV + 6 * cargo],

@@ -13,7 +13,7 @@ from console.motions.page import page
 from world.errors import ClipError, ConfigError
 from world.motions import load
 from world.motions.clip import Clip
-from world.motions.fit import ground
+from world.motions.fit.objects import with_any
 
 
 def play_command(command: MotionsPlay) -> int:
@@ -38,7 +38,7 @@ def clips(paths: Sequence[str], only: str | None) -> list[Clip]:
     """The clips of paths, or the package's own, with all that they use; ClipError if none is
     left."""
     if paths:
-        found = [part for path in load.find(paths) for part in ground.with_any(load.read(path))]
+        found = [part for path in load.find(paths) for part in with_any(load.read(path))]
     else:
         found = load.own_clips()
     chosen = [clip for clip in found if only is None or only.lower() in clip.name.lower()]

@@ -15,10 +15,9 @@ from console.objects import drop
 from console.run import machine
 from console.terminal import screen
 from world.errors import ChoiceError, ConfigError, PieceError
-from world.furniture import collection
 from world.furniture.catalogue import REGISTRY
 from world.furniture.piece import Piece
-from world.meshes import importing, store
+from world.meshes import collection, importing, store
 from world.meshes.build import Told
 from world.meshes.importing import Outcome
 from world.meshes.upright import Frame

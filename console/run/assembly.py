@@ -25,15 +25,10 @@ from world.character.features import OBJECT, STATE
 from world.character.model import NU
 from world.config import WorldConfig
 from world.episodes.shard import Shard
-from world.errors import ConfigError
-from world.furniture import collection
-from world.furniture.bands import Split
-from world.furniture.catalogue import catalogue
-from world.furniture.piece import Affordance, Piece
+from world.furniture.piece import Piece
 from world.motions import load
 from world.motions.library import MotionLibrary, StyleMixture, StyleSource
-from world.objects.box_bank import BoxBank, boxes
-from world.objects.furniture_bank import Bank, variants
+from world.objects.bank import ObjectBank
 from world.tasks.symmetry import symmetry
 
 
@@ -45,7 +40,7 @@ def library(
     playback_speeds: tuple[float, ...] = (),
 ) -> MotionLibrary:
     """The clips of a configuration as tensors; read once in a process."""
-    return load.library(motions, mirror, task, playback_speeds)
+    return load.library(motions, mirror, tasks.make(task).affordance.clips, playback_speeds)
 
 
 def library_of(world: WorldConfig) -> MotionLibrary:
@@ -54,12 +49,9 @@ def library_of(world: WorldConfig) -> MotionLibrary:
 
 
 @lru_cache(maxsize=2)
-def training_bank(world: WorldConfig) -> Bank | BoxBank:
-    """The training furniture or boxes of a configuration, compiled once in a process."""
-    affordance = tasks.make(world.task).affordance
-    if affordance == "carry":
-        return BoxBank(boxes(world.carry))
-    return Bank(variants(training_pieces(world)[0], world.scales, world.scale), affordance)
+def training_bank(world: WorldConfig) -> ObjectBank:
+    """The training objects of a configuration, compiled once in a process."""
+    return tasks.make(world.task).affordance.bank(world)
 
 
 def training_pieces(world: WorldConfig) -> tuple[tuple[Piece, ...], str]:
@@ -68,36 +60,7 @@ def training_pieces(world: WorldConfig) -> tuple[tuple[Piece, ...], str]:
     Raises PieceError for a path without pieces, or where none has a place for the task;
     ConfigError for furniture that is held out, or for a task that uses none.
     """
-    affordance = tasks.make(world.task).affordance
-    if affordance == "carry":
-        if world.objects:
-            raise ConfigError("--objects: carry draws its boxes itself; leave it out")
-        return (), ""
-    found: list[Piece] = []
-    for name in world.objects or ("train",):
-        if name == "train":
-            found += pieces_for(affordance, "train", world.pieces, world.seed)
-        elif name in collection.SPLITS:
-            raise ConfigError(
-                f"--objects {name}: the test pieces are held out; choose train or a path"
-            )
-        else:
-            found += collection.pieces([name])
-    usable = collection.usable(found, affordance, ", ".join(world.objects))
-    taken = {id(piece) for piece in usable}
-    idle = [piece.name for piece in found if id(piece) not in taken]
-    if not idle:
-        return usable, ""
-    few = ", ".join(idle[:4]) + (", ..." if len(idle) > 4 else "")
-    return usable, f"{len(idle)} of {len(found)} pieces have no place to {affordance}: {few}"
-
-
-def pieces_for(
-    affordance: Affordance, split: Split, count: int | None, seed: int
-) -> tuple[Piece, ...]:
-    """Pieces of the catalogue that offer what a task needs; of seats, those of the four classes
-    that every one is meant to be sat on."""
-    return catalogue(split, count, seed, affordance=None if affordance == "sit" else affordance)
+    return tasks.make(world.task).affordance.pieces(world)
 
 
 def layout(experiment: Experiment) -> Layout:

@@ -14,7 +14,7 @@ from console.recording.format import Recording, RecordingError, Take, boxes_of
 from world.character.model import CONTROL_HZ
 from world.episodes.shard import Shard, Step
 from world.furniture.piece import Piece
-from world.scene.box import STAND
+from world.scene.box import STAND, is_box
 
 #: Control steps kept, and recordings written at most: a broken run must not fill the disk.
 KEPT, MOST = 30, 20
@@ -72,7 +72,7 @@ class BlackBox:
             return np.stack([frame[f"physics_{name}"][scene].numpy() for frame in frames])
 
         piece = self._pieces[int(last["variant"][scene])]
-        cargo = piece.category == "box"
+        cargo = is_box(piece)
         return Take(
             column("qpos"),
             column("qvel"),

@@ -44,7 +44,7 @@ class Recorder:
     def step(self) -> None:
         """Advance all scenes by one control step; ended episodes become clips."""
         practice = self._practice
-        now, body = practice.scenes.now(practice.place), practice.scenes.body()
+        now, body = practice.scenes.now(practice.target), practice.scenes.body()
         box = now.box
         assert box is not None
         offset = (body.position[:, HANDS[0]] - body.position[:, HANDS[1]])[:, None]

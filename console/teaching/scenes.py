@@ -54,7 +54,7 @@ class TeachingScenes:
         self._recent: list[tuple[Tensor, Tensor]] = []
         self._fell: list[Tensor] = []
         qpos, layout, carrying = self._draw()
-        self.place, self._layout = self.bank.place(self.ids, layout), layout
+        self.target, self._layout = self.bank.target(self.ids, layout), layout
         still = torch.zeros(n, character.NV)
         self._lifted = LiftedStates(qpos, still, layout, self.controller.state_dict())
         self._begin(self.ids, qpos, layout, carrying)
@@ -67,7 +67,7 @@ class TeachingScenes:
         observations, labels, ended = [], [], []
         scale = self._practice.noise * (self.ids % 2 == 0)[:, None]
         for _ in range(self._practice.steps):
-            now, body = self.scenes.now(self.place), self.scenes.body()
+            now, body = self.scenes.now(self.target), self.scenes.body()
             state, goal = tasks.state(body, now), self.task.goal_features(body, now)
             qpos, qvel = self.scenes.qpos, self.scenes.qvel
             before = self.controller.phase
@@ -107,7 +107,7 @@ class TeachingScenes:
 
     def drive(self) -> tuple[Tensor, Tensor]:
         """One control step driven by the teacher; [n] bool each: fell, the episode is over."""
-        now, scenes = self.scenes.now(self.place), self.scenes
+        now, scenes = self.scenes.now(self.target), self.scenes
         scenes.drive(self.controller.set_points(scenes.qpos, scenes.qvel, now, self.bank.mass))
         return self._observe()
 
@@ -120,7 +120,7 @@ class TeachingScenes:
 
     def _observe(self) -> tuple[Tensor, Tensor]:
         """[n] bool each: character or box fell; the episode is over."""
-        now, body = self.scenes.now(self.place), self.scenes.body()
+        now, body = self.scenes.now(self.target), self.scenes.body()
         fell = self.task.fell(body, now) | (body.root[:, 2] < _LYING_M) | ~self.scenes.finite()
         self._stages |= self.task.stage(body, now) & ~fell[:, None]
         there = self.task.error_m(body, now) < self.task.success_m
@@ -142,7 +142,7 @@ class TeachingScenes:
         at = layout.rows(rows)
         self.scenes.set_down(rows, qpos[rows], moves, at.start, at.start_yaw)
         self.bank.put(self.scenes, rows, rows, at)
-        self.place.write(rows, self.bank.place(rows, at))
+        self.target.write(rows, self.bank.target(rows, at))
         overwrite(self._layout, rows, at)
         self.controller.reset(rows, carrying[rows])
         self._age[rows], self._held[rows], self._stages[rows] = 0.0, 0.0, False
@@ -198,7 +198,7 @@ class TeachingScenes:
         target = torch.cat((target, end_m[:, None]), dim=1)
         rest = torch.zeros(n, 6)
         layout = Layout(position, rotations.from_heading(yaw), rest, start, yaw, target)
-        state = self.bank.place(self.ids, layout).box
+        state = self.bank.target(self.ids, layout).box
         assert state is not None
         return torch.where(carrying[:, None], grasp.holding(qpos, state), qpos), layout, carrying
 

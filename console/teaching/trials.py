@@ -14,13 +14,13 @@ from torch import Tensor
 
 from console.commands.teaching import TeachTry
 from console.evaluation import trials
-from console.evaluation.arrangement import boxes
 from console.evaluation.command import scored
 from console.evaluation.scores import Protocol
+from world.affordances.box import boxes
 from world.character.model import NU
 from world.config import WorldConfig
 from world.scene.batch import Scenes
-from world.tasks import Place
+from world.scene.target import Target
 from world.tasks.carry import Carry
 from world.teachers.controller import CarryController
 
@@ -47,14 +47,14 @@ class Drive:
         self._noise = noise
         self._chunks: WeakKeyDictionary[Scenes, Chunk] = WeakKeyDictionary()
 
-    def __call__(self, scenes: Scenes, state: Tensor, goal: Tensor, place: Place) -> None:
+    def __call__(self, scenes: Scenes, state: Tensor, goal: Tensor, target: Target) -> None:
         if scenes not in self._chunks:
             mass = [float(model.body("box").mass[0]) for model in scenes.models]
             none, draw = torch.zeros(scenes.n, NU), torch.Generator().manual_seed(0)
             chunk = Chunk(CarryController(scenes.n), torch.tensor(mass), none, draw)
             self._chunks[scenes] = chunk
         chunk = self._chunks[scenes]
-        targets = chunk.controller.set_points(scenes.qpos, scenes.qvel, place, chunk.mass_kg)
+        targets = chunk.controller.set_points(scenes.qpos, scenes.qvel, target, chunk.mass_kg)
         fresh = torch.randn(chunk.error.shape, generator=chunk.draw)
         # the squares of the two factors add up to 1: the error keeps its variance
         chunk.error = _LASTS * chunk.error + math.sqrt(1.0 - _LASTS**2) * self._noise * fresh

@@ -35,9 +35,9 @@ from policy.checkpoints.format import read
 from policy.checkpoints.run_checkpoints import RunCheckpoints, read_newest
 from policy.model.transfer import adopt
 from world import tasks
+from world.episodes.cloning import pairs
 from world.errors import ConfigError
-from world.furniture import collection
-from world.initial.cloning import pairs
+from world.meshes import collection
 
 INTERRUPTED = 130
 

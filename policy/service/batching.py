@@ -14,8 +14,9 @@ from torch import Tensor
 from policy.checkpoints.served import ACTIONS, STATE_WIDTH, Served
 from policy.config import BatchConfig
 from policy.errors import BusyError, RequestError
+from policy.objects.columns import POSE_WIDTH
 from policy.service.batch_size import Company
-from policy.service.poses import POSE_WIDTH, observations
+from policy.service.poses import observations
 from world.character.features import STATE, Table
 
 _FLOAT = np.dtype("<f4")

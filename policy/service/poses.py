@@ -1,56 +1,13 @@
-"""Raw poses of a character and its object as rows of numbers, and the observations they give."""
+"""The observations that raw poses of a character and its object give."""
 
 import torch
 from torch import Tensor
 
-from world import rotations
+from policy.objects import adapter
+from policy.objects.columns import COLUMNS
 from world.character import features
-from world.character import model as character
-from world.tasks import Place, Task
-from world.tasks.task import BoxState, state
-
-_PARTS = (
-    ("qpos", character.NQ),
-    ("qvel", character.NV),
-    ("point", 3),
-    ("facing", 2),
-    ("corners", 24),
-    ("head", 3),
-    ("box_position", 3),
-    ("box_rotation", 4),
-    ("box_velocity", 3),
-    ("box_half", 3),
-    ("box_start", 3),
-    ("box_target", 3),
-)
-
-
-def _slices() -> tuple[dict[str, slice], int]:
-    found, start = {}, 0
-    for name, width in _PARTS:
-        found[name] = slice(start, start + width)
-        start += width
-    return found, start
-
-
-COLUMNS, POSE_WIDTH = _slices()
-"""Columns of each part of a pose request in its row, and the width of a row."""
-
-
-def place_of(rows: Tensor, task: Task) -> Place:
-    """Return the object's place of pose rows [n, POSE_WIDTH]."""
-
-    def part(name: str) -> Tensor:
-        return rows[:, COLUMNS[name]]
-
-    if task.affordance == "carry":
-        names = ("position", "rotation", "velocity", "half", "start", "target")
-        box = BoxState(*(part(f"box_{name}") for name in names))
-        # as training has it: the point of use is the target
-        facing = rotations.heading(box.rotation)
-        return Place(box.target, facing, box.corners(), box.target, box)
-    corners = part("corners").unflatten(1, (8, 3))
-    return Place(part("point"), part("facing"), corners, part("head"))
+from world.scene.target import state
+from world.tasks import Task
 
 
 @torch.inference_mode()
@@ -60,5 +17,5 @@ def observations(rows: Tensor, task: Task) -> Tensor:
     The same functions build them as in training.
     """
     body = features.body(rows[:, COLUMNS["qpos"]], rows[:, COLUMNS["qvel"]])
-    place = place_of(rows, task)
-    return torch.cat((state(body, place), task.goal_features(body, place)), dim=1)
+    target = adapter(task).target(rows)
+    return torch.cat((state(body, target), task.goal_features(body, target)), dim=1)

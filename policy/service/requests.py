@@ -7,9 +7,8 @@ from numpy.typing import NDArray
 
 from policy.errors import RequestError
 from policy.fields import FAST, SLACK, Numbers, quaternion, vector
-from policy.service.poses import COLUMNS, POSE_WIDTH
-from policy.synthesis.box import fill_box
-from policy.synthesis.placement import fill_place, standing
+from policy.objects import adapter, require
+from policy.objects.columns import COLUMNS, POSE_WIDTH
 from rpc.v1 import policy_pb2 as pb
 from world.character import model as character
 from world.tasks import Task
@@ -66,13 +65,8 @@ def pose(message: pb.Situation, task: Task, name: str) -> Numbers:
     if not message.HasField("pose"):
         raise RequestError(f"{name}.pose: missing")
     row[COLUMNS["qpos"]], row[COLUMNS["qvel"]] = coordinates(message.pose, f"{name}.pose")
-    needed = "box" if task.affordance == "carry" else "furniture"
-    if not message.HasField(needed):
-        raise RequestError(f"{name}.{needed}: missing, '{task.name}' needs it")
-    if task.affordance == "carry":
-        fill_box(row, message.box, f"{name}.box")
-    else:
-        fill_place(row, standing(message.furniture, task))
+    require(message, task, f"{name}.")
+    adapter(task).fill(row, message, task, name)
     # float32 would lose the centimetres of a large world
     x, y = row[:2].copy()
     for start in _WORLD_POINTS:

@@ -6,7 +6,7 @@ import torch
 
 from policy.errors import RequestError
 from policy.fields import Numbers, number, upright, vector
-from policy.synthesis.props import Props
+from policy.objects import Props
 from rpc.v1 import policy_pb2 as pb
 from world.character import model as character
 from world.character.features import Body

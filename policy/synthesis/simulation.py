@@ -8,9 +8,9 @@ from torch import Tensor
 
 from policy.checkpoints.served import Served
 from policy.fields import Numbers, number
+from policy.objects import props_of
 from policy.service.requests import coordinates, noise
 from policy.synthesis.disturbances import Disturbances, balls_of, displaced, thrown
-from policy.synthesis.props import props_of
 from rpc.v1 import policy_pb2 as pb
 from world import rotations
 from world.character import kinematics
@@ -19,8 +19,7 @@ from world.character.features import Body
 from world.errors import InhabitError
 from world.furniture.piece import Piece
 from world.scene.batch import Scenes
-from world.tasks import Place
-from world.tasks.task import state
+from world.scene.target import Target, state
 
 #: How far above the floor a standing start is set down, m.
 _LIFT_M = 0.002
@@ -76,37 +75,37 @@ class Simulation:
     def frames(self) -> Iterator[pb.SynthesizeReply]:
         """The start, a frame a step, and the summary; UnstableError if the simulation blows up."""
         body = self.scenes.body()
-        place = self.props.place(self.scenes)
-        seen = state(body, place)
+        target = self.props.target(self.scenes)
+        seen = state(body, target)
         held, success_s, precision, success, fell = 0, -1.0, -1.0, False, False
         made = 0
         for step in range(self.steps + 1):
             style = None
             if step:
                 self.disturbances.step(step - 1, body)
-                place = self.props.place(self.scenes)
-                action = self._action(body, place, step)
+                target = self.props.target(self.scenes)
+                action = self._action(body, target, step)
                 self.scenes.act(action)
                 if not bool(self.scenes.finite()[0]):
                     raise UnstableError(
                         f"the simulation blew up after {step / character.CONTROL_HZ:.2f} s: start "
                         "from another pose, or push less"
                     )
-                body, place = self.scenes.body(), self.props.place(self.scenes)
-                now = state(body, place)
+                body, target = self.scenes.body(), self.props.target(self.scenes)
+                now = state(body, target)
                 if self._served.style is not None:
                     style = float(self._served.style(seen, now)[0])
                 seen = now
-            error = float(self._task.error_m(body, place)[0])
+            error = float(self._task.error_m(body, target)[0])
             success = error <= self._task.success_m
-            fell = bool(self._task.fell(body, place)[0])
+            fell = bool(self._task.fell(body, target)[0])
             held = held + 1 if success else 0
             if success and not fell:
                 if success_s < 0:
                     success_s = step / character.CONTROL_HZ
                 precision = error if precision < 0 else min(precision, error)
             frame = self._frame(step, body, style)
-            terms = self._task.reward_terms(body, place)
+            terms = self._task.reward_terms(body, target)
             frame.reward_terms.extend(terms[0].tolist())
             frame.reward = float((terms * self._weights).sum())
             frame.error_m, frame.success, frame.fell = error, success, fell
@@ -126,9 +125,9 @@ class Simulation:
             )
         )
 
-    def _action(self, body: Body, place: Place, step: int) -> Tensor:
+    def _action(self, body: Body, target: Target, step: int) -> Tensor:
         observation = torch.cat(
-            (state(body, place), self._task.goal_features(body, place)), dim=1
+            (state(body, target), self._task.goal_features(body, target)), dim=1
         )  # fmt: skip
         action = self._served.act(observation)
         if self._seed is not None:

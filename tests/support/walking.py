@@ -7,7 +7,7 @@ from world import rotations
 from world.character import model as character
 from world.scene.batch import Scenes
 from world.scene.model import compile_scene
-from world.tasks.task import BoxState
+from world.scene.target import BoxState
 from world.teachers import motion as mover
 from world.teachers import phase_cue
 from world.teachers.gait import Footing, Gait, unit

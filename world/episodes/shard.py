@@ -15,12 +15,11 @@ from world.character.features import Body
 from world.config import WorldConfig
 from world.episodes import state_keys
 from world.episodes.stall import StallTimeout
-from world.initial import make as starters
 from world.motions.library import MotionLibrary
-from world.objects.box_bank import BoxBank
-from world.objects.furniture_bank import Bank
+from world.objects.bank import ObjectBank
 from world.scene.batch import Scenes
-from world.tasks import HELD, Place
+from world.scene.target import Target
+from world.tasks import HELD
 from world.teachers.teacher import Teacher
 
 #: Index sets are padded to whole multiples of this: vectorised and scalar tails of torch's
@@ -67,7 +66,7 @@ class Shard:
         self,
         config: WorldConfig,
         library: MotionLibrary,
-        bank: Bank | BoxBank,
+        bank: ObjectBank,
         scenes: range,
         seed: int,
         teacher: Teacher | None = None,
@@ -79,7 +78,7 @@ class Shard:
         self._seed = seed
         self._ids = torch.arange(scenes.start, scenes.stop, dtype=torch.int64)
         self._bank = bank
-        self._starter = starters.make(config, library, bank, seed)
+        self._starter = self.task.affordance.starter(config, library, bank, seed)
         self._scenes = Scenes([bank.models[0]] * self.n, config.action_scale, config.action_clip)
         self._weights = torch.tensor(list(self.task.terms.values()), dtype=torch.float32)
         self._length = round((config.episode_s or self.task.episode_s) * character.CONTROL_HZ)
@@ -93,7 +92,7 @@ class Shard:
         self._stages = torch.zeros(self.n, len(self.task.stages) + 1, dtype=torch.bool)
         self._state = torch.zeros(self.n, features.STATE.width)
         self._goal = torch.zeros(self.n, self.task.goal.width)
-        self._places: Place | None = None
+        self._places: Target | None = None
         self._teacher = teacher
         self._stall = StallTimeout(self.n, config.stall_s)
         self._reset(torch.arange(self.n))
@@ -171,12 +170,12 @@ class Shard:
             return None
         return self._teacher.label(self._scenes, self._place(), self._variant, self.clock)
 
-    def _place(self) -> Place:
+    def _place(self) -> Target:
         """Where every scene's object is at this moment."""
         assert self._places is not None
         return self._scenes.now(self._places)
 
-    def _look(self, body: Body, place: Place, ids: Tensor | None) -> None:
+    def _look(self, body: Body, place: Target, ids: Tensor | None) -> None:
         """Write states and goals of all scenes, or of `ids`."""
         state = tasks.state(body, place)
         goal = self.task.goal_features(body, place)
@@ -194,7 +193,7 @@ class Shard:
         models = [self._bank.models[v] for v in starts.variant[: len(ids)].tolist()]
         self._scenes.set_models(ids.tolist(), models)
         self._starter.put(self._scenes, rows, starts)
-        place = self._starter.place(starts)
+        place = self._starter.target(starts)
         if self._places is None:
             self._places = place.rows(ids)
         self._places.write(rows, place)

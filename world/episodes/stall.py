@@ -11,7 +11,7 @@ from torch import Tensor
 from world.character import model as character
 from world.character.features import Body
 from world.errors import ConfigError
-from world.tasks import Place
+from world.scene.target import Target
 
 #: The stall clock restarts when the root moves horizontally by the first of these, m, or the box by
 #: the second, from their positions at the last restart.
@@ -31,15 +31,15 @@ class StallTimeout:
         self._box = torch.zeros(n, 3)
         self._still = torch.zeros(n, dtype=torch.int64)
 
-    def ends(self, body: Body, place: Place, done: Tensor) -> Tensor:
+    def ends(self, body: Body, target: Target, done: Tensor) -> Tensor:
         """Return [n] bool: the scenes that stall for too long and are not done [n] bool.
 
         To be called once a control step.
         """
         root = body.root[:, :2]
         moves = (root - self._root).norm(dim=1) > _ROOT_M
-        if place.box is not None:
-            box = place.box.position
+        if target.box is not None:
+            box = target.box.position
             moves |= (box - self._box).norm(dim=1) > _BOX_M
             self._box = torch.where(moves[:, None], box, self._box)
         self._root = torch.where(moves[:, None], root, self._root)
@@ -48,11 +48,11 @@ class StallTimeout:
             return torch.zeros_like(moves)
         return self._still >= self._limit
 
-    def reset(self, ids: Tensor, body: Body, place: Place) -> None:
-        """Restart the clocks of the scenes `ids` [m] at body and place [m]."""
+    def reset(self, ids: Tensor, body: Body, target: Target) -> None:
+        """Restart the clocks of the scenes `ids` [m] at body and target [m]."""
         self._root[ids], self._still[ids] = body.root[:, :2], 0
-        if place.box is not None:
-            self._box[ids] = place.box.position
+        if target.box is not None:
+            self._box[ids] = target.box.position
 
     def memory(self) -> dict[str, Tensor]:
         """Return the state between steps, by name."""

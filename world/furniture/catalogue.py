@@ -11,7 +11,8 @@ import numpy as np
 from world.errors import ChoiceError, PieceError
 from world.furniture import armchair, bed, chair, sofa, stool, table
 from world.furniture.bands import SPLITS, Split
-from world.furniture.piece import Affordance, Piece
+from world.furniture.piece import Piece
+from world.furniture.usage import usage
 
 Sampler = Callable[[np.random.Generator, Split, int], Piece]
 """(random stream, split, turn: which of its constructions, in rotation) -> piece."""
@@ -36,13 +37,6 @@ COUNTS: dict[Split, int] = {"train": 60, "test": 12}
 WHOLE: dict[Split, int] = {"train": 350, "test": 60}
 """Pieces of each split of `whole`."""
 
-AFFORDING: dict[Affordance, tuple[str, ...]] = {
-    "sit": (*SEATS, "sofa"),
-    "lie": ("sofa", "bed", "table"),
-}
-"""Classes that can be sat or lain on: every piece of them, and of tables the long ones."""
-
-
 _MOST_PASSED = 200
 """Pieces of a class in a row without an affordance after which it has none."""
 
@@ -52,7 +46,7 @@ def catalogue(
     count: int | None = None,
     seed: int = 0,
     classes: tuple[str, ...] | None = None,
-    affordance: Affordance | None = None,
+    affordance: str | None = None,
 ) -> tuple[Piece, ...]:
     """The first `count` pieces of a split, the classes taking turns, so that any count is balanced.
 
@@ -61,9 +55,7 @@ def catalogue(
     a longer catalogue begins with a shorter one. Raises ChoiceError for an unknown class, split or
     affordance, PieceError for a class of which none has the affordance.
     """
-    if affordance is not None:
-        _known("affordance", affordance, list(AFFORDING))
-    names = classes or (SEATS if affordance is None else AFFORDING[affordance])
+    names = classes or (SEATS if affordance is None else usage(affordance).classes)
     total = COUNTS.get(split, 0) if count is None else count
     _known("split", split, list(SPLITS))
     turns = [_affording(name, split, seed, affordance) for name in names]
@@ -92,15 +84,12 @@ def find(name: str, seed: int = 0) -> Piece:
     return _piece(category, "train" if split == "train" else "test", int(index), seed)
 
 
-def _affording(
-    category: str, split: Split, seed: int, affordance: Affordance | None
-) -> Iterator[Piece]:
+def _affording(category: str, split: Split, seed: int, affordance: str | None) -> Iterator[Piece]:
     """The pieces of a class in turn, only those with the affordance where one is asked for."""
     passed = 0
     for index in counting():
         piece = _piece(category, split, index, seed)
-        wanted = {None: True, "sit": bool(piece.sit), "lie": piece.lie is not None}
-        if wanted[affordance]:
+        if affordance is None or usage(affordance).spots(piece):
             passed = 0
             yield piece
         elif (passed := passed + 1) > _MOST_PASSED:

@@ -13,12 +13,12 @@ from world import random_streams, rotations
 from world.config import WorldConfig
 from world.initial.reference import LIFT_M, Drawn, States, course, unit
 from world.motions.library import MotionLibrary
-from world.motions.use import CONTACT, BoxFrames
+from world.motions.uses.use import CONTACT, BoxFrames
 from world.objects import grasp
 from world.objects.box_bank import BoxBank, Layout
 from world.scene.batch import Scenes
 from world.scene.box import FRICTION
-from world.tasks.task import BoxState, Place
+from world.scene.target import BoxState, Target
 
 #: The box' least distance from a standing character: its edge is this far from the root, m.
 _CLEAR_M = 0.35
@@ -81,13 +81,13 @@ class BoxStarter:
         if bool(in_hand.any()):
             held = self._in_hand(qpos, qvel, self._bank.half[variant], u)
             layout = _where(in_hand, held, layout)
-            bent = grasp.holding(qpos, _box(self._bank.place(variant, layout)))
+            bent = grasp.holding(qpos, _box(self._bank.target(variant, layout)))
             qpos = torch.where(in_hand[:, None], bent, qpos)
         return BoxStarts(qpos, qvel, variant, drawn.kind, drawn.named_frame(), layout)
 
-    def place(self, starts: BoxStarts) -> Place:
+    def target(self, starts: BoxStarts) -> Target:
         """What the task knows of the boxes of `starts`."""
-        return self._bank.place(starts.variant, starts.layout)
+        return self._bank.target(starts.variant, starts.layout)
 
     def put(self, scenes: Scenes, ids: Tensor, starts: BoxStarts) -> None:
         """Set the scenes `ids` [m] up as `starts` has them; their models are there already."""
@@ -190,9 +190,9 @@ class BoxStarter:
         return Layout(raised, box.rotation[frame], velocity, start, yaw, target)
 
 
-def _box(place: Place) -> BoxState:
-    assert place.box is not None, "a bank of boxes places boxes"
-    return place.box
+def _box(target: Target) -> BoxState:
+    assert target.box is not None, "a bank of boxes places boxes"
+    return target.box
 
 
 def _where(condition: Tensor, yes: Layout, no: Layout) -> Layout:

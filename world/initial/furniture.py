@@ -16,7 +16,7 @@ from world.motions.library import MotionLibrary
 from world.objects import clearance
 from world.objects.furniture_bank import Bank
 from world.scene.batch import Scenes
-from world.tasks.task import Place
+from world.scene.target import Target
 
 __all__ = ["KINDS", "Starter", "Starts", "furniture_pose"]
 
@@ -113,9 +113,9 @@ class Starter:
             qpos=torch.where(same[:, None], starts.qpos[0], starts.qpos),
         )
 
-    def place(self, starts: Starts) -> Place:
+    def target(self, starts: Starts) -> Target:
         """What the task knows of the furniture of `starts`."""
-        return self._bank.place(starts.variant, starts.point, starts.facing)
+        return self._bank.target(starts.variant, starts.point, starts.facing)
 
     def put(self, scenes: Scenes, ids: Tensor, starts: Starts) -> None:
         """Set the scenes `ids` [m] up as `starts` has them; their models are there already."""

@@ -16,11 +16,6 @@ from world.motions.library import Frames, MotionLibrary
 KINDS = ("reference", "near", "far")
 #: How far above the clip's own height a character is set down, m: contacts start unloaded.
 LIFT_M = 0.002
-_NO_USE = {
-    "sit": "no clip uses a seat: set --world.initial.reference to 0 or add clips that sit down",
-    "lie": "no clip uses a bed: set --world.initial.reference to 0 or add clips that lie down",
-    "carry": "no clip carries a box: set --world.initial.reference to 0 or add clips that do",
-}
 
 
 @dataclass(frozen=True)
@@ -65,7 +60,7 @@ class States:
                 " and not all 0"
             )
         if initial.reference > 0 and not any(len(stage) for stage in library.start_stages):
-            raise ClipError(_NO_USE[library.affordance])
+            raise ClipError(library.use.missing)
         self._standing_fraction, self._library = initial.standing_fraction, library
         edges = torch.tensor(fractions, dtype=torch.float64).cumsum(0) / sum(fractions)
         self._edges = edges[:-1].to(torch.float32)

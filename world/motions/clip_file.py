@@ -20,7 +20,7 @@ import numpy as np
 from world.character import model as character
 from world.errors import ClipError
 from world.motions.clip import Clip, validate
-from world.motions.formats.licences import licence
+from world.motions.licences import licence
 from world.motions.objects import Bed, BoxTrack, Seat, Skeleton
 
 SUFFIX = ".npz"

@@ -4,14 +4,14 @@ from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
-from world import tasks
 from world.errors import ClipError
 from world.motions import cache as disk
 from world.motions.augment import paced
 from world.motions.clip import Clip
 from world.motions.clip_file import SUFFIX, read
-from world.motions.fit import ground
-from world.motions.library import MotionLibrary, prepare
+from world.motions.library import MotionLibrary
+from world.motions.uses.seat import SEAT
+from world.motions.uses.use import ClipUse
 
 
 def find(paths: Sequence[str]) -> list[Path]:
@@ -46,23 +46,23 @@ def _synthetic() -> tuple[Clip, ...]:
     return disk.cached(disk.code_digest("world.motions.synthetic"), generate)
 
 
-def clips(paths: Sequence[str] = (), task: str = "sit") -> list[Clip]:
-    """Clips ready to train a task: those of `paths`, or the package's own."""
+def clips(paths: Sequence[str] = (), use: ClipUse = SEAT) -> list[Clip]:
+    """Clips ready to be learned from: those of `paths`, or the package's own."""
     if not paths:
-        return [clip for clip in own_clips() if ground.serves(clip, task)]
-    return [part for path in find(paths) for part in prepare(read(path), task)]
+        return [clip for clip in own_clips() if use.accepts(clip)]
+    return [part for path in find(paths) for part in use.prepare(read(path))]
 
 
 def library(
     paths: Sequence[str] = (),
     mirror: bool = True,
-    task: str = "sit",
+    use: ClipUse = SEAT,
     playback_speeds: Sequence[float] = (),
 ) -> MotionLibrary:
-    """The motion library of `paths`, or of the package's own clips, for a task.
+    """The motion library of `paths`, or of the package's own clips, for a task's use of them.
 
     Each clip is repeated at each of the playback speeds, and with `mirror` all of them mirrored.
     """
-    own_speed = clips(paths, task)
+    own_speed = clips(paths, use)
     every = [*own_speed, *(paced(clip, speed) for speed in playback_speeds for clip in own_speed)]
-    return MotionLibrary(every, mirror, tasks.make(task).affordance)
+    return MotionLibrary(every, mirror, use)

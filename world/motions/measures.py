@@ -12,7 +12,7 @@ from world.character import features, servos
 from world.character import model as character
 from world.errors import ClipError
 from world.motions.clip import Clip
-from world.motions.fit import ground
+from world.motions.fit import poses
 from world.motions.objects import Skeleton
 
 Array = np.ndarray
@@ -64,7 +64,7 @@ def key_body_error_m(clip: Clip) -> float:
     if clip.ghost is not None and roles is not None:
         theirs = clip.ghost.position_m[:, [roles[role] for role in _KEY_ROLES]]
     else:
-        theirs = ground.body_poses(clip)[0][:, [*_HANDS, *_FEET]].numpy()
+        theirs = poses.body_poses(clip)[0][:, [*_HANDS, *_FEET]].numpy()
     return float(np.linalg.norm(ours - theirs, axis=-1).mean())
 
 
@@ -75,7 +75,7 @@ def skates_m_s(clip: Clip) -> tuple[float, float]:
     on the recorded ones, and is the same for both. By the ankles alone where that is all that was
     recorded of the feet.
     """
-    position, rotation = ground.body_poses(clip)
+    position, rotation = poses.body_poses(clip)
     ankles = position[:, list(_FEET)]
     toes = ankles + (rotation[:, list(_FEET)] @ _TOE[:, None])[..., 0]
     ours = np.stack((ankles.numpy(), toes.numpy()))

@@ -12,7 +12,7 @@ from torch import Tensor
 
 from world.character import model as character
 from world.motions.clip import Clip
-from world.motions.fit.ground import body_poses, smooth, sole_heights, stretches
+from world.motions.fit.poses import body_poses, smooth, sole_heights, stretches
 from world.objects import clearance
 
 APPROACH, TRANSITION, CONTACT, LEAVE = 0, 1, 2, 3

@@ -14,7 +14,7 @@ from world.furniture.piece import Piece
 from world.scene import box as box_scene
 from world.scene.batch import Scenes
 from world.scene.model import Ball, compile_scene
-from world.tasks.task import Affordance, BoxState, Place
+from world.scene.target import BoxState, Target
 
 #: A box is moved with its stand while its centre is this near to its place on it, m.
 _ON_STAND_M = 0.1
@@ -58,8 +58,6 @@ def resting(position: Tensor, yaw: Tensor, target: Tensor) -> Layout:
 class BoxBank:
     """V boxes (a size and a weight each): their models, and what the task knows of them."""
 
-    affordance: Affordance = "carry"
-
     def __init__(self, boxes: Sequence[Piece], balls: Sequence[Ball] = ()) -> None:
         """Raises PieceError where there is no box, or a piece that is none.
 
@@ -68,7 +66,7 @@ class BoxBank:
         if not boxes:
             raise PieceError("no boxes: choose at least one")
         for piece in boxes:
-            if piece.category != "box" or len(piece.boxes) != 1:
+            if not box_scene.is_box(piece):
                 raise PieceError(f"{piece.name}: is no box to carry")
         self.pieces = tuple(boxes)
         self.models: list[mujoco.MjModel] = [
@@ -122,7 +120,7 @@ class BoxBank:
         scenes.set_free(ids[on_it], 0, still, moved.velocity[on_it])
         return moved
 
-    def place(self, variant: Tensor, layout: Layout) -> Place:
+    def target(self, variant: Tensor, layout: Layout) -> Target:
         """What the task knows of boxes `variant` [m]; the point of use is the target."""
         state = BoxState(
             layout.position,
@@ -133,7 +131,7 @@ class BoxBank:
             layout.target,
         )
         facing = rotations.heading(layout.rotation)
-        return Place(layout.target, facing, state.corners(), layout.target, state)
+        return Target(layout.target, facing, state.corners(), layout.target, state)
 
 
 def boxes(config: CarryConfig) -> tuple[Piece, ...]:

@@ -10,11 +10,11 @@ from torch import Tensor
 
 from world import rotations
 from world.errors import PieceError
-from world.furniture.piece import TRIED, Affordance, Piece
-from world.objects.targets import spots
+from world.furniture.piece import TRIED, Piece
+from world.furniture.usage import spots, usage
 from world.scene import slots
 from world.scene.model import Ball, compile_scene
-from world.tasks.task import Place
+from world.scene.target import Target
 
 
 class Bank:
@@ -24,7 +24,7 @@ class Bank:
     def __init__(
         self,
         variants: Sequence[Piece],
-        affordance: Affordance = "sit",
+        affordance: str = "sit",
         balls: Sequence[Ball] = (),
     ) -> None:
         """Raises PieceError where there is no piece, or one without the affordance asked for.
@@ -33,7 +33,7 @@ class Bank:
         """
         if not variants:
             raise PieceError("no furniture: choose at least one piece")
-        self.affordance: Affordance = affordance
+        self.affordance = affordance
         # a piece with two sides is used from both in turn
         places = [spots(piece, affordance) for piece in variants]
         chosen = [found[i % len(found)] for i, found in enumerate(places)]
@@ -68,7 +68,7 @@ class Bank:
         #: The footprint in the frame of the place (+x where its user faces), [V, 2] each, m.
         self.low, self.high = ends.amin(dim=1), ends.amax(dim=1)
         # a bed reaches far beyond the place of use; of a seat that does not matter
-        self._wide = affordance == "lie"
+        self._wide = usage(affordance).wide
         along = rotations.turn_back(self.facing, (self.head - self.point)[:, :2])
         left = along[:, 1] > 0.0
         by_height = torch.argsort(self.point[:, 2])
@@ -88,11 +88,11 @@ class Bank:
         origin = point - rotations.turn(yaw, self.point[variant, :2])
         return torch.cat((origin, torch.zeros_like(origin[:, :1])), dim=1), yaw
 
-    def place(self, variant: Tensor, point: Tensor, facing: Tensor) -> Place:
+    def target(self, variant: Tensor, point: Tensor, facing: Tensor) -> Target:
         """What the task knows of pieces that stand so; arguments as of `placed`."""
         origin, yaw = self.placed(variant, point, facing)
         corners = rotations.turn(yaw[:, None], self.corners[variant]) + origin[:, None]
-        return Place(
+        return Target(
             torch.cat((point, self.point[variant, 2:]), dim=1),
             facing,
             corners,
@@ -176,7 +176,7 @@ MAX_SEAT_M = 0.70
 def scaled(piece: Piece, scale: float) -> Piece:
     """The piece at `scale`, or as much smaller as keeps its seat within MAX_SEAT_M; at the nearest
     scale at which a ragdoll rests on its seat, where at the one tried next to this none does."""
-    heights = [place.point_m[2] for place in piece.sit[:1]]
+    heights = [target.point_m[2] for target in piece.sit[:1]]
     heights = heights or ([piece.lie.hip_m[2]] if piece.lie else [])
     fitting = min([scale, *(MAX_SEAT_M / height for height in heights)])
     return piece.scaled(_holding(piece, fitting))
@@ -185,12 +185,12 @@ def scaled(piece: Piece, scale: float) -> Piece:
 def _holding(piece: Piece, scale: float) -> float:
     """The scale, moved to one that holds a ragdoll on the first seat where its import saw that it
     does not, as far as one does that is no higher than MAX_SEAT_M."""
-    for place in piece.sit[:1]:
-        if place.rests_at is None:
+    for target in piece.sit[:1]:
+        if target.rests_at is None:
             continue
         tried = min(TRIED, key=lambda at: abs(at - scale))
-        fit = [at for at in place.rests_at if at * place.point_m[2] <= MAX_SEAT_M]
-        if fit and tried not in place.rests_at:
+        fit = [at for at in target.rests_at if at * target.point_m[2] <= MAX_SEAT_M]
+        if fit and tried not in target.rests_at:
             return min(fit, key=lambda at: abs(at - scale))
     return scale
 

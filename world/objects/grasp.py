@@ -8,7 +8,7 @@ from torch import Tensor
 from world import rotations
 from world.character import kinematics
 from world.character import model as character
-from world.tasks.task import BoxState
+from world.scene.target import BoxState
 
 _BODY = character.BODIES.index
 _TORSO = _BODY("torso")

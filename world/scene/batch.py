@@ -14,7 +14,7 @@ from world.character import features, servos
 from world.character import model as character
 from world.character.actions import ActionMap
 from world.character.features import Body
-from world.tasks.task import Place
+from world.scene.target import Target
 
 #: Generalised velocities beyond this, m/s or rad/s, are a blow-up that MuJoCo would soon call one.
 _MAX_SPEED = 100.0
@@ -132,20 +132,20 @@ class Scenes:
         self.free_qpos[ids, 7 * index : 7 * index + 7] = pose.double()
         self.free_qvel[ids, 6 * index : 6 * index + 6] = velocity.double()
 
-    def now(self, place: Place, ids: Tensor | None = None) -> Place:
+    def now(self, target: Target, ids: Tensor | None = None) -> Target:
         """`place` [n], or that of the scenes `ids` [m], with the box where it is at this moment."""
-        if place.box is None:
-            return place
+        if target.box is None:
+            return target
         pose = self.free_qpos[:, :7] if ids is None else self.free_qpos[ids, :7]
         velocity = self.free_qvel[:, :3] if ids is None else self.free_qvel[ids, :3]
         pose = pose.to(torch.float32)
         box = replace(
-            place.box,
+            target.box,
             position=pose[:, :3],
             rotation=rotations.normalise(pose[:, 3:]),
             velocity=velocity.to(torch.float32),
         )
-        return replace(place, box=box, corners=box.corners())
+        return replace(target, box=box, corners=box.corners())
 
     def set_models(self, ids: Sequence[int], models: Sequence[mujoco.MjModel]) -> None:
         """Give the scenes `ids` other models of the same layout."""

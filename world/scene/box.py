@@ -5,6 +5,8 @@ import mujoco
 
 from world.furniture.piece import Box, Piece, Vector
 
+#: A box whose centre is this low lies on the ground, m.
+GROUND_M = 0.30
 BOX_BODY, STAND_BODY = "box", "stand"
 #: Edges of the default box, m (the paper's 50 × 35 × 30 cm): y, the long one, lies between the
 #: hands of who carries it, z is up.
@@ -30,6 +32,11 @@ def box(scale: float = 1.0, mass_kg: float | None = None) -> Piece:
     x, y, z = (0.5 * scale * edge for edge in BOX_SIZE_M)
     mass = BOX_KG * scale**3 if mass_kg is None else mass_kg
     return Piece("box", "box", (Box((0.0, 0.0, 0.0), (x, y, z)),), (), mass)
+
+
+def is_box(piece: Piece) -> bool:
+    """Whether a piece is a box to be carried, as `box` makes them."""
+    return piece.category == BOX_BODY and len(piece.boxes) == 1
 
 
 #: A plate on a column, in a frame at the middle of its top; the column runs on below any floor, so

@@ -11,10 +11,13 @@ import torch
 from torch import Tensor
 
 from world import rotations
+from world.affordances import BED
 from world.character.features import Body, Feature, Table
+from world.scene.target import Target
+from world.tasks.evaluation import Evaluation, Published
 from world.tasks.route import Footprint, entry, footprint, offset, way
 from world.tasks.sit import compressed, fallen
-from world.tasks.task import Affordance, Place
+from world.tasks.task import Task
 
 #: Heights of the root and of the head's centre above the surface when lying, m: medians over the
 #: lying mocap (0.09-0.16 and 0.10-0.33, the most with a hand under the head).
@@ -30,12 +33,11 @@ _ON_M = 0.20
 _HEADING_FRAME = "root heading"
 
 
-class Lie:
+class Lie(Task):
     """The lie task."""
 
     name = "lie"
-    affordance: Affordance = "lie"
-    episode_s = 10.0
+    affordance = BED
     goal = Table(
         "goal",
         Feature("target", 3, _HEADING_FRAME, "m, beyond 1.5 m logarithmic"),
@@ -55,36 +57,43 @@ class Lie:
     }
     stages: ClassVar[tuple[str, ...]] = ("approached", "touched", "lain")
     success_m = 0.3
+    evaluation = Evaluation(
+        published={
+            "table1": (Published("paper", 90.2, 6.3, 13.4),),
+            "table3": (Published("paper", 80.0, 6.9, 30.0), Published("SAMP", 50.0, 9.5, 5.0)),
+        },
+        perturbed=(Published("paper", 82.0),),
+    )
 
-    def target(self, place: Place) -> tuple[Tensor, Tensor]:
+    def hip_and_head(self, target: Target) -> tuple[Tensor, Tensor]:
         """Where the root and the head's centre should be, world, m: two of [n, 3]."""
-        assert place.head is not None, "a place to lie has a head"
-        up = place.point.new_tensor((0.0, 0.0, 1.0))
-        return place.point + HIP_ABOVE_M * up, place.head + HEAD_ABOVE_M * up
+        assert target.head is not None, "a place to lie has a head"
+        up = target.point.new_tensor((0.0, 0.0, 1.0))
+        return target.point + HIP_ABOVE_M * up, target.head + HEAD_ABOVE_M * up
 
-    def goal_features(self, body: Body, place: Place) -> Tensor:
-        hip, head = self.target(place)
+    def goal_features(self, body: Body, target: Target) -> Tensor:
+        hip, head = self.hip_and_head(target)
         ahead = rotations.turn_back(body.heading, hip - body.root)
         along = rotations.turn_back(body.heading, head - hip)
-        facing = rotations.turn_back(body.heading, place.facing)
-        corners = rotations.turn_back(body.heading[:, None], place.corners - hip[:, None])
+        facing = rotations.turn_back(body.heading, target.facing)
+        corners = rotations.turn_back(body.heading[:, None], target.corners - hip[:, None])
         return torch.cat((compressed(ahead), along, facing, corners.flatten(1)), dim=1)
 
-    def reward_terms(self, body: Body, place: Place) -> Tensor:
-        hip, head = self.target(place)
+    def reward_terms(self, body: Body, target: Target) -> Tensor:
+        hip, head = self.hip_and_head(target)
         hip_error = (hip - body.root).square().sum(dim=1)
         head_error = (head - body.head).square().sum(dim=1)
         # the head counts with the hip: two halves paid for sitting upright in the place for ever
         lie = _near(hip_error) * (0.4 + 0.6 * _near(head_error))
-        ground = footprint(place)
-        direction, _ = way(body.root[:, :2], body.heading, place)
-        here = arrived(body, place, ground)
+        ground = footprint(target)
+        direction, _ = way(body.root[:, :2], body.heading, target)
+        here = arrived(body, target, ground)
         speed = (direction * body.root_velocity[:, :2]).sum(dim=1)
         towards = (speed / _SPEED_M_S).clamp(0.0, 1.0)
         close = torch.exp(-2.5 * hip_error)
         # standing at the edge must be worth less than walking there and than sitting on it, and
         # all that far less than lying
-        on = torch.maximum(close, _on(body, place, ground, hip))
+        on = torch.maximum(close, _on(body, target, ground, hip))
         towards = torch.where(here, 0.2 + 0.8 * on, towards)
         down = (2.0 * _aligned(body.head - body.root, head - hip) - 1.0).clamp_min(0.0)
         posture = torch.where(
@@ -92,47 +101,47 @@ class Lie:
             # at the edge one turns one's back to the furniture; once on it, what matters is that
             # the trunk comes down along it. Nothing for an upright trunk would make sitting on a
             # high edge worth no more than standing at it: so it stood
-            (1.0 - on) * _turned(body.heading, place.facing) + on * (0.5 + 0.5 * down),
+            (1.0 - on) * _turned(body.heading, target.facing) + on * (0.5 + 0.5 * down),
             _turned(body.heading, direction),
         )
-        near = ground.holds(offset(body.root[:, :2], place), _NEAR_M)
+        near = ground.holds(offset(body.root[:, :2], target), _NEAR_M)
         fast = (body.root_velocity[:, :2].norm(dim=1) - 1.3).clamp(0.0, 1.0)
         spin = ((body.angular_velocity[:, 2].abs() - 3.0) / 3.0).clamp(0.0, 1.0)
         overspeed = torch.where(near, -torch.maximum(fast, spin), 0.0)
         return torch.stack((lie, towards, posture, overspeed), dim=1)
 
-    def error_m(self, body: Body, place: Place) -> Tensor:
+    def error_m(self, body: Body, target: Target) -> Tensor:
         """[n]: the larger of the hip's and the head's distance from their places, m."""
-        hip, head = self.target(place)
+        hip, head = self.hip_and_head(target)
         return torch.maximum((hip - body.root).norm(dim=1), (head - body.head).norm(dim=1))
 
-    def stage(self, body: Body, place: Place) -> Tensor:
-        ground = footprint(place)
-        hip, _ = self.target(place)
-        over = ground.holds(offset(body.root[:, :2], place))
+    def stage(self, body: Body, target: Target) -> Tensor:
+        ground = footprint(target)
+        hip, _ = self.hip_and_head(target)
+        over = ground.holds(offset(body.root[:, :2], target))
         touched = over & (body.root[:, 2] < hip[:, 2] + _ON_M)
-        lain = self.error_m(body, place) <= self.success_m
-        return torch.stack((arrived(body, place, ground), touched, lain), dim=1)
+        lain = self.error_m(body, target) <= self.success_m
+        return torch.stack((arrived(body, target, ground), touched, lain), dim=1)
 
-    def low(self, body: Body, place: Place) -> Tensor:
-        return footprint(place).holds(offset(body.root[:, :2], place), 0.35)
+    def low(self, body: Body, target: Target) -> Tensor:
+        return footprint(target).holds(offset(body.root[:, :2], target), 0.35)
 
-    def fell(self, body: Body, place: Place) -> Tensor:
+    def fell(self, body: Body, target: Target) -> Tensor:
         return fallen(body)
 
 
-def arrived(body: Body, place: Place, ground: Footprint) -> Tensor:
+def arrived(body: Body, target: Target, ground: Footprint) -> Tensor:
     """[n] bool: at the entry, on the way from there to the hip's place, or on the furniture."""
-    here = offset(body.root[:, :2], place)
+    here = offset(body.root[:, :2], target)
     goal = entry(ground)
     at_entry = (goal - here).norm(dim=1) < _ARRIVED_M
     corridor = (here[:, 0] > 0.0) & (here[:, 0] < goal[:, 0]) & (here[:, 1].abs() < _CORRIDOR_M)
     return at_entry | corridor | ground.holds(here)
 
 
-def _on(body: Body, place: Place, ground: Footprint, hip: Tensor) -> Tensor:
+def _on(body: Body, target: Target, ground: Footprint, hip: Tensor) -> Tensor:
     """[n] in [0, 1]: how far the root has come over the front edge, low enough to rest there."""
-    here = offset(body.root[:, :2], place)
+    here = offset(body.root[:, :2], target)
     over = ((ground.high[:, 0] - here[:, 0] + 0.05) / 0.25).clamp(0.0, 1.0)
     low = ((hip[:, 2] + 0.30 - body.root[:, 2]) / 0.15).clamp(0.0, 1.0)
     return torch.where(ground.holds(here, 0.05), over * low, 0.0)

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from world import rotations
-from world.tasks.task import Place
+from world.scene.target import Target
 
 #: Clearance of the way from the furniture's box, and of the point where it ends, m.
 MARGIN_M, ENTRY_M = 0.30, 0.32
@@ -32,17 +32,17 @@ class Footprint:
         return inside.all(dim=1)
 
 
-def footprint(place: Place) -> Footprint:
+def footprint(target: Target) -> Footprint:
     """The footprint of each place's furniture."""
     corners = rotations.turn_back(
-        place.facing[:, None], place.corners[..., :2] - place.point[:, None, :2]
+        target.facing[:, None], target.corners[..., :2] - target.point[:, None, :2]
     )
     return Footprint(corners.amin(dim=1), corners.amax(dim=1))
 
 
-def offset(root_xy: Tensor, place: Place) -> Tensor:
+def offset(root_xy: Tensor, target: Target) -> Tensor:
     """Points [n, 2] (world, m) in the frame of each place, [n, 2] m."""
-    return rotations.turn_back(place.facing, root_xy - place.point[:, :2])
+    return rotations.turn_back(target.facing, root_xy - target.point[:, :2])
 
 
 def entry(ground: Footprint) -> Tensor:
@@ -51,7 +51,7 @@ def entry(ground: Footprint) -> Tensor:
     return torch.stack((ahead, torch.zeros_like(ahead)), dim=1)
 
 
-def way(root_xy: Tensor, heading: Tensor, place: Place) -> tuple[Tensor, Tensor]:
+def way(root_xy: Tensor, heading: Tensor, target: Target) -> tuple[Tensor, Tensor]:
     """Unit directions [n, 2], world, of the shortest way to the entry, and its length [n] m.
 
     The furniture's footprint, widened by MARGIN_M, is gone round by its corners: from the front
@@ -59,13 +59,13 @@ def way(root_xy: Tensor, heading: Tensor, place: Place) -> tuple[Tensor, Tensor]
     differ by less than _EITHER_M by the one that the heading [n, 2] points to, lest a policy learn
     the mean of both.
     """
-    ground, here = footprint(place), offset(root_xy, place)
+    ground, here = footprint(target), offset(root_xy, target)
     goal = entry(ground)
     front, back = ground.high[:, 0] + MARGIN_M, ground.low[:, 0] - MARGIN_M
     x, y = here[:, 0], here[:, 1]
     straight = goal - here
     length = straight.norm(dim=1)
-    leans = rotations.turn_back(place.facing, heading)[:, 1] >= 0.0
+    leans = rotations.turn_back(target.facing, heading)[:, 1] >= 0.0
     ways = []
     for side, edge in ((1.0, ground.high[:, 1] + MARGIN_M), (-1.0, ground.low[:, 1] - MARGIN_M)):
         corner = torch.stack((front, edge), dim=1)
@@ -90,4 +90,4 @@ def way(root_xy: Tensor, heading: Tensor, place: Place) -> tuple[Tensor, Tensor]
     aim = torch.where(free[:, None], straight, aim)
     best = torch.where(free, length, best)
     unit = aim / aim.norm(dim=1, keepdim=True).clamp_min(1e-6)
-    return rotations.turn(place.facing, unit), best
+    return rotations.turn(target.facing, unit), best

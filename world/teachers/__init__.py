@@ -4,24 +4,22 @@ from collections.abc import Callable
 
 from world.config import WorldConfig
 from world.errors import ChoiceError, ConfigError
-from world.objects.box_bank import BoxBank
-from world.objects.furniture_bank import Bank
+from world.objects.bank import ObjectBank
 from world.teachers.carry import CarryTeacher
 from world.teachers.teacher import Teacher
 
-AnyBank = Bank | BoxBank
 
-
-def _carry(bank: AnyBank, scenes: range) -> Teacher:
-    if not isinstance(bank, BoxBank):
+def _carry(bank: ObjectBank, scenes: range) -> Teacher:
+    masses = getattr(bank, "mass", None)
+    if masses is None:
         raise ConfigError("--world.teacher carry: it teaches the task carry alone")
-    return CarryTeacher(bank, scenes)
+    return CarryTeacher(masses, scenes)
 
 
-REGISTRY: dict[str, Callable[[AnyBank, range], Teacher]] = {"carry": _carry}
+REGISTRY: dict[str, Callable[[ObjectBank, range], Teacher]] = {"carry": _carry}
 
 
-def make(config: WorldConfig, bank: AnyBank, scenes: range) -> Teacher | None:
+def make(config: WorldConfig, bank: ObjectBank, scenes: range) -> Teacher | None:
     """The teacher of a world's scenes `scenes` (a range of global ids); None where it has none.
 
     ChoiceError lists the names there are; ConfigError where the teacher is for another task.

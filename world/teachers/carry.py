@@ -6,9 +6,8 @@ import torch
 from torch import Tensor
 
 from world.character import model as character
-from world.objects.box_bank import BoxBank
 from world.scene.batch import Scenes
-from world.tasks.task import Place
+from world.scene.target import Target
 from world.teachers.controller import CarryController, lifted
 
 #: Each scene is labelled in two of five control steps: labels in all steps cost more time than they
@@ -36,21 +35,22 @@ class CarryTeacher:
     """Labels the scenes `scenes` (a range of global ids) near the box and where the student stalls;
     a world.teachers.teacher.Teacher."""
 
-    def __init__(self, bank: BoxBank, scenes: range) -> None:
+    def __init__(self, mass_kg: Tensor, scenes: range) -> None:
+        """mass_kg [V]: of the boxes of the bank."""
         self.controller = CarryController(len(scenes))
-        self._mass_kg = bank.mass
+        self._mass_kg = mass_kg
         self._ids = torch.arange(scenes.start, scenes.stop, dtype=torch.int64)
 
-    def reset(self, rows: Tensor, place: Place) -> None:
+    def reset(self, rows: Tensor, target: Target) -> None:
         """Begin new episodes in the scenes `rows` [m]; a lifted box is in hand."""
-        assert place.box is not None
-        self.controller.reset(rows, lifted(place.box))
+        assert target.box is not None
+        self.controller.reset(rows, lifted(target.box))
 
-    def label(self, scenes: Scenes, place: Place, variant: Tensor, clock: int) -> Tensor:
+    def label(self, scenes: Scenes, target: Target, variant: Tensor, clock: int) -> Tensor:
         """Teacher actions [n, 28]; NaN where the label is not useful and in three of five steps."""
         mass_kg = self._mass_kg[variant]
-        intent = self.controller.intend(scenes.qpos, scenes.qvel, place, mass_kg)
-        useful = self.controller.is_useful(place, scenes.qpos[:, :3].float())
+        intent = self.controller.intend(scenes.qpos, scenes.qvel, target, mass_kg)
+        useful = self.controller.is_useful(target, scenes.qpos[:, :3].float())
         turn = (_LABELLED * clock + self._ids) % _PERIOD < _LABELLED
         rows = torch.nonzero(useful & turn).flatten()
         actions = torch.full((len(self._ids), character.NU), torch.nan)

@@ -15,7 +15,7 @@ from torch import Tensor
 from world import rotations
 from world.character import model as character
 from world.objects import grasp
-from world.tasks.task import BoxState, Place
+from world.scene.target import BoxState, Target
 from world.teachers import handling, path, phase_cue
 from world.teachers.gait import Footing, Gait, unit, wrapped
 from world.teachers.motion import HANDS, SERVO_S, Intent, Pace, Reach
@@ -115,26 +115,26 @@ class CarryController:
         for name, value in self.state_dict().items():
             value.copy_(state[name])
 
-    def is_useful(self, place: Place, root: Tensor) -> Tensor:
+    def is_useful(self, target: Target, root: Tensor) -> Tensor:
         """[n] bool: the action is a useful label: near the box, after the approach, or where the
         student stalls; root [n, 3] m. On the way to the box a trained walker falls less often than
         a student of the controller."""
-        near = (_box(place).position - root)[:, :2].norm(dim=1) < _USEFUL_M
+        near = (_box(target).position - root)[:, :2].norm(dim=1) < _USEFUL_M
         return near | self.gait.stalled | (self.phase != Phase.APPROACH)
 
-    def set_points(self, qpos: Tensor, qvel: Tensor, place: Place, mass_kg: Tensor) -> Tensor:
+    def set_points(self, qpos: Tensor, qvel: Tensor, target: Target, mass_kg: Tensor) -> Tensor:
         """Servo set-points [n, 28] rad of the next control step. The simulation must then advance
         by that step, driven by these or by a student that shows the phase cue
         (world.teachers.phase_cue).
 
         qpos [n, 43]; qvel [n, 34]; mass_kg [n]: of the boxes.
         """
-        return self.intend(qpos, qvel, place, mass_kg).set_points()
+        return self.intend(qpos, qvel, target, mass_kg).set_points()
 
-    def intend(self, qpos: Tensor, qvel: Tensor, place: Place, mass_kg: Tensor) -> Intent:
+    def intend(self, qpos: Tensor, qvel: Tensor, target: Target, mass_kg: Tensor) -> Intent:
         """The intent of the next control step, by which the simulation must then advance; arguments
         as of `set_points`."""
-        figure, box, mass_kg = Figure.of(qpos, qvel), _box(place), mass_kg.double()
+        figure, box, mass_kg = Figure.of(qpos, qvel), _box(target), mass_kg.double()
         feet = Footing.of(figure)
         reach = handling.reach(figure, box, mass_kg, self.phase == Phase.CARRY)
         view = self._look(figure, self.gait.ending(feet), box)
@@ -291,9 +291,9 @@ def lifted(box: BoxState) -> Tensor:
     return (gone[:, 2] > _LIFTED_M) | (gone[:, :2].norm(dim=1) > _MOVED_M)
 
 
-def _box(place: Place) -> BoxState:
+def _box(target: Target) -> BoxState:
     """The box in float64."""
-    box = place.box
+    box = target.box
     assert box is not None, "the carry controller needs a box"
     return BoxState(
         box.position.double(),

@@ -11,7 +11,7 @@ from world import rotations
 from world.character.model import BODIES
 from world.objects import grasp
 from world.scene.box import FRICTION
-from world.tasks.task import BoxState
+from world.scene.target import BoxState
 from world.teachers.motion import HANDS, Reach
 from world.teachers.whole_body import GRAVITY_M_S2, Figure, shortened
 

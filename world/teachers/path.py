@@ -10,8 +10,8 @@ from torch import Tensor
 
 from world import rotations
 from world.objects.grasp import deep_m
+from world.scene.target import BoxState
 from world.tasks.carry import COST_DEEP, DEEP_M, depths, places_before
-from world.tasks.task import BoxState
 from world.teachers.gait import Footing, wrapped
 
 #: The character's position lies this far behind the centre of the soles, m: about the ankles.

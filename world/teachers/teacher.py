@@ -6,7 +6,7 @@ from typing import Protocol
 from torch import Tensor
 
 from world.scene.batch import Scenes
-from world.tasks.task import Place
+from world.scene.target import Target
 
 
 class Teacher(Protocol):
@@ -16,15 +16,15 @@ class Teacher(Protocol):
     control step, before the scenes advance, and `reset` for each new episode.
     """
 
-    def reset(self, rows: Tensor, place: Place) -> None:
-        """Begin new episodes in the scenes `rows` [m], whose objects are at `place` [m]."""
+    def reset(self, rows: Tensor, target: Target) -> None:
+        """Begin new episodes in the scenes `rows` [m], whose objects are at `target` [m]."""
         ...
 
-    def label(self, scenes: Scenes, place: Place, variant: Tensor, clock: int) -> Tensor:
+    def label(self, scenes: Scenes, target: Target, variant: Tensor, clock: int) -> Tensor:
         """Teacher actions [n, 28] float32 in the scenes' present states, NaN where it labels
         nothing.
 
-        place [n]; variant [n]: the object of each scene, by number in the bank; clock: control
+        target [n]; variant [n]: the object of each scene, by number in the bank; clock: control
         steps since the shard was made.
         """
         ...

@@ -9,36 +9,36 @@ import torch
 from torch import Tensor
 
 from console.evaluation import trials
-from console.evaluation.arrangement import boxes
-from console.evaluation.command import objects_of, pieces_of
 from console.evaluation.command import scored as scored_trials
 from console.evaluation.scores import Protocol
 from console.recording import format as recording
+from world.affordances import BED, CARRIED, SEAT
+from world.affordances.box import boxes
 from world.character import model as character
 from world.config import CarryConfig, WorldConfig
 from world.errors import ChoiceError, ConfigError, PieceError
 from world.furniture.catalogue import catalogue
 from world.scene import perturbations
 from world.scene.batch import Scenes
-from world.tasks import Place, make
+from world.tasks import Target, make
 
 LIE, CARRY = WorldConfig(task="lie"), WorldConfig(task="carry")
 SHORT = Protocol(success_m=0.2, limit_s=0.4, hold_s=0.1)
 STAND = torch.from_numpy(character.standing_qpos())
 
 
-def still(scenes: Scenes, state: Tensor, goal: Tensor, place: Place) -> None:
+def still(scenes: Scenes, state: Tensor, goal: Tensor, place: Target) -> None:
     """Nothing moves, no time passes."""
 
 
-def brought(scenes: Scenes, state: Tensor, goal: Tensor, place: Place) -> None:
+def brought(scenes: Scenes, state: Tensor, goal: Tensor, place: Target) -> None:
     """An oracle of carry: the box is on its target."""
     assert place.box is not None
     scenes.free_qpos[:, :3] = place.box.target.double()
 
 
 def test_lying_places_are_as_far_as_the_manifest_says() -> None:
-    pieces = pieces_of("test", 0, "lie")
+    pieces = BED.named("test")
     assert {piece.category for piece in pieces} == {"sofa", "bed", "table"}
     chosen = trials.manifest(pieces, 12, 0)
     results = trials.drive(LIE, still, chosen, 1, 1, record=12)
@@ -125,10 +125,7 @@ def test_a_box_moves_with_its_stand() -> None:
 
 
 def test_carry_has_boxes_of_its_own() -> None:
-    class Found:
-        task = "carry"
-
     with pytest.raises(ConfigError, match="leave it out"):
-        objects_of(Found(), "train", 4, 0)  # pyright: ignore[reportArgumentType]
+        CARRIED.trial_pieces("train", 4, 0, CARRY)
     with pytest.raises(ChoiceError, match="'nowhere': choose one of a folder of pieces, test"):
-        pieces_of("nowhere", 0)
+        SEAT.named("nowhere")

@@ -24,7 +24,7 @@ from world.furniture.catalogue import catalogue
 from world.objects.furniture_bank import scaled
 from world.scene import perturbations
 from world.scene.batch import Scenes
-from world.tasks import Place
+from world.tasks import Target
 from world.tasks.sit import HIP_ABOVE_SEAT_M, Sit
 
 WORLD = WorldConfig()
@@ -33,16 +33,16 @@ STAND = torch.from_numpy(character.standing_qpos())
 SHORT = Protocol(success_m=3.0, limit_s=1.5, hold_s=0.5)
 
 
-def standing(scenes: Scenes, state: Tensor, goal: Tensor, place: Place) -> None:
+def standing(scenes: Scenes, state: Tensor, goal: Tensor, place: Target) -> None:
     """Hold the servos at the standing pose."""
     scenes.batch.bind("ctrl")[:] = servos.coordinates(STAND[None]).numpy()
     scenes.batch.step(nstep=character.SUBSTEPS)
 
 
-def teleported(scenes: Scenes, state: Tensor, goal: Tensor, place: Place) -> None:
+def teleported(scenes: Scenes, state: Tensor, goal: Tensor, place: Target) -> None:
     """An oracle: the hip is where it should be, the thighs level."""
     qpos = STAND.repeat(scenes.n, 1)
-    qpos[:, :3] = Sit().target(place)
+    qpos[:, :3] = Sit().hip(place)
     for joint in ("right_hip", "left_hip"):
         address = int(scenes.models[0].joint(joint).qposadr[0])
         qpos[:, address : address + 4] = torch.tensor([0.5**0.5, 0.0, -(0.5**0.5), 0.0])
@@ -102,8 +102,8 @@ def test_disturbed_trials_do_not_depend_on_threads_or_number(
 ) -> None:
     monkeypatch.setattr(trials, "CHUNK", 16)
     pieces, protocol = catalogue("test"), Protocol(limit_s=2.0, hold_s=0.2)
-    many = manifest_of(pieces, command(trials=40, perturb=kind), protocol, (0.8, 1.2))
-    few = manifest_of(pieces, command(trials=20, perturb=kind), protocol, (0.8, 1.2))
+    many = manifest_of("sit", pieces, command(trials=40, perturb=kind), protocol, (0.8, 1.2))
+    few = manifest_of("sit", pieces, command(trials=20, perturb=kind), protocol, (0.8, 1.2))
     assert np.array_equal(many.distance_m[:20], few.distance_m)
     assert torch.equal(many.disturbance.step[:20], few.disturbance.step)
     assert torch.equal(many.disturbance.draw[:20], few.disturbance.draw)
@@ -114,9 +114,9 @@ def test_disturbed_trials_do_not_depend_on_threads_or_number(
 
 
 def test_presets_and_published_rows() -> None:
-    assert distances(command()) == (1.0, 10.0)
-    assert distances(command(preset="table3")) == (1.0, 5.0)
-    assert distances(command(preset="table3", far_m=2.0)) == (1.0, 2.0)
+    assert distances(command(), "sit") == (1.0, 10.0)
+    assert distances(command(preset="table3"), "sit") == (1.0, 5.0)
+    assert distances(command(preset="table3", far_m=2.0), "sit") == (1.0, 2.0)
     assert [row.success for row in published("lie", "table1", "none")] == [90.2]
     assert [row.success for row in published("lie", "table1", "moved")] == [82.0]
     assert published("sit", "table3", "none")[0].time_s == 3.7

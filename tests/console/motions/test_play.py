@@ -22,7 +22,7 @@ from tests.support import small_clips
 from world.errors import ClipError, ConfigError
 from world.motions import load
 from world.motions.clip import Clip
-from world.motions.fit import ground
+from world.motions.fit import poses
 from world.motions.objects import Bed, BoxTrack, Seat, Skeleton
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
@@ -70,7 +70,7 @@ def test_the_script_places_hands_and_feet_where_we_do(tmp_path: Path, sitting: C
     found = re.search(r"<title>(.*?)</title>", dom, re.DOTALL)
     assert found is not None, dom[:500]
     place = np.array(json.loads(html.unescape(found.group(1))))
-    position, _ = ground.body_poses(sitting)
+    position, _ = poses.body_poses(sitting)
     np.testing.assert_allclose(place, position[frame].numpy(), atol=1e-3)
 
 

@@ -14,9 +14,8 @@ from console.objects import page, sheet
 from console.objects.command import place_of, told
 from tests.world.meshes.test_meshes import TRIANGLES, built, mesh, written
 from world.errors import ChoiceError, ConfigError, PieceError
-from world.furniture import collection
 from world.furniture.catalogue import find
-from world.meshes import importing, notes, store
+from world.meshes import collection, importing, notes, store
 from world.meshes.notes import Note
 
 

@@ -13,6 +13,7 @@ import pytest
 import torch
 from numpy.typing import NDArray
 
+from console.kinds.setup import Pose, Setup
 from console.play import recorded, saving
 from console.play.browser import plots
 from console.play.browser.drawing import mesh_of
@@ -21,7 +22,6 @@ from console.play.live import Live
 from console.play.player import Player
 from console.play.scene import STEP_S, Scene
 from console.play.session import Session
-from console.play.setup import Pose, Setup
 from console.play.source import Curves, heading
 from console.play.stock import Stock
 from console.recording import format as recording
@@ -30,8 +30,8 @@ from tests.console.recording.test_format import take
 from tests.support import policy_cases, small_clips
 from world.character import model as character
 from world.errors import ConfigError, InhabitError
+from world.furniture.usage import spots
 from world.motions import load
-from world.objects.targets import spots
 from world.realism.measures import Motion
 from world.tasks.sit import HIP_ABOVE_SEAT_M
 
@@ -230,7 +230,7 @@ def test_every_task_plays(task: str) -> None:
     assert set(curves.terms) == set(POLICIES[task].task.terms) and "no style" in curves.missing
     assert all(len(values) == 11 for values in curves.terms.values())
     assert curves.error_m is not None
-    place = source.scene._object.place(source.scene._scenes)
+    place = source.scene._object.target(source.scene._scenes)
     assert place.point[0, :2].tolist() == pytest.approx([3.0, 1.0])
 
 
@@ -240,7 +240,7 @@ def test_a_bed_has_a_side_of_its_own_choice() -> None:
     found = []
     for side in (0, 1):
         source = stock().begin(Setup("lie", beds[0], side=side, goal=Pose(3.0, 0.0, 0.5)))
-        place = source.scene._object.place(source.scene._scenes)
+        place = source.scene._object.target(source.scene._scenes)
         assert place.facing[0].tolist() == pytest.approx([math.cos(0.5), math.sin(0.5)])
         # the head is to the left of one side and to the right of the other
         assert place.head is not None

@@ -118,7 +118,7 @@ def test_a_report_is_one_file_that_needs_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def short(**fields: float) -> Protocol:
-        return Protocol(limit_s=1.0, hold_s=0.2, **fields)
+        return Protocol(**{**fields, "limit_s": 1.0, "hold_s": 0.2})
 
     for module in ("console.evaluation.command", "console.report.command"):
         monkeypatch.setattr(f"{module}.Protocol", short)

@@ -36,7 +36,7 @@ from world.character.features import STATE
 from world.furniture.catalogue import find
 from world.objects.furniture_bank import Bank
 from world.scene.batch import Scenes
-from world.tasks.task import state as state_of
+from world.scene.target import state as state_of
 
 StatusCode = grpc.StatusCode
 Stub = policy_pb2_grpc.PolicyStub
@@ -120,7 +120,7 @@ def by_hand(here: pb.Pose, furniture: pb.Furniture) -> tuple[bytes, bytes]:
     turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
     point = turn @ bank.point[0, :2].numpy() + np.array(furniture.position[:2])
     facing = turn @ bank.facing[0].numpy()
-    place = bank.place(
+    place = bank.target(
         torch.tensor([0]),
         torch.from_numpy(point).float()[None],
         torch.from_numpy(facing).float()[None],

@@ -17,7 +17,7 @@ from world.scene import perturbations
 from world.scene.batch import Scenes
 from world.scene.box import BOX_SIZE_M
 from world.scene.perturbations import Thrower
-from world.tasks.task import state as state_of
+from world.scene.target import state as state_of
 
 SIT = tasks.make("sit")
 
@@ -46,7 +46,7 @@ def thrown(seed: int, steps: int) -> tuple[np.ndarray, np.ndarray]:
     scenes = Scenes(bank.models, served.world.action_scale, served.world.action_clip)
     here, facing = torch.tensor([0]), bank.facing
     point = torch.tensor([[2.0, 0.0]]) + bank.point[:, :2]
-    place = bank.place(here, point, facing)
+    place = bank.target(here, point, facing)
     qpos = character.standing_qpos()
     qpos[2] += 0.002
     placed = bank.placed(here, point, facing)

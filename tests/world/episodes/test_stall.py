@@ -14,8 +14,9 @@ from world.episodes.stall import StallTimeout
 from world.errors import ConfigError
 from world.motions.library import MotionLibrary
 from world.motions.synthetic.library import walking
+from world.motions.uses.box import BOX
 from world.objects.box_bank import BoxBank, boxes
-from world.tasks.task import BoxState, Place
+from world.scene.target import BoxState, Target
 
 CONFIG = WorldConfig(
     task="carry",
@@ -31,12 +32,12 @@ def body(root_x: list[float]) -> Body:
     return Body(torch.zeros(n, 105), none[:, :2], root[:, None].repeat(1, 15, 1), none, none, none)
 
 
-def place(box_x: list[float]) -> Place:
+def place(box_x: list[float]) -> Target:
     n = len(box_x)
     at = torch.tensor([[x, 0.0, 0.8] for x in box_x])
     none, upright = torch.zeros(n, 3), torch.tensor([[1.0, 0.0, 0.0, 0.0]]).repeat(n, 1)
     box = BoxState(at, upright, none, none, at, none)
-    return Place(none, none[:, :2], box.corners(), box=box)
+    return Target(none, none[:, :2], box.corners(), box=box)
 
 
 def test_who_gets_on_in_time_goes_on() -> None:
@@ -57,7 +58,7 @@ def test_who_gets_on_in_time_goes_on() -> None:
 
 
 def test_episodes_of_who_stands_end_and_count_as_stalled_not_as_falls() -> None:
-    library = MotionLibrary([walking(np.random.default_rng(0), 1.0)], affordance="carry")
+    library = MotionLibrary([walking(np.random.default_rng(0), 1.0)], use=BOX)
     bank = BoxBank(boxes(CONFIG.carry))
 
     def stand(config: WorldConfig, steps: int) -> dict[str, torch.Tensor]:

@@ -9,9 +9,10 @@ import pytest
 from world.errors import ChoiceError, PieceError
 from world.furniture import bed, sofa, table
 from world.furniture.bands import cells
-from world.furniture.catalogue import AFFORDING, REGISTRY, SEATS, catalogue, find, whole
+from world.furniture.catalogue import REGISTRY, SEATS, catalogue, find, whole
 from world.furniture.piece import HIP_TO_HEAD_M, SLOTS, Piece, rotation
 from world.furniture.surface import triangles
+from world.furniture.usage import SIT
 
 LARGE = [p for split in ("train", "test") for p in whole(split) if p.category not in SEATS]
 
@@ -60,7 +61,7 @@ def test_affordances_choose_classes() -> None:
         catalogue("train", 20, affordance="sit"),
         catalogue("test", 10, affordance="lie"),
     )
-    assert {p.category for p in seats} == set(AFFORDING["sit"])
+    assert {p.category for p in seats} == set(SIT.classes)
     assert all(p.sit for p in seats)
     assert [p.category for p in places[:4]] == ["sofa", "bed", "table", "sofa"]
     assert all(p.lie is not None for p in places)

@@ -16,6 +16,7 @@ from world.initial.box import BoxStarter
 from world.motions.library import MotionLibrary, StyleMixture, StyleSource
 from world.motions.synthetic.carries import carrying
 from world.motions.synthetic.library import walking
+from world.motions.uses.box import BOX
 from world.objects.box_bank import BoxBank, boxes, resting
 from world.scene import box as box_scene
 from world.scene.batch import Scenes
@@ -36,7 +37,7 @@ def library() -> MotionLibrary:
         carrying(generator, (0.7 * width, width, 0.6 * width), heights, 1.5, 0.6)
         for width, heights in ((0.34, (0.5, 0.6)), (0.48, (0.6, 0.5)))
     ]
-    return MotionLibrary([*carried, walking(generator, 1.0)], affordance="carry")
+    return MotionLibrary([*carried, walking(generator, 1.0)], use=BOX)
 
 
 def test_a_box_on_its_stand_stays_there(bank: BoxBank) -> None:
@@ -52,7 +53,7 @@ def test_a_box_on_its_stand_stays_there(bank: BoxBank) -> None:
     bank.put(scenes, every, every, layout)
     for _ in range(30):
         scenes.act(torch.zeros(n, 28))
-    now = scenes.now(bank.place(every, layout))
+    now = scenes.now(bank.target(every, layout))
     assert now.box is not None
     assert (now.box.position - there).norm(dim=1).max() < 2e-3
     assert now.box.velocity.norm(dim=1).max() < 5e-3
@@ -75,7 +76,7 @@ def test_starts_on_stands(library: MotionLibrary, bank: BoxBank) -> None:
     assert 1.0 - 1e-5 <= carried.min() < 1.1
     assert 9.9 < carried.max() <= 10.0 + 1e-5
     assert (layout.target[:, :2].norm(dim=1) > 0.5).all()
-    place = BoxStarter(config, library, bank, 0).place(starts)
+    place = BoxStarter(config, library, bank, 0).target(starts)
     assert not Carry().stage(features.body(starts.qpos, starts.qvel), place)[:, 4].any()
 
 
@@ -84,7 +85,7 @@ def test_starts_from_the_clips_have_the_box_in_hand(library: MotionLibrary, bank
     config = replace(CONFIG, initial=InitialStates(1, 0, 0, reference_stages=(0, 0, 1)))
     starter = BoxStarter(config, library, bank, 0)
     starts = starter.draw(torch.arange(n), torch.ones(n).long())
-    place, body = starter.place(starts), features.body(starts.qpos, starts.qvel)
+    place, body = starter.target(starts), features.body(starts.qpos, starts.qvel)
     assert place.box is not None
     # 12 sizes are 4 cm of width apart: half of that, for each hand half, and two neighbours
     assert reach_m(body, place.box).max() < 0.05
@@ -110,13 +111,13 @@ def test_no_episode_starts_where_it_would_end(bank: BoxBank) -> None:
     assert library.box is not None and library.box.position[library.stages[0], 2].max() < 0.3
     assert starts.layout.position[:, 2].min() > 0.34
     body = features.body(starts.qpos, starts.qvel)
-    assert not Carry().fell(body, starter.place(starts)).any()
+    assert not Carry().fell(body, starter.target(starts)).any()
 
 
 def test_clips_without_a_box_are_refused_for_clip_starts(bank: BoxBank) -> None:
     clip = walking(np.random.default_rng(0), 1.0)
     with pytest.raises(ClipError, match="no clip carries a box"):
-        BoxStarter(CONFIG, MotionLibrary([clip], affordance="carry"), bank, 0)
+        BoxStarter(CONFIG, MotionLibrary([clip], use=BOX), bank, 0)
 
 
 def test_style_sees_the_box(library: MotionLibrary) -> None:

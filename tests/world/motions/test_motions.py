@@ -12,7 +12,7 @@ from world.character import model as character
 from world.errors import ClipError
 from world.motions import cache, load
 from world.motions.clip import Clip, Seat, hinge_angles, mirrored
-from world.motions.fit import ground
+from world.motions.fit import floor, poses, seat
 from world.motions.library import MotionLibrary, StyleMixture, StyleSource
 
 
@@ -77,8 +77,8 @@ def test_no_clips_and_unknown_formats(tmp_path: Path) -> None:
 
 
 def test_resampling_keeps_the_motion(sitting: Clip) -> None:
-    doubled = ground.resampled(sitting, 60)
-    again = ground.resampled(doubled, 30)
+    doubled = floor.resampled(sitting, 60)
+    again = floor.resampled(doubled, 30)
     frames = min(again.frames, sitting.frames)
     np.testing.assert_allclose(
         again.root_position_m[:frames], sitting.root_position_m[:frames], atol=1e-5
@@ -93,7 +93,7 @@ def test_a_drifting_floor_is_mended(sitting: Clip) -> None:
         sitting,
         root_position_m=sitting.root_position_m + drift[:, None].astype(np.float32) * [0, 0, 1],
     )
-    mended = ground.floor_mended(replace(moved, root_position_m=moved.root_position_m.astype("f4")))
+    mended = floor.floor_mended(replace(moved, root_position_m=moved.root_position_m.astype("f4")))
     error = mended.root_position_m[:, 2] - sitting.root_position_m[:, 2]
     assert np.abs(error).max() < 0.02
 
@@ -101,7 +101,7 @@ def test_a_drifting_floor_is_mended(sitting: Clip) -> None:
 def test_the_seat_is_found_where_the_clip_sat(sitting: Clip) -> None:
     known = sitting.seat
     assert known is not None
-    found = ground.with_seats(replace(sitting, seat=None))[0].seat
+    found = seat.with_seats(replace(sitting, seat=None))[0].seat
     assert found is not None
     np.testing.assert_allclose(found.point_m, known.point_m, atol=0.02)
     turn = (found.facing_rad - known.facing_rad + np.pi) % (2 * np.pi) - np.pi
@@ -118,7 +118,7 @@ def test_two_seats_are_two_clips(sitting: Clip) -> None:
         local_rotation=np.concatenate((sitting.local_rotation, second.local_rotation)),
         seat=None,
     )
-    parts = ground.with_seats(both)
+    parts = seat.with_seats(both)
     assert [part.name for part in parts] == [f"{sitting.name}#1", f"{sitting.name}#2"]
     points = [part.seat.point_m for part in parts if part.seat]
     np.testing.assert_allclose(points[1][0] - points[0][0], 3.0, atol=0.02)
@@ -171,9 +171,9 @@ def test_mocap_rests_on_its_inferred_seat(name: str) -> None:
     clip = prepared(name)
     assert isinstance(clip.seat, Seat)
     assert 0.35 < clip.seat.point_m[2] < 0.46
-    position, rotation = ground.body_poses(clip)
+    position, rotation = poses.body_poses(clip)
     rest = slice(clip.seat.from_frame, clip.seat.to_frame)
-    off = np.abs(ground.seat_clearance(position, rotation)[rest] - clip.seat.point_m[2])
+    off = np.abs(poses.seat_clearance(position, rotation)[rest] - clip.seat.point_m[2])
     assert np.median(off) < 0.02
 
 
@@ -181,8 +181,8 @@ def test_mocap_rests_on_its_inferred_seat(name: str) -> None:
 @pytest.mark.parametrize("name", ["armchair004", "chair_mo006", "locomotion_random"])
 def test_mocap_walks_on_the_floor(name: str) -> None:
     clip = prepared(name)
-    position, rotation = ground.body_poses(clip)
-    lowest = ground.sole_heights(position, rotation).min(axis=1)
+    position, rotation = poses.body_poses(clip)
+    lowest = poses.sole_heights(position, rotation).min(axis=1)
     speed = np.linalg.norm(np.gradient(clip.root_position_m[:, :2], axis=0), axis=1) * clip.fps
     walking = (clip.root_position_m[:, 2] > 0.72) & (speed > 0.3)
     assert walking.sum() > 100

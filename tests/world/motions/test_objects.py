@@ -9,15 +9,18 @@ import torch
 
 from tests.support.samp_clips import FOLDER, needs_samp
 from world import rotations
-from world.errors import ChoiceError, ClipError
+from world.errors import ClipError
 from world.motions import cache, clip_file, load, segments
 from world.motions.clip import Clip, mirrored
-from world.motions.fit import ground
+from world.motions.fit import poses
 from world.motions.fit.bed import find_beds
 from world.motions.fit.box import find_box
 from world.motions.objects import Bed, BoxTrack, Skeleton
 from world.motions.synthetic.carries import carrying
 from world.motions.synthetic.lies import lying
+from world.motions.uses.bed import BED
+from world.motions.uses.box import BOX
+from world.motions.uses.seat import SEAT
 
 
 def a_carry(
@@ -93,7 +96,7 @@ def test_a_found_box_rests_moves_smoothly_and_is_rigid_in_the_hands(carried: Cli
     velocity = np.diff(box.pose[:, :3], axis=0) * carried.fps
     # nothing jumps at grasp or release: no step of more than 0.3 m/s from frame to frame
     assert np.abs(np.diff(velocity, axis=0)).max() < 0.3
-    position, _ = ground.body_poses(carried)
+    position, _ = poses.body_poses(carried)
     hands = position[:, [5, 8]].numpy()
     rotation = rotations.matrix(torch.from_numpy(box.pose[:, 3:])).numpy()
     inside = np.einsum("tji,thj->thi", rotation, hands - box.pose[:, None, :3])[box.held]
@@ -133,12 +136,10 @@ def test_lying_on_the_floor_is_no_bed(lain: Clip) -> None:
 
 def test_tasks_take_what_they_use(carried: Clip, lain: Clip) -> None:
     bare = replace(lain, bed=None)
-    assert isinstance(ground.with_objects(bare, "lie")[0].bed, Bed)
-    assert ground.with_objects(bare, "sit") == []
-    assert ground.with_objects(carried, "carry")[0] is carried
-    assert ground.with_objects(carried, "lie") == []
-    with pytest.raises(ChoiceError, match="carry, lie, sit"):
-        ground.with_objects(carried, "dance")
+    assert isinstance(BED.prepare(bare)[0].bed, Bed)
+    assert SEAT.prepare(bare) == []
+    assert BOX.prepare(carried)[0] is carried
+    assert BED.prepare(carried) == []
 
 
 def test_what_walks_carries_nothing() -> None:
@@ -210,7 +211,7 @@ def test_a_damaged_about_is_one_line(tmp_path: Path, carried: Clip) -> None:
 @needs_samp
 @pytest.mark.parametrize("name", ["lie_down_3", "lie_down_12"])
 def test_mocap_lies_on_a_low_bed(name: str) -> None:
-    (clip,) = load.clips((str(FOLDER / f"{name}.npz"),), "lie")
+    (clip,) = load.clips((str(FOLDER / f"{name}.npz"),), BED)
     assert clip.bed is not None
     assert 0.12 < clip.bed.height_m < 0.25
     apart = np.linalg.norm(np.subtract(clip.bed.head_m, clip.bed.hip_m))
@@ -222,8 +223,8 @@ def test_mocap_lies_on_a_low_bed(name: str) -> None:
 @pytest.mark.parametrize("name", ["chair_mo006", "run_side"])
 def test_mocap_without_a_box_or_a_bed_has_none(name: str) -> None:
     path = str(FOLDER / f"{name}.npz")
-    assert all(clip.box is None for clip in load.clips((path,), "carry"))
-    assert all(clip.bed is None for clip in load.clips((path,), "lie"))
+    assert all(clip.box is None for clip in load.clips((path,), BOX))
+    assert all(clip.bed is None for clip in load.clips((path,), BED))
 
 
 def test_stages_come_in_order_and_say_what_the_body_does(carried: Clip, lain: Clip) -> None:

@@ -14,13 +14,14 @@ from world.config import InitialStates, WorldConfig
 from world.episodes.shard import Shard
 from world.errors import PieceError
 from world.furniture.catalogue import catalogue, find
+from world.furniture.usage import spots
 from world.initial.furniture import Starter
 from world.motions.library import MotionLibrary, StyleMixture, StyleSource
 from world.motions.synthetic.library import walking
 from world.motions.synthetic.lies import lying
+from world.motions.uses.bed import BED
 from world.objects.furniture_bank import Bank, variants
-from world.objects.targets import spots
-from world.tasks import HELD, Place, make, state
+from world.tasks import HELD, Target, make, state
 from world.tasks.lie import HEAD_ABOVE_M, HIP_ABOVE_M, Lie
 from world.tasks.route import footprint, way
 
@@ -28,14 +29,14 @@ from world.tasks.route import footprint, way
 REACH_M = 0.236151 + 0.223894 + 0.175
 
 
-def bed(yaw: float = 0.0, height: float = 0.45) -> Place:
+def bed(yaw: float = 0.0, height: float = 0.45) -> Target:
     """2.0 x 1.2 m; got onto at its front (+x of the place), the head to the left (+y)."""
     corners = torch.tensor(
         [[x, y, z] for x in (-0.7, 0.5) for y in (-1.2, 0.8) for z in (0.0, 0.9)]
     )
     c, s = math.cos(yaw), math.sin(yaw)
     turn = torch.tensor([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    return Place(
+    return Target(
         torch.tensor([[0.0, 0.0, height]]),
         torch.tensor([[c, s]]),
         (corners @ turn.T)[None],
@@ -61,7 +62,7 @@ def on_the_back(height: float = 0.45) -> features.Body:
     return features.body(qpos, torch.zeros(1, character.NV))
 
 
-def terms(body: features.Body, where: Place) -> dict[str, float]:
+def terms(body: features.Body, where: Target) -> dict[str, float]:
     return dict(zip(Lie.terms, Lie().reward_terms(body, where)[0].tolist(), strict=True))
 
 
@@ -147,7 +148,7 @@ def test_error_is_the_worse_of_hip_and_head() -> None:
     # turned end for end the hip is right and the head 1.27 m off
     where = bed()
     assert where.head is not None
-    turned = Place(where.point, where.facing, where.corners, where.head * torch.tensor([1, -1, 1]))
+    turned = Target(where.point, where.facing, where.corners, where.head * torch.tensor([1, -1, 1]))
     error = task.error_m(on_the_back(), turned).item()
     assert error == pytest.approx(math.hypot(2 * REACH_M, sag), abs=1e-4)
 
@@ -226,7 +227,7 @@ def bank() -> Bank:
 def library() -> MotionLibrary:
     generator = np.random.default_rng(0)
     beds = [lying(generator, 0.45, 1.5, 0.3, 1, left) for left in (True, False)]
-    return MotionLibrary([*beds, walking(generator, 1.0)], affordance="lie")
+    return MotionLibrary([*beds, walking(generator, 1.0)], use=BED)
 
 
 def test_places_turn_with_the_pieces(bank: Bank) -> None:
@@ -234,7 +235,7 @@ def test_places_turn_with_the_pieces(bank: Bank) -> None:
     every = torch.arange(n)
     angle = torch.linspace(0.0, 6.0, n)
     facing = torch.stack((angle.cos(), angle.sin()), dim=1)
-    place = bank.place(every, torch.full((n, 2), 3.0), facing)
+    place = bank.target(every, torch.full((n, 2), 3.0), facing)
     assert place.head is not None
     along = place.head - place.point
     torch.testing.assert_close(along.norm(dim=1), (bank.head - bank.point).norm(dim=1))
@@ -261,7 +262,7 @@ def test_clip_starts_lie_on_the_bed_as_high_as_it_is(library: MotionLibrary, ban
     config = WorldConfig(task="lie", initial=InitialStates(1, 0, 0, reference_stages=(0, 0, 1)))
     starts = Starter(config, library, bank, 0).draw(torch.arange(n), torch.ones(n).long())
     body = features.body(starts.qpos, starts.qvel)
-    place = bank.place(starts.variant, starts.point, starts.facing)
+    place = bank.target(starts.variant, starts.point, starts.facing)
     assert place.head is not None
     outside = bank.beyond(starts.variant, torch.zeros(n, 2), starts.point, starts.facing)
     assert (outside < 0).all()

@@ -12,10 +12,10 @@ from world.character import model as character
 from world.furniture.catalogue import find
 from world.furniture.piece import Box, Piece
 from world.furniture.piece import Place as Spot
+from world.furniture.usage import spots
 from world.objects.furniture_bank import Bank
-from world.objects.targets import spots
 from world.scene.batch import Scenes
-from world.tasks import Place, symmetry
+from world.tasks import Target, symmetry
 
 N, STEPS = 16, 6
 
@@ -54,14 +54,14 @@ def block() -> Piece:
 
 def scene(
     qpos: Tensor, qvel: Tensor, point: Tensor, facing: Tensor, bank: Bank
-) -> tuple[Scenes, Place]:
+) -> tuple[Scenes, Target]:
     scenes = Scenes([bank.models[0]] * N, 0.35, 3.0)
     variant = torch.zeros(N, dtype=torch.int64)
     scenes.set_down(torch.arange(N), qpos, qvel, *bank.placed(variant, point, facing))
-    return scenes, bank.place(variant, point, facing)
+    return scenes, bank.target(variant, point, facing)
 
 
-def observation(task: tasks.Task, scenes: Scenes, place: Place) -> Tensor:
+def observation(task: tasks.Task, scenes: Scenes, place: Target) -> Tensor:
     body = scenes.body()
     return torch.cat((tasks.state(body, place), task.goal_features(body, place)), dim=1)
 
@@ -129,7 +129,7 @@ def test_a_table_is_the_same_from_both_sides() -> None:
 
     def seen(variant: int, q: Tensor, v: Tensor, at: Tensor, along: Tensor) -> Tensor:
         body = features.body(q.float(), v.float())
-        place = bank.place(torch.full((N,), variant), at, along)
+        place = bank.target(torch.full((N,), variant), at, along)
         x = torch.cat((tasks.state(body, place), task.goal_features(body, place)), dim=1)
         found, right = sides.seen(x)
         assert right is not None and bool((right == (variant == 0)).all())

@@ -25,7 +25,7 @@ def one_thread() -> None:
 def test_the_controller_takes_step_and_first_foot_from_the_neck() -> None:
     bank, still = BoxBank([box(1.0)]), torch.zeros(1, 34)
     at, ahead = torch.tensor([[2.0, 0.0, 0.8]]), torch.tensor([[1.0, 0.0]])
-    place = bank.place(torch.arange(1), resting(at, ahead, at + torch.tensor([3.0, 0.0, 0.0])))
+    place = bank.target(torch.arange(1), resting(at, ahead, at + torch.tensor([3.0, 0.0, 0.0])))
     controller = CarryController(1)
     controller.gait.mode[:], controller.gait.time[:], controller._step_command[:] = STEP, 6.0, 9.0
     controller.intend(bent((0.0, 0.14, 0.1)), still, place, bank.mass)
@@ -53,7 +53,7 @@ def test_it_carries_boxes_to_their_targets() -> None:
     standing = torch.from_numpy(character.standing_qpos()).float()[None].repeat(n, 1)
     scenes.set_down(ids, standing, torch.zeros(n, 34), layout.start, layout.start_yaw)
     bank.put(scenes, ids, ids, layout)
-    place, task, controller = bank.place(ids, layout), Carry(), CarryController(n)
+    place, task, controller = bank.target(ids, layout), Carry(), CarryController(n)
     fell, lasted = torch.zeros(n, dtype=torch.bool), torch.zeros(n)
     seen, lifted = torch.zeros(n, 4, dtype=torch.bool), torch.zeros(n, dtype=torch.bool)
     for _ in range(750):
@@ -79,7 +79,7 @@ def test_gripping_hands_add_the_load_to_the_balance() -> None:
     qpos = torch.from_numpy(character.standing_qpos()).float()[None].repeat(2, 1)
     at = grasp.before(qpos[:, :3], ahead, bank.half[:, 0])
     layout = resting(at, ahead, at + torch.tensor([3.0, 0.0, 0.0]))
-    held = bank.place(ids, layout).box
+    held = bank.target(ids, layout).box
     assert held is not None and grasp.is_at_start(held).all()
     away = torch.full((2, 3), -9.0)
     for state, load_kg in ((qpos, torch.zeros(2)), (grasp.holding(qpos, held), bank.mass)):
@@ -87,7 +87,7 @@ def test_gripping_hands_add_the_load_to_the_balance() -> None:
         bank.put(scenes, ids, ids, layout)
         controller = CarryController(2)
         controller.phase[:] = Phase.PICK_UP
-        place = scenes.now(bank.place(ids, layout))
+        place = scenes.now(bank.target(ids, layout))
         intent = controller.intend(scenes.qpos, scenes.qvel, place, bank.mass)
         borne = (intent.mass.mass_kg - BODY_KG).float()
         torch.testing.assert_close(borne, load_kg, atol=1e-4, rtol=0.0)

@@ -8,7 +8,7 @@ from torch import Tensor
 
 from tests.support.walking import box_at, feet_at
 from world import rotations
-from world.tasks.task import BoxState
+from world.scene.target import BoxState
 from world.teachers import path
 from world.teachers.gait import Footing, unit
 

@@ -1,12 +1,15 @@
 """The bed that a clip lies on, from the stretch in which the trunk is down and still."""
 
+import itertools
+from dataclasses import replace
+
 import numpy as np
 import torch
 from torch import Tensor
 
 from world.character import model as character
 from world.motions.clip import Clip
-from world.motions.fit.ground import body_poses, smooth, stretches
+from world.motions.fit.poses import body_poses, smooth, stretches
 from world.motions.objects import Bed
 
 #: Spheres of the trunk that rest on a bed: body, centre in its frame (m), radius (m).
@@ -76,6 +79,21 @@ def find_beds(clip: Clip) -> list[Bed]:
             )
         )
     return beds
+
+
+def with_beds(clip: Clip) -> list[Clip]:
+    """The clip cut so that each part uses at most one bed."""
+    beds = find_beds(clip)
+    if not beds:
+        return [clip]
+    stops = [(a.to_frame + b.from_frame) // 2 for a, b in itertools.pairwise(beds)]
+    parts = []
+    for index, (bed, start, stop) in enumerate(
+        zip(beds, [0, *stops], [*stops, clip.frames], strict=True)
+    ):
+        name = clip.name if len(beds) == 1 else f"{clip.name}#{index + 1}"
+        parts.append(replace(clip, name=name, bed=bed).part(start, stop))
+    return parts
 
 
 def point(

@@ -1,13 +1,15 @@
 """The box that a clip carries, from its hands: at rest before the grasp, rigid with the hands while
 they hold it, at rest after the release."""
 
+from dataclasses import replace
+
 import numpy as np
 import torch
 
 from world import rotations
 from world.character import model as character
 from world.motions.clip import Clip
-from world.motions.fit.ground import body_poses, smooth, stretches
+from world.motions.fit.poses import body_poses, smooth, stretches
 from world.motions.objects import BoxTrack
 
 #: Radius of the character's hands, m: the box is that much narrower than they are apart.
@@ -82,6 +84,11 @@ def find_box(clip: Clip) -> BoxTrack | None:
     path = np.where(held[:, None], path, _resting(path, held))
     pose = np.concatenate((path[:, :3], _rotation(path[:, 3], path[:, 4])), axis=1)
     return BoxTrack(pose.astype(np.float32), size, held)
+
+
+def with_box(clip: Clip) -> list[Clip]:
+    """The clip with the box that it carries, if it carries one."""
+    return [replace(clip, box=find_box(clip))]
 
 
 def _gripping(clip: Clip, hands: list[np.ndarray]) -> np.ndarray:

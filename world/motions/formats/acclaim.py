@@ -14,8 +14,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from world.errors import ClipError
-from world.motions.formats.licences import licence
 from world.motions.formats.recording import Recording, forward
+from world.motions.licences import licence
 
 SUFFIXES = (".amc",)
 #: AMC files do not state their rate; CMU's is this.

@@ -15,8 +15,8 @@ from scipy.spatial.transform import Rotation
 
 from world.errors import ClipError
 from world.motions.formats.bvh_channels import rigid
-from world.motions.formats.licences import licence
 from world.motions.formats.recording import Recording, forward
+from world.motions.licences import licence
 
 if TYPE_CHECKING:
     import pybvh

@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 from world.character import kinematics
 from world.character import model as character
 from world.motions import clip_file
-from world.motions.formats.licences import licence
 from world.motions.formats.recording import Recording, forward
+from world.motions.licences import licence
 
 SUFFIXES, KEYS = (clip_file.SUFFIX,), clip_file.KEYS
 _SOLE_FRONT_M = np.array([0.1335, 0.0, -0.05])

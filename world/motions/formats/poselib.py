@@ -14,8 +14,8 @@ from scipy.spatial.transform import Rotation
 from world.character import model as character
 from world.errors import ClipError
 from world.motions.formats import own, safe_pickle
-from world.motions.formats.licences import licence
 from world.motions.formats.recording import Recording, forward
+from world.motions.licences import licence
 
 SUFFIXES = (".npy",)
 KEYS = ("rotation", "root_translation", "skeleton_tree", "fps")

@@ -12,8 +12,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from world.errors import ClipError
-from world.motions.formats.licences import licence
 from world.motions.formats.recording import Recording, forward
+from world.motions.licences import licence
 
 NAMES = (
     "Pelvis", "L_Hip", "R_Hip", "Spine1", "L_Knee", "R_Knee", "Spine2", "L_Ankle", "R_Ankle",

@@ -15,7 +15,7 @@ from world.character import model as character
 from world.errors import ClipError
 from world.motions import augment, measures
 from world.motions.clip import Clip, mirrored
-from world.motions.fit import ground
+from world.motions.fit import floor, poses
 from world.motions.formats import landmarks, own
 from world.motions.retarget import body, contacts, convert, limits, solve
 from world.motions.synthetic import library
@@ -33,7 +33,7 @@ def imported(walking: Clip) -> Clip:
 
 def aligned(clip: Clip) -> np.ndarray:
     """Body positions [T, 15, 3] seen from where the clip begins."""
-    position = ground.body_poses(clip)[0].numpy()
+    position = poses.body_poses(clip)[0].numpy()
     yaw = rotations.heading(torch.from_numpy(clip.local_rotation[:1, 0]))
     seen = rotations.turn_back(yaw[:, None], torch.from_numpy(position - position[:1, :1]))
     return seen.numpy() + np.array([0, 0, position[0, 0, 2]])
@@ -61,7 +61,7 @@ def test_standing_feet_stand(walking: Clip, imported: Clip) -> None:
     assert after < 0.5 * before
     assert measures.skates_m_s(imported)[1] < 0.05
     # a foot that was flat and still is: sole on the floor, level
-    position, rotation = ground.body_poses(imported)
+    position, rotation = poses.body_poses(imported)
     target = body.targets(
         body.scaled(foreign_motions.recorded(walking), landmarks.find(
             foreign_motions.recorded(walking)), 30)
@@ -221,7 +221,7 @@ def test_units_are_inferred_from_the_legs(walking: Clip) -> None:
 
 
 def test_faster_recordings_come_down_to_30_hz(walking: Clip) -> None:
-    recording = foreign_motions.recorded(ground.resampled(walking, 120))
+    recording = foreign_motions.recorded(floor.resampled(walking, 120))
     scaled = body.scaled(recording, landmarks.find(recording), 30)
     plain = foreign_motions.recorded(walking)
     expected = body.scaled(plain, landmarks.find(plain), 30)

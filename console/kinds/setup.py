@@ -3,10 +3,9 @@
 import math
 from dataclasses import dataclass
 
+from world.affordances import Affordance
 from world.errors import ConfigError
 from world.furniture.piece import Piece
-from world.objects.targets import spots
-from world.tasks.task import Affordance
 
 #: Scales that the player offers; those of training are 0.8 to 1.2, of boxes 0.5 to 1.5.
 SCALES = (0.5, 1.5)
@@ -64,12 +63,7 @@ def check(setup: Setup, piece: Piece, affordance: Affordance) -> Setup:
             raise ConfigError(f"{name}: must be finite numbers")
         if max(abs(pose.x), abs(pose.y)) > FAR_M:
             raise ConfigError(f"{name}: choose x and y within {FAR_M:g} m of the origin")
-    sides = sides_of(piece, affordance)
+    sides = affordance.places(piece)
     if not 0 <= setup.side < sides:
         raise ConfigError(f"side {setup.side}: {piece.name} has sides 0 to {sides - 1}")
     return setup
-
-
-def sides_of(piece: Piece, affordance: Affordance) -> int:
-    """How many places of use a piece offers a task."""
-    return 1 if affordance == "carry" else len(spots(piece, affordance))

@@ -7,12 +7,12 @@ import numpy as np
 
 from policy.errors import RequestError
 from policy.fields import Numbers, number, quaternion, upright, vector
-from policy.service.poses import COLUMNS
+from policy.objects.columns import COLUMNS
 from rpc.v1 import policy_pb2 as pb
 from world.errors import InhabitError
 from world.furniture import catalogue
 from world.furniture.piece import UPRIGHT, Box, Piece, Quaternion, Vector
-from world.objects.targets import Spot, spots
+from world.furniture.usage import Spot, spots, usage
 from world.tasks import Task
 
 SCALES = (0.2, 5.0)
@@ -91,7 +91,7 @@ def custom(shape: pb.Shape, task: Task) -> tuple[Piece, Spot]:
     hip = _triple(vector(shape.hip, f"{where}.hip", 3, _LARGE_M))
     facing = number(shape.facing_rad, f"{where}.facing_rad", -7.0, 7.0)
     head = hip
-    if task.affordance == "lie":
+    if usage(task.affordance.name).wide:
         head = _triple(vector(shape.head, f"{where}.head", 3, _LARGE_M))
     try:
         piece = Piece("custom", "custom", tuple(boxes), (), 1.0)
@@ -126,9 +126,8 @@ def mesh_spot(piece: Piece, furniture: pb.Furniture, task: Task) -> Spot:
 
 
 def _spot(piece: Piece, task: Task, index: int) -> Spot:
-    assert task.affordance != "carry", "boxes are no furniture"
     try:
-        found = spots(piece, task.affordance)
+        found = spots(piece, task.affordance.name)
     except InhabitError as error:
         raise RequestError(f"furniture: {error}") from error
     if not 0 <= index < len(found):

@@ -5,7 +5,8 @@ from pathlib import Path
 
 from world.errors import PieceError
 from world.furniture.catalogue import whole
-from world.furniture.piece import Affordance, Piece
+from world.furniture.piece import Piece
+from world.furniture.usage import usage
 from world.meshes import store
 
 SPLITS = ("train", "test", "all")
@@ -29,9 +30,9 @@ def pieces(names: Sequence[str], seed: int = 0) -> tuple[Piece, ...]:
     return tuple(found)
 
 
-def usable(pieces: Sequence[Piece], affordance: Affordance, where: str) -> tuple[Piece, ...]:
+def usable(pieces: Sequence[Piece], affordance: str, where: str) -> tuple[Piece, ...]:
     """Those with a place to sit or lie. Raises PieceError where `where` has none."""
-    found = tuple(p for p in pieces if (p.lie is not None if affordance == "lie" else p.sit))
+    found = tuple(piece for piece in pieces if usage(affordance).spots(piece))
     if not found:
         raise PieceError(f"{where}: none of {len(pieces)} pieces has a place to {affordance}")
     return found

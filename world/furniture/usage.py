@@ -1,14 +1,14 @@
-"""Where a piece of furniture can be used for what: a seat, or a lying place with the side that it
-is got onto by."""
+"""What furniture is used for: to sit or to lie, where on a piece, and which classes offer it."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from world.errors import PieceError
-from world.furniture.piece import Affordance, Piece, Vector
+from world.errors import ChoiceError, PieceError
+from world.furniture.piece import Piece, Vector
 
 #: A seat this square to the line from hip to head is on a side that one can get onto the bed by.
 _SQUARE_RAD = math.radians(30.0)
@@ -44,10 +44,32 @@ class Spot:
         return corners[np.lexsort((z, y, x))]
 
 
-def spots(piece: Piece, affordance: Affordance) -> tuple[Spot, ...]:
+@dataclass(frozen=True)
+class Usage:
+    """One way to use furniture."""
+
+    name: str
+    """A verb; pieces are asked for by it, as in `catalogue(affordance=...)`."""
+    classes: tuple[str, ...]
+    """Classes of the catalogue of which (nearly) every piece offers it."""
+    spots: Callable[[Piece], tuple[Spot, ...]]
+    """The points of use of a piece; none where it does not offer it."""
+    wide: bool
+    """Whether the furniture reaches so far beyond the point of use that a character must be kept
+    off its whole footprint."""
+
+
+def usage(name: str) -> Usage:
+    """The usage of this name; ChoiceError lists the names."""
+    if name not in USAGES:
+        raise ChoiceError("affordance", name, list(USAGES))
+    return USAGES[name]
+
+
+def spots(piece: Piece, affordance: str) -> tuple[Spot, ...]:
     """The places of use of a piece: its first seat, or its lying place once for each side that it
     can be got onto by. PieceError where it has none."""
-    found = _FINDERS[affordance](piece)
+    found = usage(affordance).spots(piece)
     if not found:
         raise PieceError(f"{piece.name}: has no place to {affordance}")
     return found
@@ -88,4 +110,6 @@ def _wrapped(angle_rad: float) -> float:
     return math.remainder(angle_rad, 2 * math.pi)
 
 
-_FINDERS = {"sit": _seat, "lie": _lying}
+SIT = Usage("sit", ("chair", "armchair", "low-stool", "high-stool", "sofa"), _seat, wide=False)
+LIE = Usage("lie", ("sofa", "bed", "table"), _lying, wide=True)
+USAGES = {found.name: found for found in (SIT, LIE)}

@@ -1,17 +1,11 @@
-"""The starter of a task, by what its objects offer."""
+"""What a shard needs of the initial states of its episodes, whatever the object."""
 
 from typing import Protocol, TypeVar
 
 from torch import Tensor
 
-from world.config import WorldConfig
-from world.initial.box import BoxStarter
-from world.initial.furniture import Starter
-from world.motions.library import MotionLibrary
-from world.objects.box_bank import BoxBank
-from world.objects.furniture_bank import Bank
 from world.scene.batch import Scenes
-from world.tasks.task import Place
+from world.scene.target import Target
 
 
 class Starts(Protocol):
@@ -50,15 +44,6 @@ class AnyStarter(Protocol[Drawn]):
     """Draws starts and sets scenes up with them."""
 
     def draw(self, scenes: Tensor, episodes: Tensor) -> Drawn: ...
-    def place(self, starts: Drawn) -> Place: ...
+    def target(self, starts: Drawn) -> Target: ...
     def put(self, scenes: Scenes, ids: Tensor, starts: Drawn) -> None: ...
     def load_n(self, starts: Drawn) -> tuple[Tensor, Tensor]: ...
-
-
-def make(
-    config: WorldConfig, library: MotionLibrary, bank: Bank | BoxBank, seed: int
-) -> AnyStarter[Starts]:
-    """The starter of the bank's objects."""
-    if isinstance(bank, BoxBank):
-        return BoxStarter(config, library, bank, seed)  # pyright: ignore[reportReturnType]
-    return Starter(config, library, bank, seed)  # pyright: ignore[reportReturnType]

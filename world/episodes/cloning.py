@@ -12,11 +12,9 @@ from world.character import features, servos
 from world.character import model as character
 from world.character.actions import ActionMap
 from world.config import WorldConfig
-from world.initial import make as starters
 from world.initial import squeeze
 from world.motions.library import MotionLibrary
-from world.objects.box_bank import BoxBank
-from world.objects.furniture_bank import Bank
+from world.objects.bank import ObjectBank
 
 #: Noise on the clip's states, so that the clone also answers states beside the clips: rad (or m),
 #: rad/s.
@@ -24,7 +22,7 @@ _POSITION_NOISE, _VELOCITY_NOISE = 0.03, 0.3
 
 
 def pairs(
-    config: WorldConfig, library: MotionLibrary, bank: Bank | BoxBank, samples: int, seed: int
+    config: WorldConfig, library: MotionLibrary, bank: ObjectBank, samples: int, seed: int
 ) -> tuple[Tensor, Tensor]:
     """Observations (state and goal) [m, 114 + G] of noised clip states, and actions [m, 28] that
     follow.
@@ -32,7 +30,7 @@ def pairs(
     m is at most `samples`: starts from the rest pose have no next frame and are left out.
     """
     task = tasks.make(config.task)
-    starter = starters.make(config, library, bank, seed)
+    starter = task.affordance.starter(config, library, bank, seed)
     starts = starter.draw(torch.arange(samples), torch.zeros(samples, dtype=torch.int64))
     kept = torch.nonzero(starts.frame >= 0).flatten()
     following = starts.frame[kept] + 1
@@ -43,14 +41,14 @@ def pairs(
         qpos[:, address : address + 4] = rotations.normalise(qpos[:, address : address + 4])
     qvel += _VELOCITY_NOISE * torch.randn(qvel.shape, generator=generator)
 
-    place = starter.place(starts).rows(kept)
+    target = starter.target(starts).rows(kept)
     body = features.body(qpos, qvel)
-    observation = torch.cat((tasks.state(body, place), task.goal_features(body, place)), dim=1)
+    observation = torch.cat((tasks.state(body, target), task.goal_features(body, target)), dim=1)
 
     kp, kd = (torch.from_numpy(g).to(torch.float32) for g in character.gains())
     velocity = library.qvel[following, 6:]
-    target = servos.coordinates(library.qpos[following]) + kd / kp * velocity
+    set_point = servos.coordinates(library.qpos[following]) + kd / kp * velocity
     press, weight = starter.load_n(starts)
-    target = target + squeeze.squeeze(library.qpos[following], press[kept], weight[kept])
+    set_point = set_point + squeeze.squeeze(library.qpos[following], press[kept], weight[kept])
     meaning = ActionMap.of(config.action_scale, config.action_clip, torch.float32)
-    return observation, meaning.actions(meaning.bounded(target))
+    return observation, meaning.actions(meaning.bounded(set_point))

@@ -1,0 +1,96 @@
+"""How an episode of walking starts: in a clip's state with the target where the clip goes, or
+upright with a target anywhere near.
+
+A start is a pure function of (seed, scene, episode).
+"""
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from world import random_streams, rotations
+from world.config import WorldConfig
+from world.initial.reference import States, course, unit
+from world.motions.library import MotionLibrary
+from world.objects.floor_bank import FloorBank
+from world.scene.batch import Scenes
+from world.scene.target import Target
+
+
+@dataclass(frozen=True)
+class FloorStarts:
+    """First states of m episodes, world frame, the character above the origin."""
+
+    qpos: Tensor
+    """[m, 43]."""
+    qvel: Tensor
+    """[m, 34]."""
+    variant: Tensor
+    """[m] int64: 0, the bank's one scene."""
+    point: Tensor
+    """[m, 2]: the target on the floor, m."""
+    facing: Tensor
+    """[m, 2]: cosine and sine of the heading asked for."""
+    kind: Tensor
+    """[m] int64: index into world.initial.reference.KINDS."""
+    frame: Tensor
+    """[m] int64: the state's frame in the motion library; −1 for the rest pose."""
+
+
+class FloorStarter:
+    """Draws the starts of a shard's episodes of walking."""
+
+    def __init__(
+        self, config: WorldConfig, library: MotionLibrary, bank: FloorBank, seed: int
+    ) -> None:
+        """Raises ConfigError where the shares of the starts make no sense, ClipError where clip
+        starts are wanted and no clip walks."""
+        self._config, self._bank, self._seed = config, bank, seed
+        self._states = States(config, library)
+
+    def draw(self, scenes: Tensor, episodes: Tensor) -> FloorStarts:
+        """The starts of the given scene ids [m] and episode numbers [m] (int64 both)."""
+        config = self._config
+        u = random_streams.uniform(self._seed, random_streams.EPISODE, scenes, episodes, 10)
+        # right here: standing and turning are learned first, then the last steps
+        here = u[:, 9] < config.front
+        drawn = self._states.draw(u, here)
+        kind, qpos, qvel, frames = drawn.kind, drawn.qpos, drawn.qvel, drawn.frames
+        low = torch.where(kind == 1, config.near_m[0], config.far_m[0])
+        high = torch.where(kind == 1, config.near_m[1], config.far_m[1])
+        distance = low + (high - low) * u[:, 5]
+        at_hand = (kind == 1) & here
+        distance = torch.where(at_hand, config.near_m[0] * u[:, 5].square(), distance)
+        onwards = rotations.turn(course(qpos, qvel), unit((u[:, 6] - 0.5) / 4))
+        ahead = (kind == 2) & (u[:, 8] < config.ahead)
+        point = distance[:, None] * torch.where(ahead[:, None], onwards, unit(u[:, 6]))
+        turned = (2.0 * u[:, 7] - 1.0) * (2.0 * u[:, 7] - 1.0).abs() / 2.0
+        facing = rotations.turn(rotations.heading(qpos[:, 3:7]), unit(turned))
+        facing = torch.where(at_hand[:, None], facing, unit(u[:, 7]))
+        from_clip = (kind == 0)[:, None]
+        point = torch.where(from_clip, (frames.seat - frames.qpos[:, :3])[:, :2], point)
+        facing = torch.where(from_clip, frames.facing, facing)
+        return FloorStarts(
+            drawn.above_origin(),
+            qvel,
+            torch.zeros_like(kind),
+            point,
+            facing,
+            kind,
+            drawn.named_frame(),
+        )
+
+    def target(self, starts: FloorStarts) -> Target:
+        """What the task knows of the targets of `starts`."""
+        return self._bank.target(starts.point, starts.facing)
+
+    def put(self, scenes: Scenes, ids: Tensor, starts: FloorStarts) -> None:
+        """Set the scenes `ids` [m] up as `starts` has them."""
+        pose = self._bank.placed(starts.point, starts.facing)
+        scenes.set_down(ids, starts.qpos, starts.qvel, *pose)
+
+    def load_n(self, starts: FloorStarts) -> tuple[Tensor, Tensor]:
+        """What the hands press with and what weight they bear, N: nothing, [m] each."""
+        nothing = torch.zeros(len(starts.kind))
+        return nothing, nothing
