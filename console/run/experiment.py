@@ -156,6 +156,10 @@ def check(experiment: Experiment) -> Experiment:
             "--overlap learns from a policy one update old, --max-policy-lag 0 drops every such"
             " sample: leave one of them out"
         )
+    # imported here: the flags of every command need this module, and a teacher compiles the body
+    from world import teachers
+
+    teachers.check(experiment.world)
     return experiment
 
 

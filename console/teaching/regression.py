@@ -97,8 +97,8 @@ class Regression:
         self._optimiser.step()
         self.steps += 1
         with torch.no_grad():
-            pairs = (list(net.parameters()) for net in (self.average, self.actor))
-            torch._foreach_lerp_(*pairs, max(1.0 / _AVERAGED, 1.0 / self.steps))
+            mean, now = list(self.average.parameters()), list(self.actor.parameters())
+            torch._foreach_lerp_(mean, now, max(1.0 / _AVERAGED, 1.0 / self.steps))
         return error.detach().square().mean()
 
     def hand_back(self) -> Learner:

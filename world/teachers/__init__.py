@@ -1,36 +1,47 @@
 """The teachers, by name. A new one is a file and a line here."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
+from world import tasks
 from world.config import WorldConfig
 from world.errors import ChoiceError, ConfigError
 from world.objects.box_bank import BoxBank
 from world.objects.furniture_bank import Bank
+from world.tasks.task import Affordance
 from world.teachers.carry import CarryTeacher
 from world.teachers.teacher import Teacher
 
-AnyBank = Bank | BoxBank
+
+@dataclass(frozen=True)
+class Entry:
+    """One teacher: the affordance of the tasks that it teaches, and its factory."""
+
+    affordance: Affordance
+    make: Callable[[Bank | BoxBank, range], Teacher]
 
 
-def _carry(bank: AnyBank, scenes: range) -> Teacher:
-    if not isinstance(bank, BoxBank):
-        raise ConfigError("--world.teacher carry: it teaches the task carry alone")
-    return CarryTeacher(bank, scenes)
+REGISTRY: dict[str, Entry] = {"carry": Entry("carry", CarryTeacher)}
 
 
-REGISTRY: dict[str, Callable[[AnyBank, range], Teacher]] = {"carry": _carry}
-
-
-def make(config: WorldConfig, bank: AnyBank, scenes: range) -> Teacher | None:
-    """The teacher of a world's scenes `scenes` (a range of global ids); None where it has none.
-
-    ChoiceError lists the names there are; ConfigError where the teacher is for another task.
-    """
+def check(config: WorldConfig) -> None:
+    """Raise ChoiceError, which lists the names there are, for an unknown teacher; ConfigError where
+    it does not teach the task."""
     if config.teacher is None:
-        return None
+        return
     if config.teacher not in REGISTRY:
-        raise ChoiceError("teacher", config.teacher, list(REGISTRY))
-    return REGISTRY[config.teacher](bank, scenes)
+        raise ChoiceError("--world.teacher", config.teacher, list(REGISTRY))
+    if REGISTRY[config.teacher].affordance != tasks.make(config.task).affordance:
+        raise ConfigError(
+            f"--world.teacher {config.teacher} does not teach the task {config.task}: leave it out"
+        )
 
 
-__all__ = ["REGISTRY", "Teacher", "make"]
+def make(config: WorldConfig, bank: Bank | BoxBank, scenes: range) -> Teacher | None:
+    """The teacher of a world's scenes `scenes` (a range of global ids); None where it has none.
+    Raises as `check` does."""
+    check(config)
+    return None if config.teacher is None else REGISTRY[config.teacher].make(bank, scenes)
+
+
+__all__ = ["REGISTRY", "Entry", "Teacher", "check", "make"]

@@ -7,6 +7,7 @@ from torch import Tensor
 
 from world.character import model as character
 from world.objects.box_bank import BoxBank
+from world.objects.furniture_bank import Bank
 from world.scene.batch import Scenes
 from world.tasks.task import Place
 from world.teachers.controller import CarryController, lifted
@@ -36,7 +37,8 @@ class CarryTeacher:
     """Labels the scenes `scenes` (a range of global ids) near the box and where the student stalls;
     a world.teachers.teacher.Teacher."""
 
-    def __init__(self, bank: BoxBank, scenes: range) -> None:
+    def __init__(self, bank: Bank | BoxBank, scenes: range) -> None:
+        assert isinstance(bank, BoxBank), "the teacher of carry needs boxes"
         self.controller = CarryController(len(scenes))
         self._mass_kg = bank.mass
         self._ids = torch.arange(scenes.start, scenes.stop, dtype=torch.int64)
