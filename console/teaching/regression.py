@@ -97,7 +97,8 @@ class Regression:
         self._optimiser.step()
         self.steps += 1
         with torch.no_grad():
-            mean, now = list(self.average.parameters()), list(self.actor.parameters())
+            mean: list[Tensor] = list(self.average.parameters())
+            now: list[Tensor] = list(self.actor.parameters())
             torch._foreach_lerp_(mean, now, max(1.0 / _AVERAGED, 1.0 / self.steps))
         return error.detach().square().mean()
 
