@@ -157,6 +157,10 @@ def check(experiment: Experiment) -> Experiment:
             "--lag.overlap gives samples of a policy one update old, and --lag.max-policy 0 drops"
             " every such sample: leave one of them out"
         )
+    # imported here: the flags of every command need this module, and a teacher compiles the body
+    from world import teachers
+
+    teachers.check(experiment.world)
     return experiment
 
 

@@ -51,7 +51,7 @@ RENAMED_SERVE: Table = {"max_situations": "max_poses"}
 RENAMED_METRICS = {
     f"episode/{figure}_clip": f"episode/{figure}_reference"
     for figure in ("success", "fall", "length")
-}
+} | {"ppo/lesson": "ppo/imitation"}
 """Today's name of a figure in metrics.jsonl by its old one."""
 
 

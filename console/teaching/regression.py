@@ -97,8 +97,9 @@ class Regression:
         self._optimiser.step()
         self.steps += 1
         with torch.no_grad():
-            mean, latest = (list(net.parameters()) for net in (self.average, self.actor))
-            torch._foreach_lerp_(mean, latest, max(1.0 / _AVERAGED, 1.0 / self.steps))
+            mean: list[Tensor] = list(self.average.parameters())
+            now: list[Tensor] = list(self.actor.parameters())
+            torch._foreach_lerp_(mean, now, max(1.0 / _AVERAGED, 1.0 / self.steps))
         return error.detach().square().mean()
 
     def hand_back(self) -> Learner:

@@ -122,7 +122,7 @@ class Furniture(Affordance):
         """See Affordance."""
         if not any(len(stage) for stage in library.stages):
             return None
-        only = replace(config, starts=replace(config.starts, clip=1.0, near=0.0, far=0.0))
+        only = replace(config, initial=replace(config.initial, reference=1.0, near=0.0, far=0.0))
         bank = Bank(pieces, self.name)
         ids = torch.arange(n)
         starts = Starter(only, library, bank, seed).draw(ids, torch.ones_like(ids))

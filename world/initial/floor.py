@@ -51,10 +51,10 @@ class FloorStarter:
 
     def draw(self, scenes: Tensor, episodes: Tensor) -> FloorStarts:
         """The starts of the given scene ids [m] and episode numbers [m] (int64 both)."""
-        config = self._config
+        config = self._config.initial
         u = random_streams.uniform(self._seed, random_streams.EPISODE, scenes, episodes, 10)
         # right here: standing and turning are learned first, then the last steps
-        here = u[:, 9] < config.front
+        here = u[:, 9] < config.front_fraction
         drawn = self._states.draw(u, here)
         kind, qpos, qvel, frames = drawn.kind, drawn.qpos, drawn.qvel, drawn.frames
         low = torch.where(kind == 1, config.near_m[0], config.far_m[0])
@@ -63,7 +63,7 @@ class FloorStarter:
         at_hand = (kind == 1) & here
         distance = torch.where(at_hand, config.near_m[0] * u[:, 5].square(), distance)
         onwards = rotations.turn(course(qpos, qvel), unit((u[:, 6] - 0.5) / 4))
-        ahead = (kind == 2) & (u[:, 8] < config.ahead)
+        ahead = (kind == 2) & (u[:, 8] < config.ahead_fraction)
         point = distance[:, None] * torch.where(ahead[:, None], onwards, unit(u[:, 6]))
         turned = (2.0 * u[:, 7] - 1.0) * (2.0 * u[:, 7] - 1.0).abs() / 2.0
         facing = rotations.turn(rotations.heading(qpos[:, 3:7]), unit(turned))

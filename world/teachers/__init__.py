@@ -1,6 +1,7 @@
 """The teachers, by name. A new one is a file and a line here."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from world.config import WorldConfig
 from world.errors import ChoiceError, ConfigError
@@ -9,26 +10,35 @@ from world.teachers.carry import CarryTeacher
 from world.teachers.teacher import Teacher
 
 
-def _carry(bank: ObjectBank, scenes: range) -> Teacher:
-    masses = getattr(bank, "mass", None)
-    if masses is None:
-        raise ConfigError("--world.teacher carry: it teaches the task carry alone")
-    return CarryTeacher(masses, scenes)
+@dataclass(frozen=True)
+class Entry:
+    """One teacher: the tasks that it teaches, and its factory."""
+
+    tasks: tuple[str, ...]
+    make: Callable[[ObjectBank, range], Teacher]
 
 
-REGISTRY: dict[str, Callable[[ObjectBank, range], Teacher]] = {"carry": _carry}
+REGISTRY: dict[str, Entry] = {"carry": Entry(("carry",), CarryTeacher.of_bank)}
+
+
+def check(config: WorldConfig) -> None:
+    """Raise ChoiceError, which lists the names there are, for an unknown teacher; ConfigError where
+    it does not teach the task."""
+    if config.teacher is None:
+        return
+    if config.teacher not in REGISTRY:
+        raise ChoiceError("--world.teacher", config.teacher, list(REGISTRY))
+    if config.task not in REGISTRY[config.teacher].tasks:
+        raise ConfigError(
+            f"--world.teacher {config.teacher} does not teach the task {config.task}: leave it out"
+        )
 
 
 def make(config: WorldConfig, bank: ObjectBank, scenes: range) -> Teacher | None:
     """The teacher of a world's scenes `scenes` (a range of global ids); None where it has none.
-
-    ChoiceError lists the names there are; ConfigError where the teacher is for another task.
-    """
-    if config.teacher is None:
-        return None
-    if config.teacher not in REGISTRY:
-        raise ChoiceError("teacher", config.teacher, list(REGISTRY))
-    return REGISTRY[config.teacher](bank, scenes)
+    Raises as `check` does."""
+    check(config)
+    return None if config.teacher is None else REGISTRY[config.teacher].make(bank, scenes)
 
 
-__all__ = ["REGISTRY", "Teacher", "make"]
+__all__ = ["REGISTRY", "Entry", "Teacher", "check", "make"]

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from world.character import model as character
+from world.objects.bank import ObjectBank
 from world.scene.batch import Scenes
 from world.scene.target import Target
 from world.teachers.controller import CarryController, lifted
@@ -40,6 +41,13 @@ class CarryTeacher:
         self.controller = CarryController(len(scenes))
         self._mass_kg = mass_kg
         self._ids = torch.arange(scenes.start, scenes.stop, dtype=torch.int64)
+
+    @staticmethod
+    def of_bank(bank: ObjectBank, scenes: range) -> "CarryTeacher":
+        """The teacher of scenes whose objects are the boxes of `bank`."""
+        mass_kg = getattr(bank, "mass", None)
+        assert mass_kg is not None, "the teacher of carry needs boxes"
+        return CarryTeacher(mass_kg, scenes)
 
     def reset(self, rows: Tensor, target: Target) -> None:
         """Begin new episodes in the scenes `rows` [m]; a lifted box is in hand."""

@@ -54,3 +54,16 @@ def test_missing_checkpoints_fail(tmp_path: Path, capsys: pytest.CaptureFixture[
         assert main(words) == 1
         text = capsys.readouterr().err.strip()
         assert text.startswith("inhabit: ") and "none" in text and "\n" not in text
+
+
+def test_training_refuses_an_unknown_teacher(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = tmp_path / "run"
+    for task, name, line in (
+        ("carry", "crab", "unknown --world.teacher 'crab': choose one of carry"),
+        ("sit", "carry", "--world.teacher carry does not teach the task sit: leave it out"),
+    ):
+        assert main(["train", task, "--run", str(run), "--world.teacher", name]) == 2
+        assert capsys.readouterr().err.strip() == f"inhabit: {line}"
+    assert not run.exists()

@@ -9,7 +9,7 @@ from torch import Tensor
 from world.character import features, servos
 from world.character import model as character
 from world.character.features import Body
-from world.config import StartMixture, WorldConfig
+from world.config import InitialStates, WorldConfig
 from world.episodes.shard import Shard
 from world.initial.floor import FloorStarter
 from world.motions import load
@@ -127,8 +127,8 @@ def test_clips_are_learned_from_where_they_walk(library: MotionLibrary) -> None:
     assert bool((states[:, 0] > 0.7).all())  # nobody sits
 
 
-def starts(library: MotionLibrary, mixture: StartMixture, n: int = 256) -> tuple[Body, Target]:
-    config = WorldConfig(task="walk", starts=mixture)
+def starts(library: MotionLibrary, mixture: InitialStates, n: int = 256) -> tuple[Body, Target]:
+    config = WorldConfig(task="walk", initial=mixture)
     starter = FloorStarter(config, library, FloorBank(), 0)
     drawn = starter.draw(torch.arange(n), torch.ones(n, dtype=torch.int64))
     return features.body(drawn.qpos, drawn.qvel), starter.target(drawn)
@@ -139,12 +139,12 @@ def distance(body: Body, where: Target) -> Tensor:
 
 
 def test_starts_are_near_far_or_where_the_clip_goes(library: MotionLibrary) -> None:
-    body, where = starts(library, StartMixture(0.0, 0.0, 1.0))
+    body, where = starts(library, InitialStates(0.0, 0.0, 1.0))
     assert 1.0 <= float(distance(body, where).min()) <= float(distance(body, where).max()) <= 10.0
-    body, where = starts(library, StartMixture(0.0, 1.0, 0.0))
+    body, where = starts(library, InitialStates(0.0, 1.0, 0.0))
     near = distance(body, where)
     assert float(near.max()) <= 1.6 + 1e-5 and 0.3 < float((near < 0.75).float().mean()) < 0.7
-    body, where = starts(library, StartMixture(1.0, 0.0, 0.0))
+    body, where = starts(library, InitialStates(1.0, 0.0, 0.0))
     # a walking character's target is ahead of it
     moving = body.root_velocity[:, :2].norm(dim=1) > 0.6
     ahead = ((where.point - body.root)[:, :2] * body.root_velocity[:, :2]).sum(dim=1)
@@ -155,10 +155,9 @@ def test_an_episode_that_succeeds(library: MotionLibrary) -> None:
     """Standing still at the target: where the facing fits it is held, and ends the episode."""
     config = WorldConfig(
         task="walk",
-        starts=StartMixture(0.0, 1.0, 0.0),
-        near_m=(0.1, 0.1),
-        front=1.0,
-        standing=1.0,
+        initial=InitialStates(
+            0.0, 1.0, 0.0, near_m=(0.1, 0.1), front_fraction=1.0, standing_fraction=1.0
+        ),
         hold_s=0.2,
     )
     shard = Shard(config, library, FloorBank(), range(64), 0)
