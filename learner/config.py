@@ -70,9 +70,9 @@ class LearnerConfig:
     """Weight of the mirror loss: where the critic values a state much more than its mirror image,
     the action in the mirror image is drawn to the mirrored action; 0: none. It has no effect on a
     task whose observations show one side alone (lie)."""
-    lesson_weight: float = 0.0
-    """Weight of the lesson's loss: where one says what an action should have been (carry.lesson),
-    the mean action is drawn to it; 0: none."""
+    imitation_weight: float = 0.0
+    """Weight of the imitation loss, which draws the mean action to the teacher's action where the
+    teacher (world.teacher) labels the state; 0: none."""
     average: float = 0.98
     """Decay of the averaged actor in an iteration; evaluation and serving use this average; 0: the
     last actor."""

@@ -62,15 +62,6 @@ class CarryConfig:
     """Least and greatest distance from the character to the target in these, m."""
     in_hand: float = 0.0
     """Of the near and far initial states: fraction with the box in hand, in front of the body."""
-    lesson: bool = False
-    """A scripted grip (world.objects.grasp) tells the learner what the arms should do near the
-    box; see ppo.lesson-weight. Evaluation never asks it."""
-    porter: bool = False
-    """A scripted whole body (world.teachers.carry) tells the learner instead what to do, from the
-    last metres before the box on, and of who stands about on the way to it."""
-    led: float = 0.0
-    """Share of the training episodes in which the script moves the arms itself, so that legs and
-    trunk learn what it takes before the arms do; a lesson is then given in all of them."""
 
 
 @dataclass(frozen=True)
@@ -111,6 +102,9 @@ class WorldConfig:
     pose of the clips."""
     action_clip: float = 3.0
     """Greatest magnitude of an action; larger ones are clipped."""
+    teacher: str | None = None
+    """Name of a scripted teacher that labels training states with its actions (carry); none: no
+    teacher. See ppo.imitation-weight. Evaluation uses no teacher."""
     seed: int = 0
     """Seed of the furniture catalogue."""
     carry: CarryConfig = field(default_factory=CarryConfig)

@@ -20,7 +20,7 @@ from learner.ppo import Learner
 from policy.checkpoints.format import Layout, Manifest, read
 from policy.errors import CheckpointError
 from rpc.server import ServerConfig
-from world import tasks
+from world import tasks, teachers
 from world.character.features import OBJECT, STATE
 from world.character.model import NU
 from world.config import WorldConfig
@@ -137,7 +137,9 @@ class MakeShard:
 
 def shard(world: WorldConfig, scenes: range, seed: int) -> Shard:
     """A shard on this process's clips and furniture."""
-    return Shard(world, library_of(world), training_bank(world), scenes, seed)
+    bank = training_bank(world)
+    teacher = teachers.make(world, bank, scenes)
+    return Shard(world, library_of(world), bank, scenes, seed, teacher)
 
 
 def make_shard(experiment: Experiment, run: RunDirectory) -> MakeShard:

@@ -22,6 +22,10 @@ Table = Mapping[str, str | Converted | None]
 """Today's dotted name by the old one, as in an experiment's JSON; None: the setting is removed."""
 
 RENAMED: Table = {
+    "world.carry.porter": Converted("world.teacher", lambda on: "carry" if on else None),
+    "world.carry.lesson": None,
+    "world.carry.led": None,
+    "ppo.lesson_weight": "ppo.imitation_weight",
     "overlap": "lag.overlap",
     "max_policy_lag": "lag.max_policy",
     "max_style_lag": "lag.max_style",

@@ -127,3 +127,18 @@ def test_the_command_line_refuses_old_flags(capsys: pytest.CaptureFixture[str]) 
         assert error.startswith(f"inhabit: {flag} ") and error.count("\n") == 1
     assert main(["serve", "run", "--max-situations", "9"]) == 2
     assert "--max-situations is now --max-poses" in capsys.readouterr().err
+
+
+def test_the_scripted_teacher_of_older_runs_is_a_teacher_by_name() -> None:
+    """`true` is the teacher of carry; the arm lesson is gone; the loss has its name of today."""
+    for on, name in ((True, "carry"), (False, None)):
+        old = {
+            "world": {"task": "carry", "carry": {"porter": on, "lesson": False, "led": 0.0}},
+            "ppo": {"lesson_weight": 0.06},
+        }
+        found = experiment_from_json(old)
+        assert found.world.teacher == name
+        assert found.ppo.imitation_weight == 0.06
+    recorded_by_carry = recorded("carry")
+    assert "porter" in recorded_by_carry["world"]["carry"]
+    assert experiment_from_json(recorded_by_carry).world.teacher is None
