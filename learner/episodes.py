@@ -1,4 +1,4 @@
-"""Statistics of the last episodes, over all and by kind of start."""
+"""Statistics of the last episodes, over all and by kind of initial state."""
 
 from collections.abc import Mapping, Sequence
 
@@ -8,16 +8,16 @@ from torch import Tensor
 KEYS = ("return", "length", "success", "fall", "start")
 #: Figures of this prefix are a task's own: whether an episode reached one of its stages.
 STAGE = "stage_"
-#: Whether patience with an episode ended; windows that were saved before there was any lack it.
+#: Whether an episode ended by the stall time-out; windows of early runs lack it.
 STALLED = "stalled"
 
 
 class EpisodeWindow:
     """The last `size` finished episodes, oldest first."""
 
-    def __init__(self, size: int, starts: Sequence[str] = ()) -> None:
+    def __init__(self, size: int, kinds: Sequence[str] = ()) -> None:
         self.size = size
-        self.starts = tuple(starts)
+        self.kinds = tuple(kinds)
         self._held: dict[str, Tensor] = {key: torch.zeros(0) for key in KEYS}
 
     def add(self, episodes: Mapping[str, Tensor]) -> None:
@@ -37,7 +37,7 @@ class EpisodeWindow:
         found = {f"episode/{key}": float(self._held[key].mean()) for key in KEYS[:-1]}
         more = [key for key in self._held if _may_lack(key)]
         found |= {f"episode/{key}": float(self._held[key].nanmean()) for key in more}
-        for number, name in enumerate(self.starts):
+        for number, name in enumerate(self.kinds):
             chosen = start == number
             if chosen.any():
                 found[f"episode/success_{name}"] = float(self._held["success"][chosen].mean())

@@ -48,7 +48,7 @@ class Loop:
         checkpointer: Checkpointer,
         config: LoopConfig,
         terms: Sequence[str] = (),
-        starts: Sequence[str] = (),
+        kinds: Sequence[str] = (),
     ) -> None:
         self.learner = learner
         self.fleet = fleet
@@ -58,7 +58,7 @@ class Loop:
         self.checkpointer = checkpointer
         self.config = config
         self.terms = tuple(terms)
-        self.episodes = EpisodeWindow(config.episode_window, starts)
+        self.episodes = EpisodeWindow(config.episode_window, kinds)
         self.seconds = 0.0
         self.best_score = -math.inf
         self.batches = 0

@@ -166,7 +166,7 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
                 lag=experiment.lag,
             ),
             list(tasks.make(command.task).terms),
-            runner.starts,
+            runner.kinds,
         )
         stack.callback(loop.close)
         begin(loop, run, command, experiment, note)

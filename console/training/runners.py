@@ -27,8 +27,8 @@ class Runner:
 
     fleet: Fleet
     style: Style
-    starts: tuple[str, ...]
-    """Names of the kinds of start, in the order of their numbers in `episodes`."""
+    kinds: tuple[str, ...]
+    """Names of the kinds of initial states, in the order of their numbers in `episodes`."""
 
 
 @contextmanager
