@@ -49,7 +49,7 @@ format: setup
 
 # Strict: a warning (a link to nowhere, a page outside the navigation) fails the build.
 docs: setup
-	$(BIN)/python -m mkdocs build --quiet --strict
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet --strict
 
 # Regenerates the committed stubs in rpc/v1; a test compares them.
 proto: setup

@@ -12,6 +12,7 @@ from docs.generate import (
     metrics,
     protocol,
     results,
+    snippets,
 )
 
 
@@ -34,3 +35,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for uri, text in pages().items():
         files.append(File.generated(config, uri, content=text))
     return files
+
+
+def on_page_markdown(markdown: str, **_: object) -> str:
+    """Called by mkdocs for each page."""
+    return snippets.filled(markdown)

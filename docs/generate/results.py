@@ -11,14 +11,24 @@ ROOT = Path(__file__).parents[2]
 FILES = ("evaluation", "evaluation-projectiles", "evaluation-moved")
 
 
-def page() -> str:
-    """One table of all policies, then each policy by stage, distance and object."""
-    found = [
+def evaluations() -> list[tuple[str, dict[str, Any]]]:
+    """(policy, figures) of every evaluation that a committed policy carries."""
+    return [
         (folder.name, json.loads(file.read_text()))
         for folder in sorted((ROOT / "pretrained").iterdir())
         for file in (folder / f"{name}.json" for name in FILES)
         if file.exists()
     ]
+
+
+def rows_of(policy: str) -> str:
+    """The headline table of one policy."""
+    return table(HEADS, (_row(name, figures) for name, figures in evaluations() if name == policy))
+
+
+def page() -> str:
+    """One table of all policies, then each policy by stage, distance and object."""
+    found = evaluations()
     parts = [INTRODUCTION, table(HEADS, (_row(name, figures) for name, figures in found))]
     for name, figures in found:
         if figures["perturbation"] == "none":
