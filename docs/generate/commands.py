@@ -15,6 +15,7 @@ GROUPS = (
 def page() -> str:
     """Every command with its flags."""
     settings = {f.name for f in fields.walk(Experiment)}
+    train = next(entry for entry in commands.COMMANDS if entry.name == "train")
     parts = [
         "# Commands\n",
         "`inhabit COMMAND --help` prints the same in the terminal. Exit codes: 0 done, 1 failed,"
@@ -23,7 +24,7 @@ def page() -> str:
     for group, entries in GROUPS:
         for entry in entries:
             found = list(fields.walk(entry.flags))
-            own = [f for f in found if f.name not in settings]
+            own = [f for f in found if entry is not train or f.name not in settings]
             words = [f.name.upper() for f in own if f.positional]
             parts.append(f"## inhabit {group}{entry.name}\n")
             parts.append((entry.flags.__doc__ or "").strip() + "\n")

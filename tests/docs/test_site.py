@@ -28,7 +28,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("site")
     words = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "-d", str(folder)]
     # a proxy that is not there: a build that wants the network fails
-    nowhere = {name: "http://127.0.0.1:9" for name in ("http_proxy", "https_proxy", "all_proxy")}
+    nowhere = dict.fromkeys(("http_proxy", "https_proxy", "all_proxy"), "http://127.0.0.1:9")
     environment = {"PATH": "", "NO_MKDOCS_2_WARNING": "1", "HOME": str(folder), **nowhere}
     done = subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -130,7 +130,7 @@ def test_flags_named_in_pages_exist() -> None:
 
 
 #: Flags of other programs that pages name in backticks.
-FOREIGN = {"--block", "--dashboard-agent-listen-port", "--temp-dir", "--batch.max-wait-s"}
+FOREIGN = {"--block", "--dashboard-agent-listen-port", "--temp-dir", "--kills"}
 
 
 @pytest.mark.parametrize("policy", ["sit", "lie"])
