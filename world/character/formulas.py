@@ -144,7 +144,9 @@ _HELPERS = (
 def _bodies() -> list[Quantity]:
     """Forward kinematics, body by body: R_BODY and P_BODY, without leaves that no formula needs."""
     offsets = kinematics.offsets().tolist()
-    joints = dict(zip(character.JOINT_BODIES, character.JOINTS, strict=True))
+    joints: dict[int, character.Joint] = dict(
+        zip(character.JOINT_BODIES, character.JOINTS, strict=True)
+    )
     signs = iter(character.HINGE_SIGN)
     hinge_sign = {j.name: next(signs) for j in character.JOINTS if not j.is_ball}
     found = [
