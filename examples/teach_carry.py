@@ -4,8 +4,7 @@
 Pupil and porter (world.teachers.carry) take turns at the servos, the pupil longer and longer; of
 every state that they get into the porter says what it would do, and the pupil's networks are
 regressed on all that it ever said. Lessons are given in processes of their own while this one
-regresses, on a GPU where there is one. What came of it so far:
-docs/lab-notes/carry-teacher.md and what follows it;
+regresses, on a GPU where there is one. What came of it so far: docs/recipe.md, from "Taught by the porter" on;
 `pretrained/carry` is of widths of 1024 and 512, from networks that had known 28.6 M rows: 11.5
 minutes of 15 workers and batches of 8,192, then 107 of one worker and batches of 2,048.
 

@@ -17,7 +17,7 @@ def test_one_who_errs_much_falls() -> None:
 
 
 def test_who_errs_a_little_comes_to_the_box() -> None:
-    """Pupils err by more: a gait that does not bear this is no teacher's (lab notes)."""
+    """Pupils err by more: a gait that does not bear this is no teacher's (docs/recipe.md)."""
     figures = attempt(Settings(trials=16, near_m=2.0, far_m=3.0, seconds=7.0, noise=0.03))
     stages = {part["stage"]: part["rate"] for part in figures["by_stage"]}
     assert stages["approached"] > 0.7

@@ -1,8 +1,7 @@
 """Arms led by a scripted grip, for the lessons in which legs and trunk learn to serve them.
 
 Reaching for a box, pressing on it from both sides and lifting it is a matter of geometry, which
-noise about a walker's hanging arms does not find
-(docs/lab-notes/carry-first-attempts.md); balance under a load is
+noise about a walker's hanging arms does not find (docs/recipe.md, "Carry"); balance under a load is
 not, and that is what is left to the policy. What the arms do is a function of the moment alone.
 """
 

@@ -1,7 +1,7 @@
 """What a porter remembers of the step that it makes, told by its neck, so that it can be seen.
 
 Which foot steps, since when, how far and with what turn is nearly all that a policy without memory
-misses of what a porter says (docs/lab-notes/carry-phase-cue.md). So the head sways from
+misses of what a porter says (docs/recipe.md, "Memory that can be seen"). So the head sways from
 side to side with the steps, nods by their length and turns with them; the porter itself reads
 length, turn and the first foot off it, and a policy that was taught by it sees its own neck.
 """
