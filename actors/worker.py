@@ -63,13 +63,8 @@ class StepLike(Protocol):
         ...
 
     @property
-    def taught(self) -> Tensor | None:
-        """[n, 28]: what a lesson says of the actions, NaN where nothing."""
-        ...
-
-    @property
-    def led(self) -> Tensor | None:
-        """[n] bool: where that was done."""
+    def teacher_action(self) -> Tensor | None:
+        """[n, 28]: the teacher's actions, NaN where it labels nothing; none: no teacher."""
         ...
 
 
@@ -159,8 +154,7 @@ class Worker:
                 version=version,
                 first_scene=self.scenes.start,
                 seconds={"world": world_s, "policy": acting_s},
-                taught=_lessons([s.taught for s in steps]),
-                led=_lessons([s.led for s in steps]),
+                teacher_action=_stacked([s.teacher_action for s in steps]),
             )
         )
 
@@ -183,8 +177,8 @@ class Worker:
         self.shard.load_state_dict(state)
 
 
-def _lessons(parts: list[Tensor | None]) -> Tensor | None:
-    """Those of all steps, if there is a lesson."""
+def _stacked(parts: list[Tensor | None]) -> Tensor | None:
+    """The tensors of all steps [T, ..]; none where no step has one."""
     found = [part for part in parts if part is not None]
     return torch.stack(found) if found else None
 

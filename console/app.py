@@ -27,6 +27,7 @@ def parse(arguments: Sequence[str]) -> Any:
 
     from console import commands
     from console.arguments import parse_words
+    from console.run.renamed import RENAMED_SERVE, refuse_old_flags
 
     def sub(kind: type, name: str, default: Any = tyro.MISSING_NONPROP) -> Any:
         if default is tyro.MISSING_NONPROP:
@@ -42,6 +43,10 @@ def parse(arguments: Sequence[str]) -> Any:
         return reduce(or_, kinds)
 
     words = list(arguments)
+    if words[:1] == ["train"]:
+        refuse_old_flags(words)
+    if words[:1] == ["serve"]:
+        refuse_old_flags(words, RENAMED_SERVE)
     # Two words deep: tyro would name these `motions:list`.
     if words[:1] == ["motions"]:
         return parse_words(
@@ -51,6 +56,8 @@ def parse(arguments: Sequence[str]) -> Any:
         return parse_words(
             union(commands.OBJECTS), words[1:], "inhabit objects", description=OBJECTS
         )
+    if words[:1] == ["teach"]:
+        return parse_words(union(commands.TEACHING), words[1:], "inhabit teach", description=TEACH)
     settings = (tyro.conf.FlagCreatePairsOff,)
     return parse_words(
         union(commands.COMMANDS), words, "inhabit", description=DESCRIPTION, config=settings
@@ -59,10 +66,12 @@ def parse(arguments: Sequence[str]) -> Any:
 
 DESCRIPTION = (
     "Trains physically simulated characters to sit on furniture they have never seen. "
-    "Besides the commands below: motions import|list|check|play, objects import|list|check|show."
+    "Besides the commands below: motions import|list|check|play, objects import|list|check|show,"
+    " teach carry|try|record."
 )
 MOTIONS = "Motion clips: import and list them, or check how well they fit the character."
 OBJECTS = "Furniture: import meshes, list, check and show pieces."
+TEACH = "The scripted teacher of carry: train a student of it, try it, record it as clips."
 
 
 def starting_point(arguments: Sequence[str]) -> "Experiment":
@@ -91,7 +100,7 @@ def run(command: Any) -> int:
     """Run one parsed command; returns its exit code."""
     from console import commands
 
-    entries = (*commands.COMMANDS, *commands.MOTIONS, *commands.OBJECTS)
+    entries = (*commands.COMMANDS, *commands.MOTIONS, *commands.OBJECTS, *commands.TEACHING)
     module, _, function = next(e.function for e in entries if e.flags is type(command)).partition(
         ":"
     )

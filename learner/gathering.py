@@ -72,8 +72,8 @@ class Gathering:
         waiting = state.get("waiting")
         if waiting is not None and self._pool is None:
             raise TrainingError(
-                "this checkpoint holds a rollout that was begun ahead (--overlap): resume with"
-                " --overlap, or begin another run from it with --init"
+                "this checkpoint holds a rollout that was begun ahead (--lag.overlap): resume with"
+                " --lag.overlap, or begin another run from it with --init"
             )
         if self._under_way is not None:
             self._under_way.result()

@@ -52,7 +52,7 @@ class Loop:
     ) -> None:
         self.learner = learner
         self.fleet = fleet
-        self.gathering = Gathering(fleet, config.overlap)
+        self.gathering = Gathering(fleet, config.lag.overlap)
         self.style = style
         self.recorder = recorder
         self.checkpointer = checkpointer
@@ -145,17 +145,17 @@ class Loop:
         for _ in range(STALE_IN_A_ROW):
             gathered = self.gathering.next(self.learner.weights(), version, self.learner.sigma)
             rollout = gathered.rollout
-            if version - rollout.version <= self.config.max_policy_lag:
+            if version - rollout.version <= self.config.lag.max_policy:
                 style = self._score(rollout)
-                if style is None or style.lag <= self.config.max_style_lag:
+                if style is None or style.lag <= self.config.lag.max_style:
                     return gathered, style, stale
                 style.training.result()
             stale += rollout.samples
         raise TrainingError(
             f"iteration {version + 1}: {STALE_IN_A_ROW} rollouts in a row are older than"
-            f" --max-policy-lag {self.config.max_policy_lag} or were scored by a discriminator"
-            f" older than --max-style-lag {self.config.max_style_lag}: raise the bounds, or find"
-            " out who is late"
+            f" --lag.max-policy {self.config.lag.max_policy} or were scored by a discriminator"
+            f" older than --lag.max-style {self.config.lag.max_style}: raise the bounds, or find"
+            " the lagging worker"
         )
 
     def _score(self, rollout: Rollout) -> _Scored | None:

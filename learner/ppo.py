@@ -14,8 +14,8 @@ from learner.protocols import State
 from learner.returns import advantages, explained_variance
 from learner.surrogate import (
     clipped_surrogate,
+    imitation_loss,
     kl_fixed_sigma,
-    lesson_loss,
     mirror_loss,
     next_rate,
     soft_bound,
@@ -52,10 +52,8 @@ class Batch:
     advantages: Tensor
     targets: Tensor
     mirrored: "Mirrored | None" = None
-    taught: Tensor | None = None
-    """what a lesson says of the actions, NaN where nothing"""
-    led: Tensor | None = None
-    """[n, 28] bool: components that did what was taught: they say nothing of the policy's"""
+    teacher_action: Tensor | None = None
+    """NaN where the teacher labels nothing"""
 
 
 @dataclass(frozen=True)
@@ -159,9 +157,9 @@ class Learner:
         widths = [rollout.states.shape[-1], rollout.goals.shape[-1]]
         raw = torch.cat((rollout.states, rollout.goals), -1)
         (last,) = self.seen(raw[-1:])
-        taught = () if rollout.taught is None else (rollout.taught,)
-        first, actions, means, *taught = self.seen(
-            raw[:-1], rollout.actions, rollout.means, *taught
+        labels = () if rollout.teacher_action is None else (rollout.teacher_action,)
+        first, actions, means, *labels = self.seen(
+            raw[:-1], rollout.actions, rollout.means, *labels
         )
         states, goals = torch.cat((first, last)).split(widths, -1)
         (ends,) = self.seen(torch.cat((rollout.end_states, rollout.end_goals), -1))
@@ -174,7 +172,7 @@ class Learner:
             means=means,
             end_states=end_states,
             end_goals=end_goals,
-            taught=taught[0] if taught else None,
+            teacher_action=labels[0] if labels else None,
         )
 
     def _prepare(
@@ -199,6 +197,7 @@ class Learner:
         returns = gain + value
         self._move_values(returns)
         spread = gain.std() if gain.numel() > 1 else torch.ones(())
+        labels = rollout.teacher_action
         batch = Batch(
             observations=observations[:-1][valid],
             actions=rollout.actions[valid],
@@ -206,8 +205,9 @@ class Learner:
             log_probs=rollout.log_probs[valid],
             advantages=(gain - gain.mean()) / (spread + 1e-8),
             targets=self.values.normalise(returns),
+            teacher_action=None if labels is None else labels[valid],
         )
-        return _with_lesson(batch, rollout), explained_variance(value, returns)
+        return batch, explained_variance(value, returns)
 
     def _mirror(self, symmetry: Symmetry, rollout: Rollout, raw: Tensor, batch: Batch) -> Mirrored:
         """The images of a batch's samples; raw: observations [T+1, N, d] before normalisation."""
@@ -301,7 +301,7 @@ class Learner:
         config = self.config
         target = piecewise(config.kl_target, self.samples)
         clip = piecewise(config.clip, self.samples)
-        losses, bounds, clipped, mirrors, lessons, kls = [], [], [], [], [], []
+        losses, bounds, clipped, mirrors, imitations, kls = [], [], [], [], [], []
         skipped = 0
         epochs = [] if self.warmup_left else self._minibatches(len(batch.targets), 1)
         for epoch in epochs:
@@ -309,9 +309,6 @@ class Learner:
             for rows in epoch:
                 with self.precision.context():
                     means = self.actor(batch.observations[rows])
-                said = means
-                if batch.led is not None:
-                    means = torch.where(batch.led[rows], batch.means[rows], means)
                 kl = float(kl_fixed_sigma(means.detach(), batch.means[rows], sigma))
                 kls.append(kl)
                 if kl > config.kl_skip * target:
@@ -319,10 +316,10 @@ class Learner:
                     continue
                 log_ratio = log_density(batch.actions[rows], means, sigma) - batch.log_probs[rows]
                 surrogate = clipped_surrogate(log_ratio, batch.advantages[rows], clip)
-                bound = soft_bound(said)
-                lesson = torch.zeros(())
-                if batch.taught is not None:
-                    lesson = lesson_loss(said, batch.taught[rows], sigma)
+                bound = soft_bound(means)
+                imitation = torch.zeros(())
+                if batch.teacher_action is not None:
+                    imitation = imitation_loss(means, batch.teacher_action[rows], sigma)
                 mirror = self._mirror_loss(batch, rows, sigma)
                 ramp = min(1.0, (steps_taken(self.actor_optimiser) + 1) / RAMP_STEPS)
                 set_rate(self.actor_optimiser, ramp * self.actor_rate)
@@ -332,12 +329,12 @@ class Learner:
                     surrogate
                     + config.bound_weight * bound
                     + config.mirror_weight * mirror
-                    + config.lesson_weight * lesson,
+                    + config.imitation_weight * imitation,
                     config.actor_grad_norm,
                 )
                 losses.append(float(surrogate.detach()))
                 mirrors.append(float(mirror.detach()))
-                lessons.append(float(lesson.detach()))
+                imitations.append(float(imitation.detach()))
                 bounds.append(float(bound.detach()))
                 outside = (log_ratio.detach().exp() - 1.0).abs() > clip
                 clipped.append(float(outside.float().mean()))
@@ -353,7 +350,7 @@ class Learner:
             "ppo/surrogate": _mean(losses),
             "ppo/bound": _mean(bounds),
             **({"ppo/mirror": _mean(mirrors)} if batch.mirrored else {}),
-            **({} if batch.taught is None else {"ppo/lesson": _mean(lessons)}),
+            **({"ppo/imitation": _mean(imitations)} if batch.teacher_action is not None else {}),
             "ppo/skipped": float(skipped),
             "rate/actor_s": time.perf_counter() - began,
         }
@@ -418,14 +415,6 @@ def _step(
     loss.backward()
     nn.utils.clip_grad_norm_(network.parameters(), grad_norm, foreach=True)
     optimiser.step()
-
-
-def _with_lesson(batch: Batch, rollout: Rollout) -> Batch:
-    """The batch with what the rollout's lesson, if there is one, says of its samples."""
-    if rollout.taught is None or rollout.led is None:
-        return batch
-    taught, led = rollout.taught[rollout.valid], rollout.led[rollout.valid]
-    return replace(batch, taught=taught, led=led[:, None] & ~taught.isnan())
 
 
 def _mean(numbers: list[float]) -> float:

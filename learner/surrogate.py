@@ -32,13 +32,14 @@ def mirror_loss(means: Tensor, wanted: Tensor, gate: Tensor, sigma: float) -> Te
     return (gate * huber.sum(-1)).mean()
 
 
-def lesson_loss(means: Tensor, taught: Tensor, sigma: float) -> Tensor:
-    """Mean over n of Huber((means − taught) / sigma), summed over the components that are not NaN.
+def imitation_loss(means: Tensor, teacher_action: Tensor, sigma: float) -> Tensor:
+    """Mean over n of Huber((means − teacher_action) / sigma), summed over the components that are
+    not NaN.
 
     [n, a], [n, a] -> []; linear beyond one sigma, as `mirror_loss`.
     """
-    said = ~taught.isnan()
-    apart = torch.where(said, (means - taught.nan_to_num()) / sigma, 0.0)
+    labelled = ~teacher_action.isnan()
+    apart = torch.where(labelled, (means - teacher_action.nan_to_num()) / sigma, 0.0)
     return functional.huber_loss(apart, torch.zeros_like(apart), reduction="sum") / len(means)
 
 

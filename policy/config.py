@@ -37,8 +37,8 @@ class PolicyServiceConfig:
     """How much is simulated for clients."""
     max_rows: int = 4096
     """Rows of one call of Act."""
-    max_situations: int = 256
-    """Situations of one call of ActFromPose."""
+    max_poses: int = 256
+    """Poses in one call of ActFromPose."""
     max_streams: int = 2048
     """Control streams open at a time."""
     idle_s: float = 120.0

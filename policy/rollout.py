@@ -49,11 +49,9 @@ class Rollout:
     """global id of scene n = 0"""
     seconds: dict[str, float]
     """wall time by part: world, policy"""
-    taught: Tensor | None = None
-    """[T, N, 28] float32: what a lesson says that the actions should have been, NaN where it says
-    nothing; none: no lesson"""
-    led: Tensor | None = None
-    """[T, N] bool: where what was taught was done, whatever the actions say"""
+    teacher_action: Tensor | None = None
+    """[T, N, 28] float32: the teacher's actions in these states, NaN where it labels nothing; none:
+    no teacher"""
 
     @property
     def horizon(self) -> int:
@@ -84,7 +82,7 @@ class Rollout:
         parts = sorted(parts, key=lambda part: part.first_scene)
         wide = ("states", "goals", "actions", "means", "log_probs", "rewards")
         wide += ("fell", "timed_out", "valid")
-        wide += () if parts[0].taught is None else ("taught", "led")
+        wide += () if parts[0].teacher_action is None else ("teacher_action",)
         joined = {name: torch.cat([getattr(p, name) for p in parts], dim=1) for name in wide}
         shifts, shift = [], 0
         for part in parts:

@@ -6,6 +6,7 @@ from console.commands.motions import MotionsCheck, MotionsImport, MotionsList, M
 from console.commands.objects import Meshes, ObjectsCheck, ObjectsImport, ObjectsList, ObjectsShow
 from console.commands.play import Play
 from console.commands.serving import Export, Serve, Style, Synthesize
+from console.commands.teaching import TeachCarry, TeachRecord, TeachTry
 from console.commands.tools import Bench, Doctor
 from console.commands.training import Evaluate, Publish, Report, Train, Video
 
@@ -48,11 +49,17 @@ OBJECTS = (
     Entry("check", ObjectsCheck, "console.objects.command:objects_command"),
     Entry("show", ObjectsShow, "console.objects.command:objects_command"),
 )
+TEACHING = (
+    Entry("carry", TeachCarry, "console.teaching.command:teach_command"),
+    Entry("try", TeachTry, "console.teaching.command:try_command"),
+    Entry("record", TeachRecord, "console.teaching.command:record_command"),
+)
 
 __all__ = [
     "COMMANDS",
     "MOTIONS",
     "OBJECTS",
+    "TEACHING",
     "Bench",
     "Doctor",
     "Entry",
@@ -73,6 +80,9 @@ __all__ = [
     "Serve",
     "Style",
     "Synthesize",
+    "TeachCarry",
+    "TeachRecord",
+    "TeachTry",
     "Train",
     "Video",
 ]

@@ -119,7 +119,7 @@ def _mocap_overlaps(
     affordance = tasks.make(world.task).affordance
     if affordance == "carry" or not any(len(stage) for stage in library.stages):
         return np.zeros(0)
-    only = replace(world, starts=replace(world.starts, clip=1.0, near=0.0, far=0.0))
+    only = replace(world, initial=replace(world.initial, reference=1.0, near=0.0, far=0.0))
     bank = Bank(pieces, affordance)
     ids = torch.arange(_STARTS)
     starts = Starter(only, library, bank, seed).draw(ids, torch.ones_like(ids))

@@ -17,7 +17,7 @@ from world.character import features
 from world.character import model as character
 from world.errors import ConfigError, InhabitError
 from world.furniture import catalogue
-from world.motions import load
+from world.motions import clip_file
 from world.motions.clip import Clip
 from world.motions.fit.ground import resampled
 from world.objects.furniture_bank import Bank, scaled
@@ -92,10 +92,10 @@ def read(path: Path) -> dict[str, Recorded]:
         if not takes:
             raise ConfigError(f"{path} holds no takes")
         return takes
-    if path.suffix.lower() not in load.READERS:
-        kinds = ", ".join([".msgpack (a recording)", *sorted(load.READERS)])
+    if path.suffix.lower() != clip_file.SUFFIX:
         raise ConfigError(
-            f"{path}: cannot be played; choose a run, a checkpoint folder, or a file of {kinds}"
+            f"{path}: cannot be played; choose a run, a checkpoint folder, a recording (.msgpack)"
+            f" or a clip ({clip_file.SUFFIX})"
         )
     clips = play.clips([str(path)], None)
     nothing = Curves(missing="a clip has no goal: no reward terms, style score or success")

@@ -11,7 +11,7 @@ from torch import Tensor
 
 from actors.worker import ShardLike
 from console.run.directory import RunDirectory, checkpoint_folder
-from console.run.experiment import Experiment, from_json, to_json
+from console.run.experiment import Experiment, experiment_from_json, to_json
 from console.run.nan_dump import BlackBox
 from discriminator.process import ServiceSpec
 from discriminator.service import ServiceConfig
@@ -20,7 +20,7 @@ from learner.ppo import Learner
 from policy.checkpoints.format import Layout, Manifest, read
 from policy.errors import CheckpointError
 from rpc.server import ServerConfig
-from world import tasks
+from world import tasks, teachers
 from world.character.features import OBJECT, STATE
 from world.character.model import NU
 from world.config import WorldConfig
@@ -39,15 +39,18 @@ from world.tasks.symmetry import symmetry
 
 @lru_cache(maxsize=2)
 def library(
-    motions: tuple[str, ...], mirror: bool, task: str = "sit", paces: tuple[float, ...] = ()
+    motions: tuple[str, ...],
+    mirror: bool,
+    task: str = "sit",
+    playback_speeds: tuple[float, ...] = (),
 ) -> MotionLibrary:
     """The clips of a configuration as tensors; read once in a process."""
-    return load.library(motions, mirror, task, paces)
+    return load.library(motions, mirror, task, playback_speeds)
 
 
 def library_of(world: WorldConfig) -> MotionLibrary:
     """The clips of a world's configuration."""
-    return library(world.motions, world.mirror, world.task, world.paces)
+    return library(world.motions, world.mirror, world.task, world.playback_speeds)
 
 
 @lru_cache(maxsize=2)
@@ -134,7 +137,9 @@ class MakeShard:
 
 def shard(world: WorldConfig, scenes: range, seed: int) -> Shard:
     """A shard on this process's clips and furniture."""
-    return Shard(world, library_of(world), training_bank(world), scenes, seed)
+    bank = training_bank(world)
+    teacher = teachers.make(world, bank, scenes)
+    return Shard(world, library_of(world), bank, scenes, seed, teacher)
 
 
 def make_shard(experiment: Experiment, run: RunDirectory) -> MakeShard:
@@ -149,7 +154,7 @@ def mocap(experiment: Experiment) -> StyleSource:
 
 def mocap_of(experiment: dict[str, Any]) -> StyleSource:
     """As `mocap`, of an experiment's JSON: what the style service's process calls."""
-    return mocap(from_json(Experiment, experiment))
+    return mocap(experiment_from_json(experiment))
 
 
 def style_service(
@@ -222,6 +227,6 @@ def trained(source: Path) -> Trained:
 def experiment_of(manifest: Manifest, path: Path) -> Experiment:
     """The experiment that a checkpoint was made by."""
     try:
-        return from_json(Experiment, json.loads(manifest.notes["experiment"]), str(path))
+        return experiment_from_json(json.loads(manifest.notes["experiment"]), str(path))
     except (KeyError, ValueError, TypeError) as error:
         raise CheckpointError(f"{path} does not say which experiment made it ({error})") from error

@@ -9,38 +9,35 @@ from pathlib import Path
 from typing import Any, Literal
 
 from console.run.directory import RunDirectory, RunError
+from console.run.renamed import current
 from discriminator.config import StyleConfig
-from learner.config import LearnerConfig
-from world.config import StartMixture, WorldConfig
+from learner.config import LagConfig, LearnerConfig
+from world.config import InitialStates, WorldConfig
 from world.errors import ConfigError
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """What is learned, where, and with which settings; the numbers follow from this alone."""
+    """All settings that decide the numbers of a training."""
 
     seed: int = 0
-    """Of everything that is random."""
+    """Seed of all random draws."""
     scenes: int = 512
-    """Scenes simulated at once, over all actors."""
+    """Number of scenes that are simulated at once, over all actors."""
     horizon: int = 8
     """Control steps of each scene in one iteration."""
     block: int = 64
-    """Scenes that one inference takes; actors own whole blocks."""
+    """Scenes in one inference; an actor owns whole blocks."""
     device: Literal["auto", "cpu"] = "auto"
-    """Where the networks train; auto: the CPU, which is all that is built so far."""
+    """Device of the networks in training; auto: the CPU, the only one so far."""
     simulator: Literal["mujoco"] = "mujoco"
-    """What steps the scenes."""
-    overlap: bool = False
-    """Actors act while the learner learns, by a policy one update old; for clusters."""
-    max_policy_lag: int = 1
-    """Samples by a policy older than so many updates are dropped and counted."""
-    max_style_lag: int = 1
-    """Likewise samples scored by a discriminator so many trainings behind."""
+    """Simulator that steps the scenes."""
     clone_passes: int = 8
-    """Passes of regression on the clips before the first iteration; 0: start from nothing."""
+    """Epochs of behaviour cloning on the clips before the first iteration; 0: none."""
     clone_samples: int = 40_000
-    """Clip states of that regression, each noised."""
+    """Number of clip states in the behaviour cloning, each with noise."""
+    lag: LagConfig = field(default_factory=LagConfig)
+    """How old the samples of an update may be."""
     world: WorldConfig = field(default_factory=WorldConfig)
     ppo: LearnerConfig = field(default_factory=LearnerConfig)
     style: StyleConfig = field(default_factory=StyleConfig)
@@ -50,10 +47,14 @@ PRESETS: dict[str, Experiment] = {
     # The recipe of docs/how-to/recipes/sit.md: measured in pieces, not yet run from start to end.
     "fast": Experiment(
         world=WorldConfig(
-            starts=StartMixture(clip=0.3, near=0.4, far=0.3),
-            clip_stages=(0.25, 0.6, 0.15),
-            standing=0.3,
-            front=0.7,
+            initial=InitialStates(
+                reference=0.3,
+                near=0.4,
+                far=0.3,
+                reference_stages=(0.25, 0.6, 0.15),
+                standing_fraction=0.3,
+                front_fraction=0.7,
+            ),
         ),
         ppo=LearnerConfig(
             sigma=((0.0, 0.05), (6e6, 0.035), (34e6, 0.035), (40e6, 0.024)),
@@ -116,6 +117,11 @@ def from_json(kind: Any, value: Any, where: str = "config") -> Any:
     return Path(value) if kind is Path else float(value) if kind is float else value
 
 
+def experiment_from_json(value: dict[str, Any], where: str = "config") -> Experiment:
+    """Return the experiment of its JSON, of this version or of an earlier one (`RENAMED`)."""
+    return from_json(Experiment, current(value), where)
+
+
 def differences(old: Any, new: Any, where: str = "") -> Iterator[str]:
     """One line a setting that differs between two JSON values: `ppo.gamma: 0.98 -> 0.99`."""
     if isinstance(old, dict) and isinstance(new, dict):
@@ -126,18 +132,10 @@ def differences(old: Any, new: Any, where: str = "") -> Iterator[str]:
         yield f"{where}: {old} -> {new}"
 
 
-def read_task(run: RunDirectory) -> str:
-    """The task of a run."""
-    task = run.read_config().get("task")
-    if not isinstance(task, str):
-        raise RunError(f"{run.config} names no task: restore it")
-    return task
-
-
 def read_experiment(run: RunDirectory) -> Experiment:
     """The experiment of a run."""
     try:
-        return from_json(Experiment, run.read_config()["experiment"], str(run.config))
+        return experiment_from_json(run.read_config()["experiment"], str(run.config))
     except (KeyError, TypeError, ValueError) as error:
         raise RunError(f"{run.config} is not a run's configuration ({error})") from error
 
@@ -151,12 +149,13 @@ def check(experiment: Experiment) -> Experiment:
             f"--scenes {experiment.scenes} is no multiple of --block {experiment.block}: choose "
             f"{max(1, round(experiment.scenes / experiment.block)) * experiment.block}"
         )
-    if min(experiment.max_policy_lag, experiment.max_style_lag) < 0:
-        raise ConfigError("--max-policy-lag and --max-style-lag must be 0 or above")
-    if experiment.overlap and experiment.max_policy_lag < 1:
+    lag = experiment.lag
+    if min(lag.max_policy, lag.max_style) < 0:
+        raise ConfigError("--lag.max-policy and --lag.max-style must be 0 or above")
+    if lag.overlap and lag.max_policy < 1:
         raise ConfigError(
-            "--overlap learns from a policy one update old, --max-policy-lag 0 drops every such"
-            " sample: leave one of them out"
+            "--lag.overlap gives samples of a policy one update old, and --lag.max-policy 0 drops"
+            " every such sample: leave one of them out"
         )
     return experiment
 

@@ -52,7 +52,9 @@ METRICS = (
     Metric("ppo/surrogate", "", "mean clipped surrogate loss"),
     Metric("ppo/bound", "", "mean penalty of mean actions beyond 1"),
     Metric("ppo/mirror", "", "mean mirror loss", "with ppo.mirror_weight"),
-    Metric("ppo/lesson", "", "mean imitation loss towards the teacher's actions", "with a teacher"),
+    Metric(
+        "ppo/imitation", "", "mean imitation loss towards the teacher's actions", "with a teacher"
+    ),
     Metric("ppo/skipped", "steps", "actor steps that were skipped because of their KL"),
     Metric("ppo/sigma", "actions", "standard deviation of the action noise"),
     Metric("ppo/value_loss", "", "mean loss of the value function, normalised returns"),

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from console.run.directory import RunDirectory, RunError, write_text
+from console.run.renamed import current_metrics
 
 
 class Recorder(Protocol):
@@ -120,7 +121,7 @@ def read_metrics(path: Path) -> list[dict[str, Any]]:
         return lines
     for text in path.read_text().splitlines():
         try:
-            lines.append(json.loads(text))
+            lines.append(current_metrics(json.loads(text)))
         except json.JSONDecodeError:
             break
     return lines

@@ -7,6 +7,7 @@ from docs.generate.markdown import code, table
 
 GROUPS = (
     ("", commands.COMMANDS),
+    ("teach ", commands.TEACHING),
     ("motions ", commands.MOTIONS),
     ("objects ", commands.OBJECTS),
 )

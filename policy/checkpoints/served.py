@@ -13,6 +13,7 @@ from policy.errors import LayoutError
 from policy.model.acting import Policy
 from world import tasks
 from world.character import model as character
+from world.character.actions import ActionMap
 from world.character.features import STATE
 from world.config import WorldConfig
 from world.tasks import Task
@@ -21,31 +22,6 @@ StyleScore = Callable[[Tensor, Tensor], Tensor]
 """Style rewards [n] of transitions between states [n, 114] and [n, 114]."""
 
 STATE_WIDTH, ACTIONS = STATE.width, character.NU
-
-
-@dataclass(frozen=True)
-class Servos:
-    """How actions become servo targets: offset + scale · action, everything [28] rad, float32."""
-
-    offset: Tensor
-    scale: Tensor
-    low: Tensor
-    high: Tensor
-    clip: float
-    """Actions beyond this are clipped."""
-
-    @staticmethod
-    def of(world: WorldConfig) -> "Servos":
-        """The servos of a world's settings."""
-        low, high = (torch.from_numpy(bound).float() for bound in character.target_bounds())
-        offset = torch.from_numpy(character.neutral_targets()).float()
-        scale = world.action_scale * (high - low)
-        return Servos(offset, scale, low, high, world.action_clip)
-
-    def targets(self, action: Tensor) -> Tensor:
-        """Servo targets [n, 28] rad, within their bounds, of actions [n, 28]."""
-        wanted = self.offset + self.scale * action.clamp(-self.clip, self.clip)
-        return torch.maximum(torch.minimum(wanted, self.high), self.low)
 
 
 @dataclass(frozen=True)
@@ -76,9 +52,9 @@ class Served:
         return tasks.make(self.manifest.layout.task)
 
     @cached_property
-    def servos(self) -> Servos:
-        """What its actions mean."""
-        return Servos.of(self.world)
+    def action_map(self) -> ActionMap:
+        """What its actions mean, float32."""
+        return ActionMap.of(self.world.action_scale, self.world.action_clip, torch.float32)
 
     @cached_property
     def policy(self) -> Policy:

@@ -1,6 +1,5 @@
 """Running mean and variance of a vector, merged a batch at a time, and the clip with it."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
@@ -51,11 +50,6 @@ class Normaliser:
         self.mean = self.mean + delta * n / total
         self.variance = squares / total
         self.count = total
-
-    def forget(self, columns: Sequence[int]) -> None:
-        """Start the given columns anew: what was constant in the last task explodes in the next."""
-        index = torch.as_tensor(columns, dtype=torch.int64)
-        self.mean[index], self.variance[index], self.count[index] = 0.0, 1.0, 0.0
 
     def __call__(self, rows: Tensor) -> Tensor:
         """Normalised and clipped rows [.., d], float32."""

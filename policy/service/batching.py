@@ -15,7 +15,7 @@ from policy.checkpoints.served import ACTIONS, STATE_WIDTH, Served
 from policy.config import BatchConfig
 from policy.errors import BusyError, RequestError
 from policy.service.batch_size import Company
-from policy.service.situations import SITUATION, observations
+from policy.service.poses import POSE_WIDTH, observations
 from world.character.features import STATE, Table
 
 _FLOAT = np.dtype("<f4")
@@ -37,7 +37,7 @@ class Entry(NamedTuple):
 
     rows: int
     data: bytes
-    """[rows, width] float32: (state, goal) or, where `posed`, situations."""
+    """[rows, width] float32: (state, goal) or, where `posed`, rows of policy.service.poses."""
     posed: bool
     noise: np.ndarray | None
     """[rows, 28] standard normal; None: the mean action."""
@@ -169,7 +169,7 @@ class Batcher:
                 rows = _tensor(raw, served.width)
             parts.append(torch.from_numpy(rows))
         if posed:
-            parts.append(observations(torch.from_numpy(_tensor(posed, SITUATION)), served.task))
+            parts.append(observations(torch.from_numpy(_tensor(posed, POSE_WIDTH)), served.task))
         entries = raw + posed
         if not entries:
             return
@@ -181,7 +181,7 @@ class Batcher:
                 for entry in entries
             ]
             action = action + served.sigma * torch.from_numpy(np.concatenate(noise))
-        targets = served.servos.targets(action).numpy().tobytes()
+        targets = served.action_map.setpoints(action).numpy().tobytes()
         actions = action.numpy().tobytes()
         version, start = served.version, 0
         for entry in entries:

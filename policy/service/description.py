@@ -73,7 +73,7 @@ def mjcf() -> str:
 
 def action(served: Served) -> pb.Action:
     """What the numbers of an action mean."""
-    ours = served.servos
+    ours = served.action_map
     return pb.Action(
         width=ACTIONS,
         meaning=MEANING,

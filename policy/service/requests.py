@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from policy.errors import RequestError
 from policy.fields import FAST, SLACK, Numbers, quaternion, vector
-from policy.service.situations import COLUMNS, SITUATION
+from policy.service.poses import COLUMNS, POSE_WIDTH
 from policy.synthesis.box import fill_box
 from policy.synthesis.placement import fill_place, standing
 from rpc.v1 import policy_pb2 as pb
@@ -59,9 +59,10 @@ _WORLD_POINTS = [
 ]  # fmt: skip
 
 
-def situation(message: pb.Situation, task: Task, name: str) -> Numbers:
-    """A situation as a row [SITUATION], float64; positions horizontally from the root's."""
-    row = np.zeros(SITUATION)
+def pose(message: pb.Situation, task: Task, name: str) -> Numbers:
+    """Return a pose request as a row [POSE_WIDTH], float64, horizontally relative to the
+    root."""
+    row = np.zeros(POSE_WIDTH)
     if not message.HasField("pose"):
         raise RequestError(f"{name}.pose: missing")
     row[COLUMNS["qpos"]], row[COLUMNS["qvel"]] = coordinates(message.pose, f"{name}.pose")
@@ -80,10 +81,10 @@ def situation(message: pb.Situation, task: Task, name: str) -> Numbers:
     return row
 
 
-def situations(messages: Sequence[pb.Situation], task: Task, limit: int) -> tuple[bytes, int]:
-    """Rows of situations [n, SITUATION] float32, as bytes, and n."""
+def poses(messages: Sequence[pb.Situation], task: Task, limit: int) -> tuple[bytes, int]:
+    """Return the rows [n, POSE_WIDTH] float32 of pose requests, as bytes, and n."""
     _count(len(messages), "situations", limit)
-    rows = [situation(m, task, f"situations[{i}]") for i, m in enumerate(messages)]
+    rows = [pose(m, task, f"situations[{i}]") for i, m in enumerate(messages)]
     return np.stack(rows).astype("<f4").tobytes(), len(rows)
 
 

@@ -104,7 +104,7 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
         """See policy.proto."""
         name = self._named(request.task)
         task = self.followers[name].served.task
-        data, rows = requests.situations(request.situations, task, self.config.max_situations)
+        data, rows = requests.poses(request.situations, task, self.config.max_poses)
         seed = request.seed if request.HasField("seed") else None
         return await self._answer(name, data, rows, True, seed)
 
@@ -180,7 +180,7 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
                 own = request.observation
                 data, _ = requests.observation(own.state, own.goal, widths, 1)
             elif kind == "situation":
-                data, _ = requests.situations([request.situation], task, 1)
+                data, _ = requests.poses([request.situation], task, 1)
             else:
                 raise RequestError("input: missing, must be an observation or a situation")
             noise = requests.noise(request.seed, sequence, 1) if request.HasField("seed") else None

@@ -5,7 +5,7 @@ import torch
 
 from policy.errors import RequestError
 from policy.fields import FAST, Numbers, quaternion, upright, vector
-from policy.service.situations import COLUMNS
+from policy.service.poses import COLUMNS
 from rpc.v1 import policy_pb2 as pb
 from world.objects.box_bank import Layout, resting
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from policy.errors import RequestError
 from policy.fields import Numbers, number, quaternion, upright, vector
-from policy.service.situations import COLUMNS
+from policy.service.poses import COLUMNS
 from rpc.v1 import policy_pb2 as pb
 from world.errors import InhabitError
 from world.furniture import catalogue

@@ -12,7 +12,7 @@ from torch import Tensor
 
 from policy.errors import RequestError
 from policy.fields import Numbers, number
-from policy.service.situations import SITUATION, place_of
+from policy.service.poses import POSE_WIDTH, place_of
 from policy.synthesis.box import MASSES_KG, carried
 from policy.synthesis.placement import (
     SCALES,
@@ -123,7 +123,7 @@ class Furnished:
 
     def __init__(self, where: Standing, task: Task, balls: Sequence[Ball] = ()) -> None:
         self._where, self._task = where, task
-        self._row = torch.zeros(1, SITUATION)
+        self._row = torch.zeros(1, POSE_WIDTH)
         try:
             self.model = compile_scene(where.piece, balls)
         except ValueError as error:  # MuJoCo's own word on a model that it does not take
@@ -140,7 +140,7 @@ class Furnished:
     def move(self, scenes: Scenes, position: Numbers, yaw: float) -> None:
         """See Props."""
         self._where = self._where.moved(position, yaw)
-        row = np.zeros(SITUATION)
+        row = np.zeros(POSE_WIDTH)
         fill_place(row, self._where)
         self._row = torch.from_numpy(row).float()[None]
         turned = torch.tensor([[np.cos(yaw), np.sin(yaw)]])

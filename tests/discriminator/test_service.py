@@ -11,7 +11,6 @@ import grpc
 import pytest
 import torch
 
-from discriminator.bench import measure_transport
 from discriminator.client import StyleClient
 from discriminator.errors import StyleError, TurnError
 from discriminator.journal import Journal
@@ -280,9 +279,3 @@ def test_a_service_that_cannot_start_says_why_in_one_line(server: Server, tmp_pa
 def test_specs_survive_json() -> None:
     spec = replace(SPEC, object_mask=[False] * WIDTH, arguments={"clips": ["a"], "mirror": True})
     assert ServiceSpec.from_json(spec.to_json()) == spec
-
-
-def test_the_bench_measures_both_sides() -> None:
-    figures = measure_transport(SPEC, scenes=16, steps=4, rounds=3)
-    assert all(name.endswith(("_ms", "_us_per_sample")) for name in figures)
-    assert figures["score_rpc_ms"] > 0 < figures["train_local_ms"]

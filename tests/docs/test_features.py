@@ -109,6 +109,7 @@ def evaluated(named: dict[str, Any], table: str) -> np.ndarray:
     rows = PAGE[table]
     numbers = []
     for place, name, _, _, formula in rows:
+        assert formula, f"feature {name} of {table} has no formula"
         part = np.atleast_1d(eval(formula, known))
         first, _, last = place.partition("-")
         assert len(numbers) == int(first), name

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from console.app import main
-from console.commands import COMMANDS, MOTIONS, OBJECTS
+from console.commands import COMMANDS, MOTIONS, OBJECTS, TEACHING
 from console.recording import format as recording
 from console.run.experiment import Experiment, to_json
 from console.run.metric_names import ALWAYS, METRICS
@@ -56,13 +56,14 @@ def test_every_setting_is_on_the_page_with_a_meaning() -> None:
     page = configuration.page()
     for name, field in found.items():
         assert f"`{name}`" in page and field.meaning, name
-    assert found["world.near_m"].unit == "m" and found["world.near_m"].default == "0.75 1.6"
+    assert found["world.initial.near_m"].unit == "m"
+    assert found["world.initial.near_m"].default == "0.75 1.6"
     assert found["ppo.gamma"].default == f"{Experiment().ppo.gamma:g}"
 
 
 def test_every_flag_is_on_the_page() -> None:
     page = commands.page()
-    for entry in (*COMMANDS, *MOTIONS, *OBJECTS):
+    for entry in (*COMMANDS, *MOTIONS, *OBJECTS, *TEACHING):
         hints = typing.get_type_hints(entry.flags)
         for field in dataclasses.fields(entry.flags):
             spelled = field.name.replace("_", "-")

@@ -8,8 +8,8 @@ import torch
 from learner.config import piecewise
 from learner.surrogate import (
     clipped_surrogate,
+    imitation_loss,
     kl_fixed_sigma,
-    lesson_loss,
     mirror_loss,
     next_rate,
     soft_bound,
@@ -69,12 +69,12 @@ def test_mirror_loss_by_hand():
     assert float(found) == pytest.approx((0.125 + 0.5 * 3.0) / 2)
 
 
-def test_lesson_loss_by_hand():
-    """Half a sigma off in one component, three in another; nothing said of the rest."""
+def test_imitation_loss_by_hand():
+    """Errors of half a sigma in one component and three in another; the rest is not labelled."""
     nan = float("nan")
     means = torch.tensor([[0.05, 0.3, 9.0], [1.0, 2.0, 3.0]], requires_grad=True)
-    taught = torch.tensor([[0.0, 0.0, nan], [nan, nan, nan]])
-    found = lesson_loss(means, taught, 0.1)
+    teacher_action = torch.tensor([[0.0, 0.0, nan], [nan, nan, nan]])
+    found = imitation_loss(means, teacher_action, 0.1)
     assert float(found.detach()) == pytest.approx((0.5 * 0.5**2 + (3.0 - 0.5)) / 2, rel=1e-5)
     found.backward()
     assert means.grad is not None

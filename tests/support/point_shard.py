@@ -24,8 +24,7 @@ class PointStep:
     end_goals: Tensor
     terms: Tensor
     episodes: dict[str, Tensor]
-    taught: Tensor | None = None
-    led: Tensor | None = None
+    teacher_action: Tensor | None = None
 
 
 class PointShard:

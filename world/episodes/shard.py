@@ -13,24 +13,20 @@ from world.character import features
 from world.character import model as character
 from world.character.features import Body
 from world.config import WorldConfig
-from world.episodes.stall import Patience
-from world.errors import ConfigError
+from world.episodes import state_keys
+from world.episodes.stall import StallTimeout
 from world.initial import make as starters
 from world.motions.library import MotionLibrary
-from world.objects import grasp
 from world.objects.box_bank import BoxBank
 from world.objects.furniture_bank import Bank
 from world.scene.batch import Scenes
 from world.tasks import HELD, Place
-from world.teachers.carry import Porter, lifted
+from world.teachers.teacher import Teacher
 
 #: Index sets are padded to whole multiples of this: vectorised and scalar tails of torch's
 #: functions may round differently, and a scene's numbers must not depend on how many others reset
 #: with it.
 _LANES = 32
-#: A porter teaches in two of five control steps, the scenes in turn: all would cost more than they
-#: teach; a period that is no part of a step's, of 12.
-_TURN, _TURNS = 2, 5
 
 
 @dataclass(frozen=True)
@@ -42,7 +38,7 @@ class Step:
     terms: Tensor
     """[n, n_terms]: the unweighted terms."""
     fell: Tensor
-    """[n] bool: the character or its box fell, or patience with it ended."""
+    """[n] bool: the character or its box fell, or the stall time-out expired."""
     timed_out: Tensor
     """[n] bool: the clock ran out, or success was held long enough."""
     finite: Tensor
@@ -54,15 +50,14 @@ class Step:
     end_goals: Tensor
     """[K, G]."""
     episodes: dict[str, Tensor]
-    """Of the K: return, length (steps), success, fall, stalled (patience with it ended), start
+    """Of the K: return, length (steps), success, fall, stalled (the stall time-out expired), start
     (index into KINDS), and stage_NAME of each stage of the task: whether the episode reached it;
     float32."""
     broken: Tensor
     """[B, 43 + 34] float64: qpos and qvel of scenes that blew up, as they were before the step."""
-    taught: Tensor | None = None
-    """[n, 28]: what a lesson says that the action should have been, NaN where it says nothing."""
-    led: Tensor | None = None
-    """[n] bool: where that was done, whatever the action."""
+    teacher_action: Tensor | None = None
+    """[n, 28]: the teacher's action in the state before the step, NaN where it labels nothing;
+    none: no teacher."""
 
 
 class Shard:
@@ -75,6 +70,7 @@ class Shard:
         bank: Bank | BoxBank,
         scenes: range,
         seed: int,
+        teacher: Teacher | None = None,
     ) -> None:
         self.config = config
         self.task = tasks.make(config.task)
@@ -98,10 +94,8 @@ class Shard:
         self._state = torch.zeros(self.n, features.STATE.width)
         self._goal = torch.zeros(self.n, self.task.goal.width)
         self._places: Place | None = None
-        if config.carry.porter and not isinstance(bank, BoxBank):
-            raise ConfigError("carry.porter is for the task carry")
-        self._porter = Porter(self.n) if config.carry.porter else None
-        self._patience = Patience(self.n, config.patience_s)
+        self._teacher = teacher
+        self._stall = StallTimeout(self.n, config.stall_s)
         self._reset(torch.arange(self.n))
         # clocks start apart, so that not all scenes time out in the same step
         apart = random_streams.uniform(seed, random_streams.EPISODE, self._ids, 0, 16)[:, 15]
@@ -114,8 +108,8 @@ class Shard:
     def step(self, action: Tensor) -> Step:
         """One control step with actions [n, 28]; episodes that end start anew at once."""
         before = torch.cat((self._scenes.qpos, self._scenes.qvel), dim=1)
-        targets, taught, led = self._lesson(self._scenes.targets(action))
-        self._scenes.drive(targets)
+        teacher_action = self._label()
+        self._scenes.drive(self._scenes.targets(action))
         self.clock += 1
         finite = self._scenes.finite()
         body = self._scenes.body()
@@ -127,7 +121,7 @@ class Shard:
         # down where there is nothing to do down there: saves a third of early samples
         collapsed = ~self.task.low(body, place) & (body.root[:, 2] < self.config.early_pelvis_m)
         fell = self.task.fell(body, place) | collapsed
-        stalled = self._patience.ends(body, place, error <= self.task.success_m) & ~fell
+        stalled = self._stall.ends(body, place, error <= self.task.success_m) & ~fell
         fell = fell | stalled
         self._steps += 1
         self._held = torch.where(error <= self.task.success_m, self._held + 1, 0)
@@ -164,43 +158,18 @@ class Shard:
                 },
             },
             broken=before[broken],
-            taught=taught,
-            led=led,
+            teacher_action=teacher_action,
         )
         again = torch.cat((ends, broken))
         if len(again):
             self._reset(again)
         return step
 
-    def _lesson(self, targets: Tensor) -> tuple[Tensor, Tensor | None, Tensor | None]:
-        """The servo targets [n, 28] rad to be driven to, and what the lesson, if there is one, says
-        of the actions; see Step."""
-        carry = self.config.carry
-        if self._porter is not None:
-            return targets, self._portered(self._porter), torch.zeros(self.n, dtype=torch.bool)
-        if not ((carry.lesson or carry.led) and isinstance(self._bank, BoxBank)):
-            return targets, None, None
-        mass, qpos = self._bank.mass[self._variant], self._scenes.qpos.float()
-        wanted, said = grasp.lead(qpos, self._place(), mass)
-        u = random_streams.uniform(
-            self._seed, random_streams.EPISODE, self._ids, self._episode, 16
-        )[:, 14]
-        led = u < carry.led
-        taught = torch.where(said, self._scenes.actions(wanted.double()).float(), torch.nan)
-        return torch.where(said & led[:, None], wanted.double(), targets), taught, led
-
-    def _portered(self, porter: Porter) -> Tensor:
-        """[n, 28]: the actions of the porter in two of five steps of each scene, from the last
-        metres before the box on; NaN elsewhere."""
-        assert isinstance(self._bank, BoxBank)
-        mass, place = self._bank.mass[self._variant], self._place()
-        intent = porter.intend(self._scenes.qpos, self._scenes.qvel, place, mass)
-        said = porter.teaches(place, self._scenes.qpos[:, :3].float())
-        turn = (_TURN * self.clock + self._ids) % _TURNS < _TURN
-        rows = torch.nonzero(said & turn).flatten()
-        taught = torch.full((self.n, character.NU), torch.nan)
-        taught[rows] = self._scenes.actions(intent.rows(rows).targets()).float()
-        return taught
+    def _label(self) -> Tensor | None:
+        """The teacher's actions [n, 28] in the present states; none: no teacher."""
+        if self._teacher is None:
+            return None
+        return self._teacher.label(self._scenes, self._place(), self._variant, self.clock)
 
     def _place(self) -> Place:
         """Where every scene's object is at this moment."""
@@ -237,23 +206,24 @@ class Shard:
         self._stages[ids] = False
         now, body = self._scenes.now(self._places.rows(rows), rows), self._scenes.body(rows)
         self._look(body, now, rows)
-        self._patience.reset(rows, body, now)
-        if self._porter is not None and now.box is not None:
-            self._porter.reset(rows, lifted(now.box))
+        self._stall.reset(rows, body, now)
+        if self._teacher is not None:
+            self._teacher.reset(rows, now)
 
     def state_dict(self) -> dict[str, Tensor]:
         """Everything that an exact continuation needs."""
         own = {name: getattr(self, f"_{name}").clone() for name in (*_EPISODES, "state", "goal")}
         assert self._places is not None
         own |= {name: value.clone() for name, value in self._places.tensors().items()}
-        own |= {f"patience_{k}": v.clone() for k, v in self._patience.memory().items()}
+        own |= {f"stall_{k}": v.clone() for k, v in self._stall.memory().items()}
         physics = {f"physics_{k}": v for k, v in self._scenes.physics().items()}
-        if self._porter is not None:
-            own |= {f"porter_{k}": v.clone() for k, v in self._porter.memory().items()}
+        if self._teacher is not None:
+            own |= {f"teacher_{k}": v.clone() for k, v in self._teacher.state_dict().items()}
         return own | physics | {"clock": torch.tensor(self.clock)}
 
     def load_state_dict(self, state: dict[str, Tensor]) -> None:
         """Restore what `state_dict` gave; from here on the same numbers follow."""
+        state = state_keys.current(state)
         for name in (*_EPISODES, "state", "goal"):
             # runs begun before there were stages lack these
             if name in state or name != "stages":
@@ -262,18 +232,15 @@ class Shard:
         for name, value in self._places.tensors().items():
             if name in state or name != "head":
                 value.copy_(state[name])
-        # nor did those know patience
-        if "patience_still" in state:
-            self._patience.remember({k: state[f"patience_{k}"] for k in self._patience.memory()})
-        if self._porter is not None:
-            self._porter.remember({k: state[f"porter_{k}"] for k in self._porter.memory()})
+        # nor did those know a stall time-out
+        if "stall_still" in state:
+            self._stall.remember({k: state[f"stall_{k}"] for k in self._stall.memory()})
+        if self._teacher is not None:
+            self._teacher.load_state_dict(state_keys.part(state, "teacher_"))
         self.clock = int(state["clock"])
         models = [self._bank.models[v] for v in self._variant.tolist()]
         self._scenes.set_models(range(self.n), models)
-        prefix = "physics_"
-        self._scenes.load_physics(
-            {k.removeprefix(prefix): v for k, v in state.items() if k.startswith(prefix)}
-        )
+        self._scenes.load_physics(state_keys.part(state, "physics_"))
 
 
 _EPISODES = ("episode", "steps", "held", "return", "kind", "variant", "stages")

@@ -1,7 +1,7 @@
-"""How an episode of carrying starts: from a clip's own state with its box, or upright with the box
-on a stand anywhere near.
+"""Initial states of carrying: reference states with the clip's box, and upright states with the box
+on a stand at any place.
 
-A start is a pure function of (seed, scene, episode).
+An initial state is a pure function of (seed, scene, episode).
 """
 
 from dataclasses import dataclass
@@ -107,13 +107,14 @@ class BoxStarter:
 
     def _on_stands(self, drawn: Drawn, variant: Tensor, u: Tensor) -> Layout:
         """Boxes on stands about a standing character: near or far, at any bearing and yaw."""
-        config, half, kind = self._config, self._bank.half[variant], drawn.kind
-        low = torch.where(kind == 1, config.near_m[0], config.far_m[0])
-        high = torch.where(kind == 1, config.near_m[1], config.far_m[1])
+        initial, half, kind = self._config.initial, self._bank.half[variant], drawn.kind
+        low = torch.where(kind == 1, initial.near_m[0], initial.far_m[0])
+        high = torch.where(kind == 1, initial.near_m[1], initial.far_m[1])
         distance = low + (high - low) * u[:, 5]
         distance = distance.maximum(half[:, :2].norm(dim=1) + _CLEAR_M)
         onwards = rotations.turn(course(drawn.qpos, drawn.qvel), unit((u[:, 6] - 0.5) / 4))
-        ahead = ((kind == 2) & (u[:, 8] < config.ahead)) | ((kind == 1) & (u[:, 8] < config.front))
+        ahead = (kind == 2) & (u[:, 8] < initial.ahead_fraction)
+        ahead |= (kind == 1) & (u[:, 8] < initial.front_fraction)
         bearing = torch.where(ahead[:, None], onwards, unit(u[:, 6]))
         here = distance[:, None] * bearing
         start = torch.cat((here, self._rest_height(half, u[:, 9])), dim=1)

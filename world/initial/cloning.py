@@ -1,5 +1,4 @@
-"""Actions that would follow the clips, to start a policy from: what the servos must be told at
-each state.
+"""Pairs of observation and action that follow the clips, for behaviour cloning.
 
 A servo settles where kp (target − q) = kd q̇ + load, so that a motion is followed, load aside, by
 the target q[t+1] + (kd / kp) q̇[t+1]. Of loads, that of a box in the hands is allowed for.
@@ -11,6 +10,7 @@ from torch import Tensor
 from world import rotations, tasks
 from world.character import features, servos
 from world.character import model as character
+from world.character.actions import ActionMap
 from world.config import WorldConfig
 from world.initial import make as starters
 from world.initial import squeeze
@@ -52,9 +52,5 @@ def pairs(
     target = servos.coordinates(library.qpos[following]) + kd / kp * velocity
     press, weight = starter.load_n(starts)
     target = target + squeeze.squeeze(library.qpos[following], press[kept], weight[kept])
-    low, high = (torch.from_numpy(b).to(torch.float32) for b in character.target_bounds())
-    neutral = torch.from_numpy(character.neutral_targets()).to(torch.float32)
-    action = (torch.maximum(torch.minimum(target, high), low) - neutral) / (
-        config.action_scale * (high - low)
-    )
-    return observation, action
+    meaning = ActionMap.of(config.action_scale, config.action_clip, torch.float32)
+    return observation, meaning.actions(meaning.bounded(target))

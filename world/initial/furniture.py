@@ -1,7 +1,7 @@
-"""How episodes start: from a clip's own state with its furniture, or upright with furniture
-anywhere near.
+"""Initial states of tasks with furniture: reference states with the clip's furniture, and upright
+states with furniture at any place.
 
-A start is a pure function of (seed, scene, episode).
+An initial state is a pure function of (seed, scene, episode).
 """
 
 from dataclasses import dataclass, replace
@@ -57,21 +57,21 @@ class Starter:
 
     def draw(self, scenes: Tensor, episodes: Tensor) -> Starts:
         """The starts of the given scene ids [m] and episode numbers [m] (int64 both)."""
-        config, bank = self._config, self._bank
+        initial, bank = self._config.initial, self._bank
         u = random_streams.uniform(
             self._seed, random_streams.EPISODE, scenes, episodes, 10 + len(_PUSHED_BACK_M)
         )
-        close = u[:, -1] < config.front
+        close = u[:, -1] < initial.front_fraction
         drawn = self._states.draw(u, close)
         kind, frames, qpos, qvel = drawn.kind, drawn.frames, drawn.qpos, drawn.qvel
         from_clip = kind == 0
 
-        low = torch.where(kind == 1, config.near_m[0], config.far_m[0])
-        high = torch.where(kind == 1, config.near_m[1], config.far_m[1])
+        low = torch.where(kind == 1, initial.near_m[0], initial.far_m[0])
+        high = torch.where(kind == 1, initial.near_m[1], initial.far_m[1])
         distance = (low + (high - low) * u[:, 5])[:, None]
         bearing = unit(u[:, 6])
         onwards = rotations.turn(course(qpos, qvel), unit((u[:, 6] - 0.5) / 4))
-        ahead = (kind == 2) & (u[:, 8] < config.ahead)
+        ahead = (kind == 2) & (u[:, 8] < initial.ahead_fraction)
         offset = distance * torch.where(ahead[:, None], onwards, bearing)
         facing = unit(u[:, 7])
         # before the seat: most of them close to it and turned nearly as it faces, so that sitting
@@ -80,8 +80,8 @@ class Starter:
         turned = (2.0 * u[:, 7] - 1.0) * (2.0 * u[:, 7] - 1.0).abs() / 2.0
         facing_before = rotations.turn(rotations.heading(qpos[:, 3:7]), unit(turned))
         facing = torch.where(before[:, None], facing_before, facing)
-        span = config.front_m[1] - config.front_m[0]
-        back = -(config.front_m[0] + span * u[:, 5].square())[:, None]
+        span = initial.front_m[1] - initial.front_m[0]
+        back = -(initial.front_m[0] + span * u[:, 5].square())[:, None]
         towards = back * rotations.turn(facing, unit((u[:, 6] - 0.5) / 3))
         offset = torch.where(before[:, None], towards, offset)
         variant = (u[:, 4] * len(bank)).long().clamp_max(len(bank) - 1)
@@ -103,7 +103,7 @@ class Starter:
         rows = torch.nonzero(own).flatten()
         along = (frames.head - frames.seat)[:, :2]
         # the number for the distance is free where the place is the clip's
-        raised = u[:, 5] < config.raised
+        raised = u[:, 5] < initial.raised_seat_fraction
         starts = self._seated_freely(starts, frames.seat[:, 2], raised, along, u[:, 9:-1], rows)
         same = scenes == scenes[0]
         return replace(

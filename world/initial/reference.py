@@ -1,5 +1,5 @@
-"""What the starts of all tasks share: the mixture of kinds, and the state that a character starts
-in, from a clip or at rest."""
+"""Initial states of the character: their kinds, and the draw of its state from the clips or the
+rest pose."""
 
 from dataclasses import dataclass
 
@@ -12,30 +12,30 @@ from world.config import WorldConfig
 from world.errors import ClipError, ConfigError
 from world.motions.library import Frames, MotionLibrary
 
-#: Names of the kinds of start, by number.
-KINDS = ("clip", "near", "far")
+#: Kinds of initial states, by number.
+KINDS = ("reference", "near", "far")
 #: How far above the clip's own height a character is set down, m: contacts start unloaded.
 LIFT_M = 0.002
 _NO_USE = {
-    "sit": "no clip uses a seat: set starts.clip to 0 or add clips that sit down",
-    "lie": "no clip uses a bed: set starts.clip to 0 or add clips that lie down",
-    "carry": "no clip carries a box: set starts.clip to 0 or add clips that do",
+    "sit": "no clip uses a seat: set --world.initial.reference to 0 or add clips that sit down",
+    "lie": "no clip uses a bed: set --world.initial.reference to 0 or add clips that lie down",
+    "carry": "no clip carries a box: set --world.initial.reference to 0 or add clips that do",
 }
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """States of m characters before they are placed, in their clips' worlds."""
+    """Initial states of m characters in the world frames of their clips, before they are placed."""
 
     kind: Tensor
     """[m] int64: index into KINDS."""
     stage: Tensor
-    """[m] int64: of a start from a clip, its stage (world.motions.use)."""
+    """[m] int64: stage of a reference state (world.motions.use)."""
     frame: Tensor
     """[m] int64: in the motion library; of the rest pose, any."""
     frames: Frames
     rest: Tensor
-    """[m] bool: in the rest pose instead."""
+    """[m] bool: whether the character is in the rest pose instead."""
     qpos: Tensor
     """[m, 43]."""
     qvel: Tensor
@@ -52,22 +52,26 @@ class Drawn:
 
 
 class States:
-    """Draws the characters' states."""
+    """Draws the initial states of characters."""
 
     def __init__(self, config: WorldConfig, library: MotionLibrary) -> None:
-        """Raises ConfigError where the shares make no sense, ClipError where clips are to be
-        started from and none does what the task needs."""
-        shares = [config.starts.clip, config.starts.near, config.starts.far]
-        if min(shares) < 0 or sum(shares) <= 0:
-            raise ConfigError(f"starts {shares}: shares must be 0 or more, and not all 0")
-        if config.starts.clip > 0 and not any(len(stage) for stage in library.start_stages):
+        """Raises ConfigError where the fractions make no sense, ClipError where reference states
+        are wanted and no clip does what the task needs."""
+        initial = config.initial
+        fractions = [initial.reference, initial.near, initial.far]
+        if min(fractions) < 0 or sum(fractions) <= 0:
+            raise ConfigError(
+                f"--world.initial.reference, near and far are {fractions}: each must be 0 or more,"
+                " and not all 0"
+            )
+        if initial.reference > 0 and not any(len(stage) for stage in library.start_stages):
             raise ClipError(_NO_USE[library.affordance])
-        self._standing_share, self._library = config.standing, library
-        edges = torch.tensor(shares, dtype=torch.float64).cumsum(0) / sum(shares)
+        self._standing_fraction, self._library = initial.standing_fraction, library
+        edges = torch.tensor(fractions, dtype=torch.float64).cumsum(0) / sum(fractions)
         self._edges = edges[:-1].to(torch.float32)
         stages = [
-            share if len(pool) else 0.0
-            for share, pool in zip(config.clip_stages, library.start_stages, strict=True)
+            fraction if len(pool) else 0.0
+            for fraction, pool in zip(initial.reference_stages, library.start_stages, strict=True)
         ]
         self._stage_edges = (
             torch.tensor(stages, dtype=torch.float64).cumsum(0) / max(sum(stages), 1e-9)
@@ -75,10 +79,10 @@ class States:
         self._standing = torch.from_numpy(character.standing_qpos()).to(torch.float32)
 
     def draw(self, u: Tensor, close: Tensor | None = None) -> Drawn:
-        """The states of uniform draws u [m, 4 or more]: kind, stage, frame, whether at rest.
+        """Return the states of uniform draws u [m, 4 or more]: kind, stage, frame, rest pose.
 
-        close [m] bool: of the near starts, those with furniture so close that who walks would run
-        into it.
+        close [m] bool: the near states whose furniture is so close that a walking character would
+        collide with it.
         """
         library = self._library
         kind = torch.bucketize(u[:, 0].contiguous(), self._edges, right=True)
@@ -91,21 +95,22 @@ class States:
             if len(pool):
                 frame = torch.where(from_clip & (stage == s), _pick(pool, u[:, 2]), frame)
         frames = library.at(frame)
-        rest = ~from_clip & (u[:, 3] < self._standing_share)
+        rest = ~from_clip & (u[:, 3] < self._standing_fraction)
         qpos = torch.where(rest[:, None], self._standing, frames.qpos)
         qvel = torch.where(rest[:, None], torch.zeros_like(frames.qvel), frames.qvel)
         return Drawn(kind, stage, frame, frames, rest, qpos, qvel)
 
 
 def course(qpos: Tensor, qvel: Tensor) -> Tensor:
-    """Unit vectors [m, 2]: where the root moves, or faces where it hardly moves."""
+    """Return unit vectors [m, 2]: the root's direction of motion, or its heading where it hardly
+    moves."""
     speed = qvel[:, :2].norm(dim=1, keepdim=True)
     moving = qvel[:, :2] / speed.clamp_min(1e-6)
     return torch.where(speed > 0.3, moving, rotations.heading(qpos[:, 3:7]))
 
 
 def unit(u: Tensor) -> Tensor:
-    """Unit vectors [m, 2] at the angles 2π u."""
+    """Return the unit vectors [m, 2] at the angles 2π u."""
     angle = (2 * torch.pi) * u
     return torch.stack((torch.cos(angle), torch.sin(angle)), dim=1)
 

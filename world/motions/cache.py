@@ -62,12 +62,4 @@ def read(path: Path) -> tuple[Clip, ...]:
             index, _, key = name.partition("/")
             if key:
                 every[int(index)][key] = file[name]
-    return tuple(
-        Clip(
-            fps=int(content["fps"]),
-            root_position_m=content["root_position_m"],
-            local_rotation=content["local_rotation_wxyz"],
-            **clip_file.extras(content, str(path)),
-        )
-        for content in every.values()
-    )
+    return tuple(clip_file.clip_of(content, str(path)) for content in every.values())

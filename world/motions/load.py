@@ -1,20 +1,17 @@
 """Clips from files and folders, or the package's own where none are named."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
 from world import tasks
 from world.errors import ClipError
 from world.motions import cache as disk
-from world.motions import samp
 from world.motions.augment import paced
-from world.motions.clip import Clip, validate
+from world.motions.clip import Clip
+from world.motions.clip_file import SUFFIX, read
 from world.motions.fit import ground
 from world.motions.library import MotionLibrary, prepare
-
-#: Readers by file suffix. A new format is a file and a line here.
-READERS: dict[str, Callable[[Path], Clip]] = {samp.SUFFIX: samp.read}
 
 
 def find(paths: Sequence[str]) -> list[Path]:
@@ -23,29 +20,18 @@ def find(paths: Sequence[str]) -> list[Path]:
     for text in paths:
         path = Path(text).expanduser()
         if path.is_dir():
-            here = sorted(p for p in path.rglob("*") if p.suffix.lower() in READERS)
+            here = sorted(p for p in path.rglob("*") if p.suffix.lower() == SUFFIX)
         elif path.is_file():
             here = [path]
         else:
             raise ClipError(f"{path}: no such file or folder of clips")
         if not here:
             raise ClipError(
-                f"{path}: no clips found; formats: {', '.join(sorted(READERS))}"
+                f"{path}: no clips found, they end in {SUFFIX}"
                 " ('inhabit motions import' makes clips of others)"
             )
         found += here
     return found
-
-
-def read(path: Path) -> Clip:
-    """One raw clip, checked; ClipError if no reader knows it or it does not fit the character."""
-    reader = READERS.get(path.suffix.lower())
-    if reader is None:
-        raise ClipError(
-            f"{path}: unknown clip format '{path.suffix}'; formats: {', '.join(sorted(READERS))}"
-            " ('inhabit motions import' makes clips of others)"
-        )
-    return validate(reader(path))
 
 
 def own_clips() -> list[Clip]:
@@ -71,13 +57,12 @@ def library(
     paths: Sequence[str] = (),
     mirror: bool = True,
     task: str = "sit",
-    paces: Sequence[float] = (),
+    playback_speeds: Sequence[float] = (),
 ) -> MotionLibrary:
     """The motion library of `paths`, or of the package's own clips, for a task.
 
-    Each clip comes again as many times as fast as `paces` say, and with `mirror` all of them
-    reflected.
+    Each clip is repeated at each of the playback speeds, and with `mirror` all of them mirrored.
     """
-    own_pace = clips(paths, task)
-    every = [*own_pace, *(paced(clip, pace) for pace in paces for clip in own_pace)]
+    own_speed = clips(paths, task)
+    every = [*own_speed, *(paced(clip, speed) for speed in playback_speeds for clip in own_speed)]
     return MotionLibrary(every, mirror, tasks.make(task).affordance)

@@ -12,6 +12,7 @@ from torch import Tensor
 from world import rotations
 from world.character import features, servos
 from world.character import model as character
+from world.character.actions import ActionMap
 from world.character.features import Body
 from world.tasks.task import Place
 
@@ -47,37 +48,31 @@ class Scenes:
         #: live.
         self.free_qpos, self.free_qvel = qpos[:, character.NQ :], qvel[:, character.NV :]
         self._ctrl = torch.from_numpy(self._array["ctrl"])
-        low, high = character.target_bounds()
-        self._low, self._high = torch.from_numpy(low), torch.from_numpy(high)
-        self._offset = torch.from_numpy(character.neutral_targets())
-        self._scale = action_scale * (self._high - self._low)
-        self._clip = action_clip
+        self._map = ActionMap.of(action_scale, action_clip, torch.float64)
         self._warned = np.zeros(self.n, dtype=np.int64)
 
     def targets(self, action: Tensor) -> Tensor:
-        """Servo targets [n, 28] rad, within their bounds, of actions [n, 28]."""
-        wanted = self._offset + self._scale * action.clamp(-self._clip, self._clip)
-        return torch.maximum(torch.minimum(wanted, self._high), self._low)
+        """Set-points [n, 28] rad, within their bounds, of actions [n, 28]."""
+        return self._map.setpoints(action)
 
     def actions(self, targets: Tensor) -> Tensor:
-        """The actions [n, 28], within their clip, that tell the servos these targets [n, 28]
-        rad."""
-        return ((targets - self._offset) / self._scale).clamp(-self._clip, self._clip)
+        """The actions [n, 28], within their clip, that give set-points [n, 28] rad."""
+        return self._map.actions(targets)
 
     def aim(self, action: Tensor) -> None:
-        """Tell the servos what actions [n, 28] want of them, within their effort as they stand."""
-        self._tell(self.targets(action))
+        """Write the set-points of actions [n, 28], limited to the servos' effort as they stand."""
+        self._write(self.targets(action))
 
     def act(self, action: Tensor) -> None:
         """One control step (1/30 s) with the given actions [n, 28]."""
         self.drive(self.targets(action))
 
     def drive(self, targets: Tensor) -> None:
-        """One control step (1/30 s) towards the given servo targets [n, 28] rad."""
-        self._tell(targets)
+        """One control step (1/30 s) with the given set-points [n, 28] rad."""
+        self._write(targets)
         self.batch.step(nstep=character.SUBSTEPS)
 
-    def _tell(self, targets: Tensor) -> None:
+    def _write(self, targets: Tensor) -> None:
         self._ctrl.copy_(servos.limited(targets, self._qpos, self._qvel))
 
     def finite(self) -> Tensor:
@@ -109,7 +104,7 @@ class Scenes:
         rows = ids.numpy()
         self._array["qpos"][rows, : character.NQ] = qpos.double().numpy()
         self._array["qvel"][rows, : character.NV] = qvel.double().numpy()
-        self._array["ctrl"][rows] = self._offset.numpy()
+        self._array["ctrl"][rows] = self._map.offset.numpy()
         self._array["qacc_warmstart"][rows] = 0.0
         self._array["time"][rows] = 0.0
         self.move_furniture(ids, origin, yaw)

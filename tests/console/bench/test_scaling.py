@@ -21,7 +21,7 @@ from actors.local import LocalFleet
 from actors.ray_actor import RolloutActor
 from console.bench import scaling
 from console.bench.stand_in_fleet import SleepingFleet, sleepers
-from learner.config import LearnerConfig, LoopConfig
+from learner.config import LagConfig, LearnerConfig, LoopConfig
 from learner.loop import Loop
 from learner.ppo import Learner
 from policy.model.acting import publish
@@ -236,7 +236,7 @@ def test_bench_overlaps_the_stand_ins(hosts: list[Any], part: Rollout) -> None:
             None,
             Memory(),
             Memory(),
-            LoopConfig(overlap=overlap),
+            LoopConfig(lag=LagConfig(overlap)),
         )
         lines = scaling.iterations(loop, 0.0)
         loop.close()

@@ -13,7 +13,7 @@ from console.run.nan_dump import BlackBox
 from learner.episodes import EpisodeWindow
 from world.character import features
 from world.character import model as character
-from world.config import CarryConfig, StartMixture, WorldConfig
+from world.config import CarryConfig, InitialStates, WorldConfig
 from world.episodes.shard import Shard
 from world.motions.library import MotionLibrary
 from world.motions.synthetic import library as synthetic
@@ -73,7 +73,7 @@ def test_stages_are_logged_over_the_last_episodes() -> None:
 
 def test_stages_and_a_blow_up_of_carry(tmp_path: Path) -> None:
     walking = [synthetic.walking(np.random.default_rng(0), 1.0)]
-    config = WorldConfig(task="carry", starts=StartMixture(0, 1, 0), episode_s=0.5)
+    config = WorldConfig(task="carry", initial=InitialStates(0, 1, 0), episode_s=0.5)
     bank = BoxBank(boxes(CarryConfig(sizes=4)))
     shard = Shard(config, MotionLibrary(walking, affordance="carry"), bank, range(32), 0)
     kept = BlackBox(shard, range(32), bank.pieces, tmp_path)

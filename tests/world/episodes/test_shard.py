@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from world import random_streams, rotations
-from world.config import StartMixture, WorldConfig
+from world.config import InitialStates, WorldConfig
 from world.episodes.shard import Shard
 from world.errors import ClipError
 from world.furniture.catalogue import catalogue
@@ -87,7 +87,9 @@ def test_observations_are_finite_and_episodes_count(library: MotionLibrary, bank
 
 
 def test_starts_are_where_they_say(library: MotionLibrary, bank: Bank) -> None:
-    anywhere = replace(CONFIG, ahead=0.0, front=0.0, starts=StartMixture(0.3, 0.35, 0.35))
+    anywhere = replace(
+        CONFIG, initial=InitialStates(0.3, 0.35, 0.35, ahead_fraction=0.0, front_fraction=0.0)
+    )
     starter = Starter(anywhere, library, bank, 0)
     n = 4096
     starts = starter.draw(torch.arange(n), torch.ones(n, dtype=torch.int64))
@@ -98,8 +100,8 @@ def test_starts_are_where_they_say(library: MotionLibrary, bank: Bank) -> None:
     far, near = starts.kind == 2, starts.kind == 1
     assert 1.0 <= distance[far].min() < 1.1
     assert 9.9 < distance[far].max() <= 10.0
-    assert CONFIG.near_m[0] <= distance[near].min()
-    assert distance[near].max() <= CONFIG.near_m[1]
+    assert CONFIG.initial.near_m[0] <= distance[near].min()
+    assert distance[near].max() <= CONFIG.initial.near_m[1]
     # any bearing and any yaw: the mean directions vanish
     assert (starts.point[far] / distance[far, None]).mean(0).norm() < 0.06
     assert starts.facing[far].mean(0).norm() < 0.06
@@ -113,18 +115,20 @@ def test_starts_are_where_they_say(library: MotionLibrary, bank: Bank) -> None:
 
 
 def test_front_starts_stand_before_the_seat(library: MotionLibrary, bank: Bank) -> None:
-    before = replace(CONFIG, front=1.0, starts=StartMixture(0, 1, 0))
+    before = replace(CONFIG, initial=InitialStates(0, 1, 0, front_fraction=1.0))
     n = 2048
     starts = Starter(before, library, bank, 0).draw(
         torch.arange(n), torch.ones(n, dtype=torch.int64)
     )
     distance = starts.point.norm(dim=1)
-    assert CONFIG.front_m[0] <= distance.min() < distance.max() <= CONFIG.front_m[1]
+    assert CONFIG.initial.front_m[0] <= distance.min() < distance.max() <= CONFIG.initial.front_m[1]
     ahead = (-starts.point * starts.facing).sum(dim=1) / distance
     assert ahead.min() >= 0.5 - 1e-4  # 60 degrees
     assert ahead.max() > 0.999
     # half within a quarter of the distances, half turned within 45 degrees of where it faces
-    near = CONFIG.front_m[0] + 0.25 * (CONFIG.front_m[1] - CONFIG.front_m[0])
+    near = CONFIG.initial.front_m[0] + 0.25 * (
+        CONFIG.initial.front_m[1] - CONFIG.initial.front_m[0]
+    )
     assert (distance < near).float().mean().item() == pytest.approx(0.5, abs=0.05)
     cosine = (rotations.heading(starts.qpos[:, 3:7]) * starts.facing).sum(dim=1)
     assert (cosine > 0.5**0.5).float().mean().item() == pytest.approx(0.5, abs=0.05)
@@ -132,7 +136,9 @@ def test_front_starts_stand_before_the_seat(library: MotionLibrary, bank: Bank) 
 
 
 def test_some_far_starts_walk_on_towards_the_place(library: MotionLibrary, bank: Bank) -> None:
-    only_far = replace(CONFIG, ahead=1.0, standing=0.0, starts=StartMixture(0, 0, 1))
+    only_far = replace(
+        CONFIG, initial=InitialStates(0, 0, 1, ahead_fraction=1.0, standing_fraction=0.0)
+    )
     starts = Starter(only_far, library, bank, 0).draw(
         torch.arange(512), torch.ones(512, dtype=torch.int64)
     )
@@ -173,4 +179,4 @@ def test_clips_without_a_seat_are_refused_for_clip_starts(bank: Bank) -> None:
     only = MotionLibrary(walking)
     with pytest.raises(ClipError, match="no clip uses a seat"):
         Starter(CONFIG, only, bank, 0)
-    Starter(WorldConfig(starts=StartMixture(0, 1, 1)), only, bank, 0)
+    Starter(WorldConfig(initial=InitialStates(0, 1, 1)), only, bank, 0)

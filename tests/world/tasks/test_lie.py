@@ -10,7 +10,7 @@ import torch
 
 from world.character import features
 from world.character import model as character
-from world.config import StartMixture, WorldConfig
+from world.config import InitialStates, WorldConfig
 from world.episodes.shard import Shard
 from world.errors import PieceError
 from world.furniture.catalogue import catalogue, find
@@ -247,7 +247,7 @@ def test_places_turn_with_the_pieces(bank: Bank) -> None:
 
 def test_standing_starts_are_clear_of_the_bed(library: MotionLibrary, bank: Bank) -> None:
     n = 1024
-    config = WorldConfig(task="lie", starts=StartMixture(0, 1, 1))
+    config = WorldConfig(task="lie", initial=InitialStates(0, 1, 1))
     starts = Starter(config, library, bank, 0).draw(torch.arange(n), torch.ones(n).long())
     outside = bank.beyond(starts.variant, torch.zeros(n, 2), starts.point, starts.facing)
     # those before it stand at 0.4 m and more from the edge, aslant by up to 60 degrees: 0.2 m
@@ -258,7 +258,7 @@ def test_standing_starts_are_clear_of_the_bed(library: MotionLibrary, bank: Bank
 
 def test_clip_starts_lie_on_the_bed_as_high_as_it_is(library: MotionLibrary, bank: Bank) -> None:
     n = 256
-    config = WorldConfig(task="lie", starts=StartMixture(1, 0, 0), clip_stages=(0, 0, 1))
+    config = WorldConfig(task="lie", initial=InitialStates(1, 0, 0, reference_stages=(0, 0, 1)))
     starts = Starter(config, library, bank, 0).draw(torch.arange(n), torch.ones(n).long())
     body = features.body(starts.qpos, starts.qvel)
     place = bank.place(starts.variant, starts.point, starts.facing)
@@ -285,7 +285,7 @@ def test_style_sees_higher_beds_too(library: MotionLibrary) -> None:
 
 
 def test_the_shard_runs_and_tells_its_stages(library: MotionLibrary, bank: Bank) -> None:
-    config = WorldConfig(task="lie", starts=StartMixture(1, 1, 1))
+    config = WorldConfig(task="lie", initial=InitialStates(1, 1, 1))
     shard = Shard(config, library, bank, range(32), 0)
     ended = 0
     for _ in range(40):

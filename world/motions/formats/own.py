@@ -1,4 +1,7 @@
-"""Recordings on the character's own skeleton: formats whose humanoid has our bones and axes."""
+"""Recordings on the character's own skeleton: our clips, and formats with our bones and axes.
+
+A clip is read as a recording so that it can be imported again, which mends it.
+"""
 
 from pathlib import Path
 
@@ -7,9 +10,11 @@ from scipy.spatial.transform import Rotation
 
 from world.character import kinematics
 from world.character import model as character
+from world.motions import clip_file
 from world.motions.formats.licences import licence
 from world.motions.formats.recording import Recording, forward
 
+SUFFIXES, KEYS = (clip_file.SUFFIX,), clip_file.KEYS
 _SOLE_FRONT_M = np.array([0.1335, 0.0, -0.05])
 NAMES = (*character.BODIES, "right_foot_end", "left_foot_end")
 PARENTS = (
@@ -17,6 +22,13 @@ PARENTS = (
     character.BODIES.index("right_foot"),
     character.BODIES.index("left_foot"),
 )
+
+
+def read(path: Path) -> Recording:
+    """Return the clip in a file of our own format as a recording."""
+    clip = clip_file.read(path)
+    root, local = clip.root_position_m.astype(float), clip.local_rotation.astype(float)
+    return recording(path, clip.fps, root, local)
 
 
 def offsets() -> np.ndarray:

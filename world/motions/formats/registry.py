@@ -1,4 +1,8 @@
-"""Which formats there are, and which of them a file is. A new format is a file and a line here."""
+"""The registry of motion formats, and detection of a file's format.
+
+A new format is a file and a line here. Training reads the format `clip` alone; `motions import`
+makes clips of the others.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,9 +16,9 @@ from world.motions.formats import (
     acclaim,
     amass,
     bvh,
-    character_npz,
     deepmimic,
     mimickit,
+    own,
     poselib,
     safe_pickle,
     samp_pickle,
@@ -36,7 +40,7 @@ FORMATS = {
     "bvh": Format(bvh.SUFFIXES, bvh.read),
     "acclaim": Format(acclaim.SUFFIXES, acclaim.read),
     "deepmimic": Format(deepmimic.SUFFIXES, deepmimic.read),
-    "clip": Format(character_npz.SUFFIXES, character_npz.read, (character_npz.KEYS,)),
+    "clip": Format(own.SUFFIXES, own.read, (own.KEYS,)),
     "amass": Format(
         amass.SUFFIXES,
         amass.read,

@@ -33,12 +33,12 @@ def _slices() -> tuple[dict[str, slice], int]:
     return found, start
 
 
-COLUMNS, SITUATION = _slices()
-"""Where each part of a situation stands in its row, and how long a row is."""
+COLUMNS, POSE_WIDTH = _slices()
+"""Columns of each part of a pose request in its row, and the width of a row."""
 
 
 def place_of(rows: Tensor, task: Task) -> Place:
-    """What the task must know of the object, of situations [n, SITUATION]."""
+    """Return the object's place of pose rows [n, POSE_WIDTH]."""
 
     def part(name: str) -> Tensor:
         return rows[:, COLUMNS[name]]
@@ -55,7 +55,7 @@ def place_of(rows: Tensor, task: Task) -> Place:
 
 @torch.inference_mode()
 def observations(rows: Tensor, task: Task) -> Tensor:
-    """(state, goal) [n, width] of situations [n, SITUATION], float32: world frame, SI units.
+    """Return (state, goal) [n, width] of pose rows [n, POSE_WIDTH], float32: world frame, SI units.
 
     The same functions build them as in training.
     """

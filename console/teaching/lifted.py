@@ -1,0 +1,36 @@
+"""The states in which boxes were last lifted, from which episodes can start again."""
+
+from collections.abc import Mapping
+
+import torch
+from torch import Tensor
+
+from world.objects.box_bank import Layout
+
+
+class LiftedStates:
+    """Of n scenes: the state in which the box was last lifted, and the teacher's state then."""
+
+    def __init__(
+        self, qpos: Tensor, qvel: Tensor, layout: Layout, teacher: Mapping[str, Tensor]
+    ) -> None:
+        self.known = torch.zeros(len(qpos), dtype=torch.bool)
+        """[n]: there is one."""
+        self.qpos, self.qvel = qpos.clone(), qvel.clone()
+        self.layout = Layout(**{name: part.clone() for name, part in vars(layout).items()})
+        self.teacher = {name: part.clone() for name, part in teacher.items()}
+
+    def keep(
+        self, rows: Tensor, qpos: Tensor, qvel: Tensor, at: Layout, teacher: Mapping[str, Tensor]
+    ) -> None:
+        """Store the states of the scenes `rows` [m]; teacher: its state in all n."""
+        self.known[rows], self.qpos[rows], self.qvel[rows] = True, qpos, qvel
+        overwrite(self.layout, rows, at)
+        for name, part in self.teacher.items():
+            part[rows] = teacher[name][rows]
+
+
+def overwrite(layout: Layout, rows: Tensor, part: Layout) -> None:
+    """Overwrite the scenes `rows` [m] of a layout with `part` [m]."""
+    for name, value in vars(part).items():
+        getattr(layout, name)[rows] = value
