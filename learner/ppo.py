@@ -33,7 +33,7 @@ VALUE_BLOCK = 1024
 # Differences of value, in standard deviations of the returns: how much better a state must look
 # than its image for the mirror loss to be half as strong as it can be, and how fast it comes on.
 # Without a margin it draws a gait, and a turn at a seat that may go either way, to the middle
-# between left and right: docs/recipe.md has the figures.
+# between left and right: docs/lab-notes/sit.md has the figures.
 MIRROR_MARGIN, MIRROR_WIDTH = 0.25, 0.08
 
 # Gradient steps over which the actor's rate rises. Adam's first steps move every weight by the
@@ -244,7 +244,8 @@ class Learner:
         """Merge observations into their normaliser, keeping what the networks say to them.
 
         Early moments, or another task's, move by whole deviations as the scenes change: a walker
-        that is taught to carry forgot how to walk, its weights not touched (docs/recipe.md).
+        that is taught to carry forgot how to walk, its weights not touched
+        (docs/lab-notes/physics-and-cost.md).
         """
         normaliser = self.normaliser
         mean, std, known = normaliser.mean.float(), normaliser.std, normaliser.count > 0.0

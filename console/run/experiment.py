@@ -44,7 +44,7 @@ class Experiment:
 
 
 PRESETS: dict[str, Experiment] = {
-    # The recipe of docs/recipe.md: measured in pieces, not yet run from start to end.
+    # The recipe of docs/how-to/recipes/sit.md: measured in pieces, not yet run from start to end.
     "fast": Experiment(
         world=WorldConfig(
             initial=InitialStates(

@@ -144,7 +144,7 @@ def test_a_training_streams_its_log_and_ends_with_0(cluster: Cluster, tmp_path: 
 
 
 def ray_job_submit(cluster: Cluster, *words: str) -> subprocess.CompletedProcess[str]:
-    """Ray's own command as docs/cluster.md has it: in the repository, and nothing else given."""
+    """Ray's own command as docs/how-to/cluster.md has it, run in the repository."""
     job = ["python", "-m", "console", "train", *words]
     return subprocess.run(
         [*RAY, "job", "submit", "--working-dir", ".", "--", *job],

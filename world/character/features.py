@@ -24,6 +24,9 @@ class Feature:
     width: int
     frame: str
     unit: str
+    formula: str = ""
+    """A numpy expression over the quantities of world.character.formulas: the reference page prints
+    it, and a test compares it with what the package computes."""
 
 
 class Table:
@@ -60,16 +63,25 @@ _KEY_IDS = [character.BODIES.index(b) for b in KEY_BODIES]
 
 STATE = Table(
     "state",
-    Feature("root_height", 1, "world", "m"),
-    Feature("root_rotation", 6, _HEADING, "x and z axes"),
-    Feature("root_linear_velocity", 3, _HEADING, "m/s"),
-    Feature("root_angular_velocity", 3, _HEADING, "rad/s"),
-    *(Feature(f"rotation_{name}", 6, "parent body", "x and z axes") for name in _BALLS),
-    *(Feature(f"angle_{name}", 1, "parent body", "rad") for name in _HINGES),
-    Feature("joint_velocity", 28, "joint", "rad/s"),
-    *(Feature(f"position_{name}", 3, _HEADING, "m") for name in KEY_BODIES),
-    Feature("object_position", 3, _HEADING, "m"),
-    Feature("object_rotation", 6, _HEADING, "x and z axes"),
+    Feature("root_height", 1, "world", "m", "p[2]"),
+    Feature("root_rotation", 6, _HEADING, "x and z axes", "six(H @ R)"),
+    Feature("root_linear_velocity", 3, _HEADING, "m/s", "H @ v"),
+    Feature("root_angular_velocity", 3, _HEADING, "rad/s", "H @ R @ w"),
+    *(
+        Feature(f"rotation_{name}", 6, "parent body", "x and z axes", f"six(matrix(Q_{name}))")
+        for name in _BALLS
+    ),
+    *(Feature(f"angle_{name}", 1, "parent body", "rad", f"a_{name}") for name in _HINGES),
+    Feature(
+        "joint_velocity",
+        28,
+        "joint",
+        "rad/s",
+        f"np.hstack([{', '.join(f'w_{joint.name}' for joint in character.JOINTS)}])",
+    ),
+    *(Feature(f"position_{name}", 3, _HEADING, "m", f"H @ (P_{name} - p)") for name in KEY_BODIES),
+    Feature("object_position", 3, _HEADING, "m", "H @ (o - p)"),
+    Feature("object_rotation", 6, _HEADING, "x and z axes", "six(H @ O)"),
 )
 assert STATE.width == 114, STATE.width
 

@@ -3,7 +3,7 @@
 A servo pulls with kp (target − q) − kd q̇. Where MuJoCo itself clamps that force, it leaves the
 servo out of its implicit integration for as long: a limb of 0.01 kg m² on a servo of
 50 N m s/rad is then thrown to and fro by 60 rad/s a substep, until a scene that nobody ends blows
-up (docs/recipe.md, "Random actions"). So the effort is limited where a servo is told what to do, at
+up (docs/explanation/physics.md). So the effort is limited where a servo is told what to do, at
 each control step, by moving its target: from there the force falls as the joint follows, and
 damping stays implicit.
 """

@@ -8,7 +8,7 @@ from world.furniture.piece import Box, Hull, Vector
 
 PARTS = 10
 """Hulls that a mesh is cut into at most: 16 carry no better, and each costs every step of every
-scene, also of those on other pieces (docs/furniture.md)."""
+scene, also of those on other pieces (docs/results/furniture.md)."""
 MOST_VERTICES = 24
 """Of a hull."""
 VOXELS = 100_000

@@ -23,7 +23,7 @@ FRICTION, _TORSION_M, _ROLLING_M = 1.2, 0.032, 0.001
 _CONDIM = 4
 #: Friction as stiff against slip as against penetration times this. Elliptic cones, though a
 #: control step takes 1.4 times as long with them: between pyramidal ones a box creeps down in hands
-#: that shake with every step, by 3 cm a second at a ratio of 30 (docs/recipe.md).
+#: that shake with every step, by 3 cm a second at a ratio of 30 (docs/lab-notes/carry-teacher.md).
 IMPRATIO = 3.0
 
 

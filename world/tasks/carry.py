@@ -62,11 +62,17 @@ class Carry(Task):
     episode_s = 15.0
     goal = Table(
         "goal",
-        Feature("box", 3, _HEADING_FRAME, "m, beyond 1.5 m logarithmic"),
-        Feature("target", 3, _HEADING_FRAME, "m, as above"),
-        Feature("way", 3, "root heading's axes, from the box to the target", "m, as above"),
-        Feature("box_velocity", 3, _HEADING_FRAME, "m/s"),
-        Feature("corners", 24, "root heading's axes, from the box", "m"),
+        Feature("box", 3, _HEADING_FRAME, "m, beyond 1.5 m logarithmic", "compressed(H @ (o - p))"),
+        Feature("target", 3, _HEADING_FRAME, "m, as above", "compressed(H @ (t - p))"),
+        Feature(
+            "way",
+            3,
+            "root heading's axes, from the box to the target",
+            "m, as above",
+            "compressed(H @ (t - o))",
+        ),
+        Feature("box_velocity", 3, _HEADING_FRAME, "m/s", "H @ b_v"),
+        Feature("corners", 24, "root heading's axes, from the box", "m", "((c - o) @ H.T).ravel()"),
     )
     # Where one walks first; what the box' target means, no other task knows, nor its size.
     alike: ClassVar[dict[str, str]] = {"box": "target", "target": "", "corners": ""}

@@ -40,10 +40,28 @@ class Lie(Task):
     affordance = BED
     goal = Table(
         "goal",
-        Feature("target", 3, _HEADING_FRAME, "m, beyond 1.5 m logarithmic"),
-        Feature("head", 3, "root heading's axes, from the target", "m"),
-        Feature("facing", 2, _HEADING_FRAME, "cosine, sine"),
-        Feature("corners", 24, "root heading's axes, from the target", "m, in the place's order"),
+        Feature(
+            "target",
+            3,
+            _HEADING_FRAME,
+            "m, beyond 1.5 m logarithmic",
+            f"compressed(H @ (u + np.array([0, 0, {HIP_ABOVE_M}]) - p))",
+        ),
+        Feature(
+            "head",
+            3,
+            "root heading's axes, from the target",
+            "m",
+            f"H @ (h - u + np.array([0, 0, {HEAD_ABOVE_M} - {HIP_ABOVE_M}]))",
+        ),
+        Feature("facing", 2, _HEADING_FRAME, "cosine, sine", "(H @ O[:, 0])[:2]"),
+        Feature(
+            "corners",
+            24,
+            "root heading's axes, from the target",
+            "m, in the place's order",
+            f"((c - u - np.array([0, 0, {HIP_ABOVE_M}])) @ H.T).ravel()",
+        ),
     )
     # A bed's corners are so far out for who knows chairs that he falls over.
     alike: ClassVar[dict[str, str]] = {"corners": ""}

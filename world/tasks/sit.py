@@ -48,9 +48,21 @@ class Sit(Task):
     affordance = SEAT
     goal = Table(
         "goal",
-        Feature("target", 3, _HEADING_FRAME, "m, beyond 1.5 m logarithmic"),
-        Feature("facing", 2, _HEADING_FRAME, "cosine, sine"),
-        Feature("corners", 24, "root heading's axes, from the target", "m, in the place's order"),
+        Feature(
+            "target",
+            3,
+            _HEADING_FRAME,
+            "m, beyond 1.5 m logarithmic",
+            f"compressed(H @ (u + np.array([0, 0, {HIP_ABOVE_SEAT_M}]) - p))",
+        ),
+        Feature("facing", 2, _HEADING_FRAME, "cosine, sine", "(H @ O[:, 0])[:2]"),
+        Feature(
+            "corners",
+            24,
+            "root heading's axes, from the target",
+            "m, in the place's order",
+            f"((c - u - np.array([0, 0, {HIP_ABOVE_SEAT_M}])) @ H.T).ravel()",
+        ),
     )
     terms: ClassVar[dict[str, float]] = {
         "sit": 0.5,

@@ -40,8 +40,14 @@ class Walk(Task):
     affordance = FLOOR
     goal = Table(
         "goal",
-        Feature("target", 3, _HEADING_FRAME, "m, beyond 1.5 m logarithmic"),
-        Feature("facing", 2, _HEADING_FRAME, "cosine, sine"),
+        Feature(
+            "target",
+            3,
+            _HEADING_FRAME,
+            "m, beyond 1.5 m logarithmic",
+            f"compressed(H @ (u + np.array([0, 0, {_STANDING_M}]) - p))",
+        ),
+        Feature("facing", 2, _HEADING_FRAME, "cosine, sine", "(H @ O[:, 0])[:2]"),
     )
     terms: ClassVar[dict[str, float]] = {
         "stand": 0.4,

@@ -30,7 +30,7 @@ def surface(row: dict[str, str]):
 
 
 def test_seats_of_real_pieces() -> None:
-    """Nine of ten; docs/furniture.md names those that miss."""
+    """Nine of ten; docs/results/furniture.md names those that miss."""
     chosen = rows("chair", "armchair", "low_stool", "high_stool", "sofa")
     stated = high = facing = 0
     for row in chosen:

@@ -15,7 +15,7 @@ from world.furniture.piece import Box, Piece, Place
 from world.objects import seated_pose
 from world.objects.drop_test import drop
 
-#: One of every construction or so; docs/furniture.md has the figures of all.
+#: One of every construction or so; docs/results/furniture.md has the figures of all.
 PIECES = [p for p in (*whole("train")[:49:2], *whole("test")[:28:3]) if p.sit]
 CLASSES = ("chair", "armchair", "low-stool", "high-stool", "sofa", "bed")
 
