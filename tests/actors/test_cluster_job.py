@@ -20,8 +20,8 @@ import pytest
 from console.run.directory import RunDirectory
 from console.run.machine import family
 from console.run.metrics import read_metrics
-from tests.actors.test_cluster_loopback import listening
 from tests.support import small_clips
+from tests.support.cases.sockets import listening
 from tests.support.paths import ROOT
 
 RAY = [sys.executable, "-c", "from ray.scripts.scripts import main; main()"]

@@ -18,7 +18,7 @@ from actors.local import LocalFleet
 from actors.shares import state_of
 from learner.gathering import Gathering
 from policy.rollout import Rollout
-from tests.actors.test_fleet import BLOCK, HORIZON, SCENES, SIGMA, assert_same, weights
+from tests.support.cases.fleets import BLOCK, HORIZON, SCENES, SIGMA, assert_same, weights
 from tests.support.faulty_shard import MakePoints, MakeSlowPoints
 
 ROLLOUTS = 7

@@ -13,7 +13,7 @@ from actors.cluster import START_S, on_loopback, patience, ray_session
 from actors.fleet import FleetConfig, RayFleet
 from actors.local import LocalFleet
 from policy.rollout import Rollout
-from tests.actors.test_fleet import (
+from tests.support.cases.fleets import (
     BLOCK,
     HORIZON,
     RECOVERY_S,

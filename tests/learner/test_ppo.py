@@ -6,16 +6,13 @@ import pytest
 import torch
 
 from actors.local import LocalFleet
-from learner.cloning import clone
 from learner.config import LearnerConfig
 from learner.ppo import Learner
 from learner.returns import advantages
 from policy.model.acting import Policy
-from policy.model.networks import Actor, log_density
-from policy.model.normaliser import Normaliser
+from policy.model.networks import log_density
 from policy.rollout import Rollout, next_states
-from tests.actors.test_worker import next_goals
-from tests.support.point_shard import ACTION, GOAL, STATE, PointShard
+from tests.support.point_shard import ACTION, GOAL, STATE, PointShard, next_goals
 from world.precision import FLOAT32
 from world.reflection import Reflection, Symmetry
 
@@ -223,16 +220,6 @@ def test_learns_to_reach_the_target():
     fleet.close()
     assert sum(returns[:64]) / 64 < 13
     assert sum(returns[-64:]) / 64 > 18
-
-
-def test_a_clone_acts_as_its_teacher():
-    torch.manual_seed(0)
-    inputs = torch.randn(4096, 6) * 3 + 1
-    targets = torch.stack((inputs[:, 0] - inputs[:, 1], inputs[:, 2]), 1) * 0.2
-    actor, normaliser = Actor(6, 2, (32, 32)), Normaliser(6)
-    errors = clone(actor, normaliser, inputs, targets, passes=8, rate=3e-3, minibatch=256)
-    assert errors[-1] < 0.02 * float(targets.var()) and errors[-1] < errors[0]
-    torch.testing.assert_close(normaliser.mean.float(), inputs.mean(0))
 
 
 def swapped(rollout: Rollout) -> Rollout:

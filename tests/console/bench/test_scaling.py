@@ -28,7 +28,7 @@ from policy.model.acting import publish
 from policy.model.networks import Actor
 from policy.model.normaliser import Normaliser
 from policy.rollout import Rollout
-from tests.learner.test_loop import Memory
+from tests.support.cases.loops import Memory
 from tests.support.faulty_shard import MakePoints
 from tests.support.paths import ROOT
 from tests.support.point_shard import ACTION, GOAL, STATE

@@ -20,8 +20,8 @@ from console.run.experiment import Experiment, read_experiment
 from console.training.style_service import attached
 from discriminator.errors import StyleError
 from rpc.errors import RefusedError
-from tests.rpc.test_server import certificates
 from tests.support import small_clips
+from tests.support.cases.certificates import certificates
 from tests.support.paths import ROOT
 
 SMALL = [

@@ -7,31 +7,8 @@ import numpy as np
 from prometheus_client import CollectorRegistry
 
 from policy.config import BatchConfig
-from policy.service.batch_size import Company
 from policy.service.batching import Answer, Batcher, BatchMetrics
 from tests.support.policy_cases import make
-
-
-def test_one_caller_is_waited_for_once_in_a_while() -> None:
-    company = Company()
-    waited = []
-    for _ in range(600):
-        waited.append(company.missing(1))
-        company.came(1)
-    assert sum(waited) == 2 and not any(waited[:256]), "twice in 600 batches, late"
-
-
-def test_company_is_found_expected_and_forgotten() -> None:
-    company = Company()
-    while not company.missing(1):
-        company.came(1)
-    company.came(5)  # waiting brought four more
-    assert company.missing(4) and not company.missing(5)
-    company.came(3)
-    assert company.missing(4), "one small batch is no reason to give up"
-    for _ in range(8):
-        company.came(1)
-    assert not company.missing(1)
 
 
 def batcher(wait_s: float) -> Batcher:

@@ -1,7 +1,6 @@
 """A private Ray is its own and listens to no other machine: every socket of it is local."""
 
 import functools
-import ipaddress
 import os
 import re
 import signal
@@ -17,37 +16,8 @@ from ray._private import services
 
 from actors.cluster import START_S, ClusterError, ray_session
 from console.run.machine import family
+from tests.support.cases.sockets import listening
 from tests.support.paths import ROOT
-
-
-def sockets_of(pids: set[int]) -> set[str]:
-    """Inodes of the sockets that these processes hold."""
-    found = set()
-    for pid in pids:
-        for link in Path(f"/proc/{pid}/fd").glob("*"):
-            try:
-                target = os.readlink(link)
-            except OSError:
-                continue
-            if target.startswith("socket:["):
-                found.add(target[8:-1])
-    return found
-
-
-def listening(pids: set[int]) -> list[ipaddress.IPv4Address | ipaddress.IPv6Address]:
-    """The addresses on which these processes accept TCP connections."""
-    held, found = sockets_of(pids), []
-    for table in ("tcp", "tcp6"):
-        for row in Path(f"/proc/net/{table}").read_text().splitlines()[1:]:
-            fields = row.split()
-            if fields[3] != "0A" or fields[9] not in held:
-                continue
-            raw = bytes.fromhex(fields[1].partition(":")[0])
-            words = b"".join(raw[i : i + 4][::-1] for i in range(0, len(raw), 4))
-            address = ipaddress.ip_address(words)
-            mapped = getattr(address, "ipv4_mapped", None)
-            found.append(mapped or address)
-    return found
 
 
 def process() -> int:
@@ -77,8 +47,6 @@ if "dashboard/agent.py" in line or "runtime_env/agent/main.py" in line:
     pathlib.Path(__file__).with_name(f"slow-{{os.getpid()}}").touch()
     time.sleep({SLOWLY})
 """
-
-
 FORKING = """
 import subprocess, sys
 from concurrent.futures import ThreadPoolExecutor
