@@ -2,11 +2,10 @@
 
 import os
 import signal
-import time
 
 import pytest
 
-from actors.cluster import ClusterError, ray_session
+from actors.cluster import ray_session
 from actors.errors import FleetError
 from actors.fleet import FleetConfig
 from actors.local import LocalFleet
@@ -14,13 +13,11 @@ from policy.errors import LayoutError
 from tests.support.cases.fleets import (
     BLOCK,
     HORIZON,
-    RECOVERY_S,
     assert_same,
     gone,
     local,
     rayed,
     run,
-    run_timed,
     until_whole,
 )
 from tests.support.faulty_shard import MakePoints
@@ -46,9 +43,8 @@ def test_same_bits_as_the_local_fleet(workers, undisturbed):
 
 def test_killed_in_the_middle_of_a_rollout(tmp_path, undisturbed):
     fleet = rayed(2, MakePoints(fault="kill", at=13, once=tmp_path / "killed"))
-    got, took = run_timed(fleet)
+    got = run(fleet)
     assert_same(got, undisturbed)
-    assert max(took) < RECOVERY_S, "the other one has collected its part"
     assert (tmp_path / "killed").exists() and fleet.restarts == 1
     until_whole(fleet, 2)
     fleet.close()
@@ -127,16 +123,3 @@ def test_checkpoint_moves_between_runners_and_numbers_of_actors(undisturbed):
         there.load_state_dict(small.state_dict())
     for fleet in (three, there, one, small):
         fleet.close()
-
-
-def test_nobody_listens():
-    import ray
-
-    ray.shutdown()
-    began = time.monotonic()
-    with (
-        pytest.raises(ClusterError, match=r"no Ray answers at 127\.0\.0\.1:1 "),
-        ray_session(cpus=1, address="127.0.0.1:1"),
-    ):
-        pass
-    assert time.monotonic() - began < 10

@@ -15,17 +15,17 @@ from policy.rollout import Rollout
 from tests.support.cases.fleets import (
     BLOCK,
     HORIZON,
-    RECOVERY_S,
     SCENES,
     SIGMA,
     assert_same,
-    run_timed,
+    run,
     weights,
 )
 from tests.support.faulty_shard import MakePoints, MakeSlowPoints
 
 ROLLOUTS = 8
-CONFIG = FleetConfig(start_s=120, rollout_s=60, restarts=2)
+#: No rollout may be waited for until its deadline, which lies beyond the test's own.
+CONFIG = FleetConfig(start_s=120, rollout_s=600, restarts=2)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -52,8 +52,7 @@ def test_stopped_in_the_middle_and_continued(tmp_path, undisturbed):
     fleet = rayed(MakePoints(fault="stop", at=13, once=once), 3)
     stopped = fleet.pids()[0]
     try:
-        got, took = run_timed(fleet, range(4))
-        assert max(took) < RECOVERY_S
+        got = run(fleet, range(4))
         assert once.exists() and _state(stopped) == "T"
         assert fleet.helped >= 1 and fleet.restarts == 0
         assert fleet.division()[0] == 0 and sum(fleet.division()) == SCENES
@@ -79,7 +78,7 @@ def test_a_straggler_costs_at_most_its_own_share(tmp_path, undisturbed):
     """Ten times slower than two others: soon it has nothing to do, and they share its scenes."""
     fleet = rayed(MakeSlowPoints(tmp_path / "slow", scene_s=3e-3), 3)
     slow = int((tmp_path / "slow").read_text())
-    got, _ = run_timed(fleet, range(ROLLOUTS))
+    got = run(fleet, range(ROLLOUTS))
     assert_same(got, undisturbed)
     # Six blocks, of costs 1, 1 and 10: three each is done at 3, with one for the third at 10.
     for _ in range(30):

@@ -16,10 +16,9 @@ from tests.support.point_shard import ACTION, GOAL, STATE
 
 SCENES, BLOCK, HORIZON, SIGMA = 48, 8, 8, 0.2
 ROLLOUTS = 4
-RECOVERY_S = 10.0
-"""From a fault to the numbers that it held up, where others are there to deliver them."""
 SOUND = MakePoints()
-QUICK = FleetConfig(start_s=60, rollout_s=30, restarts=1)
+#: No rollout may be waited for until its deadline, which lies beyond the test's own.
+QUICK = FleetConfig(start_s=60, rollout_s=600, restarts=1)
 
 
 def weights(version: int) -> dict[str, torch.Tensor]:
@@ -50,28 +49,13 @@ def assert_same(got: list[Rollout], wanted: list[Rollout]) -> None:
             assert torch.equal(tensor, other.tensors()[name]), name
 
 
-def run_timed(
-    fleet: LocalFleet | RayFleet, versions: range = range(ROLLOUTS)
-) -> tuple[list[Rollout], list[float]]:
-    """Rollouts, and the seconds that each took."""
-    got, took = [], []
-    for version in versions:
-        began = time.monotonic()
-        got += run(fleet, range(version, version + 1))
-        took.append(time.monotonic() - began)
-    print("rollouts took", " ".join(f"{seconds:.2f}" for seconds in took), "s")
-    return got, took
-
-
 def until_whole(fleet: RayFleet, workers: int, version: int = ROLLOUTS) -> None:
     """Go on until all replacements have joined, as a training does."""
-    began = time.monotonic()
-    until = began + 60
+    until = time.monotonic() + 60
     while fleet.alive() < workers:
         assert time.monotonic() < until, "the replacement must join"
         fleet.collect(weights(version), version, SIGMA)
         time.sleep(0.05)
-    print(f"whole again after {time.monotonic() - began:.1f} s")
 
 
 def gone(pids: list[int], within_s: float = 10.0) -> bool:
