@@ -12,7 +12,7 @@ from console.app import main
 from console.commands import Meshes
 from console.objects import page, sheet
 from console.objects.command import place_of, told
-from tests.world.meshes.test_meshes import TRIANGLES, built, mesh, written
+from tests.support.cases.meshes import TRIANGLES, built, mesh, written
 from world.errors import ChoiceError, ConfigError, PieceError
 from world.furniture import collection
 from world.furniture.catalogue import find

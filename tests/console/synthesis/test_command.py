@@ -21,9 +21,9 @@ from console.synthesis import request as scene_request
 from console.synthesis.motion import Motion, simulate
 from examples import synthesize_bvh
 from policy.checkpoints.served import Served
+from tests.support.cases.meshes import written
 from tests.support.paths import ROOT
 from tests.support.policy_cases import fixed, make, running
-from tests.world.meshes.test_meshes import written
 from world import tasks
 from world.character import model as character
 from world.furniture.catalogue import find

@@ -8,7 +8,7 @@ import pytest
 
 from console.app import main
 from console.run import assembly
-from tests.world.meshes.test_meshes import built
+from tests.support.cases.meshes import built
 from world.config import WorldConfig
 from world.furniture.catalogue import find
 from world.furniture.piece import Piece

@@ -1,11 +1,11 @@
-"""Places found from geometry: on the package's own pieces, whose places are known, and turned."""
+"""Seats found from geometry: on the package's own pieces, whose places are known, and turned."""
 
 import math
 
 import numpy as np
 import pytest
 
-from world.furniture.affordance import lying, seats
+from world.furniture.affordance import seats
 from world.furniture.affordance.relief import HEADROOM_M, relief
 from world.furniture.catalogue import find
 from world.furniture.piece import Box, Piece
@@ -16,8 +16,6 @@ SEATS = [
     for name in ("chair", "armchair", "low-stool", "high-stool", "sofa")
     for split, i in (("train", 1), ("train", 3), ("test", 2))
 ]
-BEDS = [find(f"bed-{split}-{i:03d}") for split, i in (("train", 0), ("train", 1), ("test", 0))]
-SOFAS = [find(f"sofa-train-{i:03d}") for i in (0, 2)]
 
 
 def turned(piece: Piece, yaw: float) -> np.ndarray:
@@ -95,42 +93,3 @@ def test_no_seat_where_there_is_no_room() -> None:
     # a narrow beam carries no one
     beam = plate(0.45) * np.array([1.0, 0.2, 1.0])
     assert not seats.find(relief(beam))
-
-
-@pytest.mark.parametrize("piece", BEDS, ids=lambda p: p.name)
-def test_one_lies_with_the_head_at_the_head_end(piece: Piece) -> None:
-    lie = lying.find(relief(triangles(piece)))
-    assert lie is not None
-    assert piece.lie is not None
-    assert lie.head_m[0] < lie.hip_m[0] - 0.5
-    assert abs(lie.head_m[1] - lie.hip_m[1]) < 0.1
-    for found, known in ((lie.hip_m, piece.lie.hip_m), (lie.head_m, piece.lie.head_m)):
-        assert found[2] == pytest.approx(known[2], abs=0.02)
-        assert abs(found[0] - known[0]) < 0.35
-
-
-@pytest.mark.parametrize("piece", SOFAS, ids=lambda p: p.name)
-def test_one_lies_along_a_sofa(piece: Piece) -> None:
-    lie = lying.find(relief(triangles(piece)))
-    assert lie is not None
-    assert piece.lie is not None
-    assert abs(lie.head_m[1] - lie.hip_m[1]) > 0.6
-    assert lie.hip_m[2] == pytest.approx(piece.lie.hip_m[2], abs=0.03)
-
-
-def test_a_chair_is_too_short_to_lie_on() -> None:
-    assert lying.find(relief(triangles(find("armchair-train-000")))) is None
-
-
-def test_slats_are_closed_and_heights_are_read_between() -> None:
-    slats = []
-    for y in np.arange(-0.24, 0.25, 0.06):
-        for x in (-0.25, 0.25):
-            a, b = y - 0.015, y + 0.015
-            slats.append([[-0.25, a, 0.44], [0.25, a, 0.44], [x, b, 0.44]])
-    found = relief(np.array(slats))
-    inside = found.height_m[5:-5, 5:-5]
-    assert inside.min() == pytest.approx(0.44)
-    assert (found.raw_m[5:-5, 5:-5] == 0.0).any()
-    place = seats.find(found)[0]
-    assert place.point_m[2] == pytest.approx(0.44, abs=1e-6)
