@@ -3,7 +3,7 @@
 import pytest
 
 from policy.rollout import Rollout
-from tests.support.cases.fleets import local, run
+from tests.support.learning.fleets import local, run
 
 
 @pytest.fixture(scope="module")

@@ -16,8 +16,8 @@ from ray._private import services
 
 from actors.cluster import ClusterError, ray_session
 from console.run.machine import family
-from tests.support.cases.sockets import listening
 from tests.support.paths import ROOT
+from tests.support.rpc.sockets import listening
 
 
 def process() -> int:

@@ -10,7 +10,8 @@ from actors.errors import FleetError
 from actors.fleet import FleetConfig
 from actors.local import LocalFleet
 from policy.errors import LayoutError
-from tests.support.cases.fleets import (
+from tests.support.faulty_shard import MakePoints
+from tests.support.learning.fleets import (
     BLOCK,
     HORIZON,
     assert_same,
@@ -20,7 +21,6 @@ from tests.support.cases.fleets import (
     run,
     until_whole,
 )
-from tests.support.faulty_shard import MakePoints
 from world.errors import ConfigError
 
 

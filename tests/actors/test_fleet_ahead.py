@@ -19,8 +19,8 @@ from actors.local import LocalFleet
 from actors.shares import state_of
 from learner.gathering import Gathering
 from policy.rollout import Rollout
-from tests.support.cases.fleets import BLOCK, HORIZON, SCENES, SIGMA, assert_same, weights
 from tests.support.faulty_shard import MakePoints, MakeSlowPoints
+from tests.support.learning.fleets import BLOCK, HORIZON, SCENES, SIGMA, assert_same, weights
 
 ROLLOUTS = 7
 CONFIG = FleetConfig(start_s=120, rollout_s=60, restarts=2)

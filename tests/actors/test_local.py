@@ -4,7 +4,7 @@ import pytest
 
 from actors.local import divide
 from policy.errors import LayoutError
-from tests.support.cases.points import assert_same, collect, fleet, weights
+from tests.support.learning.points import assert_same, collect, fleet, weights
 from world.errors import ConfigError
 
 

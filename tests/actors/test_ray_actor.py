@@ -1,7 +1,7 @@
 """What crosses to a Ray actor and back."""
 
 from actors.ray_actor import pack_rollout, unpack_rollout
-from tests.support.cases.fleets import assert_same
+from tests.support.learning.fleets import assert_same
 
 
 def test_packed_and_back(undisturbed):

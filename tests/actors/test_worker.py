@@ -10,7 +10,7 @@ from actors.worker import Worker
 from policy.model.acting import Policy
 from policy.model.networks import log_density
 from policy.rollout import next_states
-from tests.support.cases.points import assert_same, collect, fleet, weights
+from tests.support.learning.points import assert_same, collect, fleet, weights
 from tests.support.point_shard import (
     ACTION,
     EDGE,

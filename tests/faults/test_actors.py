@@ -12,7 +12,8 @@ from actors.errors import FleetError
 from actors.fleet import FleetConfig, RayFleet
 from actors.local import LocalFleet
 from policy.rollout import Rollout
-from tests.support.cases.fleets import (
+from tests.support.faulty_shard import MakePoints, MakeSlowPoints
+from tests.support.learning.fleets import (
     BLOCK,
     HORIZON,
     SCENES,
@@ -21,7 +22,6 @@ from tests.support.cases.fleets import (
     run,
     weights,
 )
-from tests.support.faulty_shard import MakePoints, MakeSlowPoints
 
 ROLLOUTS = 8
 #: No rollout may be waited for until its deadline, which lies beyond the test's own.

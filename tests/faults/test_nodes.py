@@ -13,7 +13,8 @@ from actors.cluster import START_S, on_loopback, patience, ray_session
 from actors.fleet import FleetConfig, RayFleet
 from actors.local import LocalFleet
 from policy.rollout import Rollout
-from tests.support.cases.fleets import (
+from tests.support.faulty_shard import MakePoints
+from tests.support.learning.fleets import (
     BLOCK,
     HORIZON,
     SCENES,
@@ -22,7 +23,6 @@ from tests.support.cases.fleets import (
     run,
     weights,
 )
-from tests.support.faulty_shard import MakePoints
 from tests.support.paths import ROOT
 
 ROLLOUTS = 6

@@ -6,7 +6,8 @@ import pytest
 
 from actors.local import LocalFleet
 from policy.rollout import Rollout
-from tests.support.cases.loops import (
+from tests.support.faulty_shard import MakePoints
+from tests.support.learning.loops import (
     HORIZON,
     SAMPLES,
     SCENES,
@@ -17,7 +18,6 @@ from tests.support.cases.loops import (
     overlapped,
     points,
 )
-from tests.support.faulty_shard import MakePoints
 
 
 def test_the_policy_that_acts_is_one_update_old(tmp_path):

@@ -13,7 +13,7 @@ from learner.loop import Loop, require_finite
 from learner.ppo import Learner
 from policy.checkpoints.format import read
 from policy.checkpoints.run_checkpoints import RunCheckpoints, resolve
-from tests.support.cases.loops import LAYOUT, Memory, Slowness, tensors
+from tests.support.learning.loops import LAYOUT, Memory, Slowness, tensors
 from tests.support.point_shard import ACTION, GOAL, STATE, PointShard
 from world.precision import FLOAT32
 

@@ -15,7 +15,8 @@ from learner.loop import STALE_IN_A_ROW, Loop
 from policy.checkpoints.format import read
 from policy.checkpoints.run_checkpoints import resolve
 from policy.rollout import Rollout
-from tests.support.cases.loops import (
+from tests.support.faulty_shard import MakePoints
+from tests.support.learning.loops import (
     HORIZON,
     LAYOUT,
     SAMPLES,
@@ -29,7 +30,6 @@ from tests.support.cases.loops import (
     points,
     tensors,
 )
-from tests.support.faulty_shard import MakePoints
 from world.errors import ConfigError
 
 

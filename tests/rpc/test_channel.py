@@ -10,7 +10,7 @@ from rpc.errors import UnreachableError
 from rpc.server import Server, ServerConfig
 from rpc.v1 import style_pb2 as pb
 from rpc.v1 import style_pb2_grpc
-from tests.support.cases.services import NAME, Answers, status
+from tests.support.rpc.services import NAME, Answers, status
 
 
 def test_a_client_waits_for_a_service_and_gives_up_in_the_end() -> None:

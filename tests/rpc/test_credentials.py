@@ -7,8 +7,8 @@ import pytest
 from rpc.channel import ChannelConfig
 from rpc.errors import RpcError, UnreachableError
 from rpc.server import Server, ServerConfig
-from tests.support.cases.certificates import certificates
-from tests.support.cases.services import serving, status
+from tests.support.rpc.certificates import certificates
+from tests.support.rpc.services import serving, status
 
 
 def test_tls_and_mutual_tls(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from rpc.errors import RefusedError, RpcError
 from rpc.server import Server, ServerConfig
 from rpc.v1 import style_pb2 as pb
 from rpc.v1 import style_pb2_grpc
-from tests.support.cases.services import serving, status
+from tests.support.rpc.services import serving, status
 
 
 def test_errors_become_statuses_with_one_line(capfd: pytest.CaptureFixture[str]) -> None:

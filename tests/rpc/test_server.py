@@ -19,7 +19,7 @@ from rpc.errors import RpcError
 from rpc.server import Server, ServerConfig
 from rpc.v1 import style_pb2 as pb
 from rpc.v1 import style_pb2_grpc
-from tests.support.cases.services import NAME, serving, status
+from tests.support.rpc.services import NAME, serving, status
 
 
 def test_health_reflection_and_metrics() -> None:

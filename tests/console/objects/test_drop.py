@@ -10,7 +10,7 @@ from world.furniture.catalogue import find
 
 
 def test_the_command_drops(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from tests.console.training.test_objects import kept
+    from tests.support.world.meshes import kept
 
     kept(tmp_path, find("chair-train-003"))
     kept(tmp_path, find("table-train-000"))

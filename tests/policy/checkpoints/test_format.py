@@ -11,7 +11,7 @@ import torch
 
 from policy.checkpoints.format import read, read_manifest, write
 from policy.errors import CheckpointError, LayoutError
-from tests.support.cases.checkpoints import LAYOUT, MANIFEST, assert_same, state
+from tests.support.learning.checkpoints import LAYOUT, MANIFEST, assert_same, state
 from tests.support.paths import ROOT
 
 

@@ -5,7 +5,7 @@ import pytest
 from policy.checkpoints.format import read_manifest
 from policy.checkpoints.run_checkpoints import RunCheckpoints, resolve
 from policy.errors import CheckpointError
-from tests.support.cases.checkpoints import LAYOUT, state
+from tests.support.learning.checkpoints import LAYOUT, state
 
 
 def test_a_run_keeps_the_last_few_and_the_best(tmp_path):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.support.cases.furniture import top_below
+from tests.support.world.furniture import top_below
 from world.furniture import seat as seats
 from world.furniture.catalogue import catalogue
 from world.furniture.piece import Piece, rotation

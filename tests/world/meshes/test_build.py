@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.support.cases.meshes import built
+from tests.support.world.meshes import built
 from world.errors import PieceError
 from world.furniture.catalogue import find
 from world.furniture.piece import Box, Piece

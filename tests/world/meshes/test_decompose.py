@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.support.cases.meshes import TRIANGLES
+from tests.support.world.meshes import TRIANGLES
 from world.furniture.catalogue import find
 from world.meshes import decompose, source
 from world.meshes.build import Told, build

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.support.cases.meshes import TRIANGLES, written, y_up
+from tests.support.world.meshes import TRIANGLES, written, y_up
 from world.errors import ChoiceError, PieceError
 from world.meshes import source
 from world.meshes.upright import Frame, upright

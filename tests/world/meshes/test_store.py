@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.support.cases.meshes import built
+from tests.support.world.meshes import built
 from world.errors import PieceError
 from world.meshes import store
 

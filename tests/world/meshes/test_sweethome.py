@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.support.cases.meshes import CATALOGUE, TRIANGLES, _bytes, library, mesh, y_up
+from tests.support.world.meshes import CATALOGUE, TRIANGLES, _bytes, library, mesh, y_up
 from world.errors import PieceError
 from world.furniture.catalogue import find
 from world.meshes import sweethome

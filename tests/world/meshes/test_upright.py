@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.support.cases.meshes import TRIANGLES, written, y_up
+from tests.support.world.meshes import TRIANGLES, written, y_up
 from world.errors import ConfigError
 from world.furniture.catalogue import find
 from world.meshes import source

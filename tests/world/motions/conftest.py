@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.support.cases.objects_in_clips import a_carry
+from tests.support.world.objects_in_clips import a_carry
 from world.motions import load
 from world.motions.clip import Clip
 from world.motions.synthetic.lies import lying

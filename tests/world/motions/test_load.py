@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.support.cases.clips import saved
+from tests.support.world.clips import saved
 from world.character import model as character
 from world.errors import ClipError
 from world.motions import load

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.support.cases.objects_in_clips import angle_deg
+from tests.support.world.objects_in_clips import angle_deg
 from world.motions.clip import Clip, mirrored
 from world.motions.fit.box import find_box
 from world.motions.objects import Skeleton

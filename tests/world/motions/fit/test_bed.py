@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.support.cases.objects_in_clips import shaken
 from tests.support.samp_clips import FOLDER, needs_samp
+from tests.support.world.objects_in_clips import shaken
 from world.motions import load
 from world.motions.clip import Clip
 from world.motions.fit.bed import find_beds

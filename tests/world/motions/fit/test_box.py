@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from tests.support.cases.objects_in_clips import a_carry, angle_deg, shaken
+from tests.support.world.objects_in_clips import a_carry, angle_deg, shaken
 from world import rotations
 from world.motions.clip import Clip
 from world.motions.fit import ground

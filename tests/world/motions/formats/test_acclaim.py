@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.support.cases.motion_files import AMC, ASF
 from tests.support.samp_clips import FOLDER
+from tests.support.world.motion_files import AMC, ASF
 from world.motions.formats import acclaim, landmarks, registry
 
 SHARED = FOLDER.parent

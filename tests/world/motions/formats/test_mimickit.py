@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.support.cases.motion_files import same_motion
+from tests.support.world.motion_files import same_motion
 from world.character import model as character
 from world.motions.clip import Clip
 from world.motions.formats import registry

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from tests.support.cases.motion_files import same_motion
+from tests.support.world.motion_files import same_motion
 from world.motions.clip import Clip
 from world.motions.formats import registry
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.support.cases.synthetic import Posed, posed
+from tests.support.world.synthetic import Posed, posed
 from world.motions import load
 from world.motions.clip import Seat
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tests.support.cases.synthetic import Posed, standing
+from tests.support.world.synthetic import Posed, standing
 from world.motions.synthetic import skeleton
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.support.cases.synthetic import Posed
+from tests.support.world.synthetic import Posed
 from world.motions.synthetic import gait, rotations, skeleton
 
 

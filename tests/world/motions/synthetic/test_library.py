@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.support.cases.synthetic import Posed
+from tests.support.world.synthetic import Posed
 from world.motions.clip import Seat
 from world.motions.synthetic import library
 

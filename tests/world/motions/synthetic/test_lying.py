@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tests.support.cases.synthetic import Posed
+from tests.support.world.synthetic import Posed
 
 
 def test_the_trunk_rests_on_the_bed_and_nothing_sinks_into_it(every: list[Posed]) -> None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tests.support.cases.synthetic import Posed
+from tests.support.world.synthetic import Posed
 from world.motions.clip import Seat
 from world.motions.synthetic import skeleton
 from world.motions.synthetic.sitting import ROOT_ABOVE_SEAT_M

@@ -8,8 +8,9 @@ import numpy as np
 import trimesh
 
 from world.furniture.catalogue import find
+from world.furniture.piece import Piece
 from world.furniture.surface import triangles
-from world.meshes import decompose, sweethome
+from world.meshes import decompose, store, sweethome
 from world.meshes.build import Built, Told, located
 
 CHAIR = find("chair-train-000")
@@ -90,3 +91,14 @@ def built(sit: tuple[float, float, float, float] | None = None) -> Built:
     parts = tuple(h for b in CHAIR.boxes if (h := decompose.closed(b.corners())) is not None)
     piece, error = located("mine", TRIANGLES, parts, Told(category="chair", sit=sit))
     return Built(piece, np.zeros(3), np.eye(3), error)
+
+
+def kept(folder: Path, piece: Piece) -> None:
+    """The file of an imported piece: the given one's boxes as hulls, its places as found."""
+    hulls = tuple(h for b in piece.boxes if (h := decompose.closed(b.corners())) is not None)
+    own = built().piece
+    own = Piece(
+        piece.name, piece.category, piece.boxes, piece.sit, piece.mass_kg, own.seed, hulls=hulls
+    )
+    document = store.document(Built(own, np.zeros(3), np.eye(3), None), "0" * 64, "by-hand.obj")
+    store.write(folder / f"{piece.name}{store.SUFFIX}", document)

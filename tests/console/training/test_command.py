@@ -1,7 +1,11 @@
-"""The command line as its user meets it: exit codes, one clear line, and what a run leaves."""
+"""A training as its user meets it: exit codes, one clear line, and what a run leaves."""
 
 import json
+import signal
 import socket
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -12,20 +16,25 @@ from console.app import main
 from console.run.directory import checkpoint_folder
 from console.run.metrics import read_metrics
 from policy.checkpoints.format import read
-
-SMALL = [
-    "--scenes", "64", "--block", "32", "--world.pieces", "4", "--world.scales", "1",
-    "--ppo.hidden", "32", "--style.hidden", "32", "--style.batch", "64", "--clone-passes", "1",
-    "--clone-samples", "256", "--threads", "2", "--ppo.warmup-iterations", "1",
-    "--style.normaliser-samples", "500", "--style.replay", "2000",
-]  # fmt: skip
+from tests.support.console.runs import SMALL, said
+from tests.support.paths import ROOT
 
 
-def said(capsys: pytest.CaptureFixture[str]) -> str:
-    """The one line that an error is."""
-    text = capsys.readouterr().err.strip()
-    assert text.startswith("inhabit: ") and "\n" not in text and "Traceback" not in text, text
-    return text
+def test_ctrl_c_leaves_a_checkpoint(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    asked = [
+        "train", "sit", "--run", str(run), "--scenes", "64", "--block", "32", "--threads", "2",
+        "--world.pieces", "4", "--world.scales", "1", "--ppo.hidden", "16", "--style.hidden", "16",
+        "--clone-passes", "0", "--style.normaliser-samples", "500",
+    ]  # fmt: skip
+    process = subprocess.Popen([sys.executable, "-m", "console", *asked], cwd=ROOT)
+    waited = time.monotonic() + 110
+    while not read_metrics(run / "metrics.jsonl") and time.monotonic() < waited:
+        time.sleep(0.2)
+    process.send_signal(signal.SIGINT)
+    assert process.wait(60) == 130
+    last = read_metrics(run / "metrics.jsonl")[-1]["iteration"]
+    assert (run / "checkpoints" / "latest").resolve().name == f"{last:06d}"
 
 
 def tensors(run: Path, checkpoint: str = "latest") -> dict[str, torch.Tensor]:
@@ -36,14 +45,6 @@ def tensors(run: Path, checkpoint: str = "latest") -> dict[str, torch.Tensor]:
         for file in sorted(folder.glob("*.safetensors"))
         for name, tensor in load_file(file).items()
     }
-
-
-@pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run of four iterations."""
-    folder = tmp_path_factory.mktemp("runs") / "whole"
-    assert main(["train", "sit", "--run", str(folder), "--iterations", "4", *SMALL]) == 0
-    return folder
 
 
 def test_a_run_leaves_its_record(run: Path) -> None:
@@ -124,22 +125,6 @@ def test_init_takes_another_tasks_networks(
     assert not other[:, 117:].any()
 
 
-def test_bad_arguments_are_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["train", "fly"]) == 2
-    assert "choose one of carry, lie, sit" in said(capsys)
-    assert main(["train", "sit", "--resume", "--restart", "--run", str(tmp_path)]) == 2
-    assert "contradict" in said(capsys)
-    assert main(["train", "sit", "--scenes", "100"]) == 2
-    assert "multiple" in said(capsys)
-    assert main(["train", "sit", "--address", "127.0.0.1:1"]) == 2
-    assert "--runner ray" in said(capsys)
-    assert main(["train", "sit", "--resume"]) == 2
-    assert "--run" in said(capsys)
-    assert main(["train"]) == 2
-    assert main(["frobnicate"]) == 2
-    assert main(["video", str(tmp_path)]) == 2
-
-
 def test_clips_that_cannot_be_used(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     run = tmp_path / "run"
     assert main(["train", "sit", "--run", str(run), "--motions", str(tmp_path / "none")]) == 1
@@ -183,40 +168,3 @@ def test_a_port_in_use(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
         address = f"127.0.0.1:{taken.getsockname()[1]}"
         assert main(["style", str(run), "--listen", address]) == 1
     assert address in said(capsys)
-
-
-def test_dry_run_shows_everything_and_writes_nothing(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    run = tmp_path / "run"
-    assert main(["train", "sit", "--dry-run", "--preset", "paper", "--run", str(run)]) == 0
-    shown = capsys.readouterr().out
-    for text in ("state: 114 numbers", "goal", "29 numbers", "overspeed", '"gamma": 0.99', "1024"):
-        assert text in shown
-    assert not run.exists()
-
-
-def test_evaluate_does_not_depend_on_threads(run: Path, tmp_path: Path) -> None:
-    figures = []
-    for threads in ("1", "2"):
-        out = tmp_path / f"{threads}.json"
-        asked = ["evaluate", str(run), "--trials", "140", "--threads", threads, "--json", str(out)]
-        assert main([*asked, "--quality", "8"]) == 0
-        figures.append(json.loads(out.read_text()))
-        figures[-1].pop("wall_s")
-    assert figures[0] == figures[1]
-    assert {"success", "sustained", "falls", "by_object", "by_distance"} <= set(figures[0])
-    assert {"by_stage", "quality", "preset"} <= set(figures[0])
-    assert figures[0]["quality"]["policy"]["style_reward"] > 0
-    assert figures[0]["quality"]["mocap"]["nearest_mocap"]["median"] > 0
-    assert list((run / "evaluations").glob("*.json"))
-
-
-def test_lists_and_checks(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["objects", "list", "--json"]) == 0
-    pieces = json.loads(capsys.readouterr().out)
-    assert len(pieces) == 410 and {"piece", "category", "size_m", "sit"} <= set(pieces[0])
-    (tmp_path / "broken.npz").write_bytes(b"nothing of the kind")
-    assert main(["motions", "check", str(tmp_path), "--json"]) == 1
-    report = json.loads(capsys.readouterr().out)[0]
-    assert report["clip"] == "broken" and "not a readable" in report["refused"]

@@ -3,34 +3,19 @@
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from console.app import main
 from console.run import assembly
-from tests.support.cases.meshes import built
+from tests.support.world.meshes import kept
 from world.config import WorldConfig
 from world.furniture.catalogue import find
-from world.furniture.piece import Piece
-from world.meshes import decompose, store
-from world.meshes.build import Built
 
 SMALL = [
     "--scenes", "32", "--block", "32", "--horizon", "4", "--world.scales", "1", "--threads", "1",
     "--ppo.hidden", "16", "--ppo.minibatch", "64", "--ppo.epochs", "1", "--style.hidden", "16",
     "--clone-passes", "0",
 ]  # fmt: skip
-
-
-def kept(folder: Path, piece: Piece) -> None:
-    """The file of an imported piece: the given one's boxes as hulls, its places as found."""
-    hulls = tuple(h for b in piece.boxes if (h := decompose.closed(b.corners())) is not None)
-    own = built().piece
-    own = Piece(
-        piece.name, piece.category, piece.boxes, piece.sit, piece.mass_kg, own.seed, hulls=hulls
-    )
-    document = store.document(Built(own, np.zeros(3), np.eye(3), None), "0" * 64, "by-hand.obj")
-    store.write(folder / f"{piece.name}{store.SUFFIX}", document)
 
 
 @pytest.fixture
