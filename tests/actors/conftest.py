@@ -6,7 +6,7 @@ from policy.rollout import Rollout
 from tests.support.learning.fleets import local, run
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def undisturbed() -> list[Rollout]:
     fleet = local()
     rollouts = run(fleet)

@@ -8,7 +8,7 @@ from console.app import main
 from tests.support.console.runs import SMALL
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run of four iterations."""
     folder = tmp_path_factory.mktemp("runs") / "whole"

@@ -10,7 +10,7 @@ from tests.support.faulty_shard import MakePoints
 SCENES, HORIZON, NODES, ACTORS_A_NODE = 8, 4, 2, 2
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def part() -> Rollout:
     fleet = LocalFleet(MakePoints(), SCENES, SCENES, 1, seed=5, horizon=HORIZON)
     rollout = fleet.collect(weights(0), 0, 0.1)

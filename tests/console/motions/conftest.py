@@ -7,6 +7,6 @@ import pytest
 from tests.support import small_clips
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return small_clips.write(tmp_path_factory.mktemp("clips"))

@@ -9,7 +9,7 @@ from console.synthesis import files as motion_files
 from tests.support.console.syntheses import asked
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """What the committed policy does from right before a chair, in every kind of file but films."""
     folder = tmp_path_factory.mktemp("motion") / "new"

@@ -1,4 +1,4 @@
-"""Shared by several tests: doctors."""
+"""A doctor's findings by name."""
 
 import json
 
