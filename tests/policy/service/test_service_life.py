@@ -37,4 +37,4 @@ def test_nothing_waits_where_everyone_has_asked() -> None:
     config = PolicyServiceConfig(batch=BatchConfig(max_wait_s=600.0))
     with running([fixed(make())], config) as found, stub(found) as client:
         state, goal = observation(0)
-        assert client.Act(pb.ActRequest(state=state, goal=goal), timeout=60).actions
+        assert client.Act(pb.ActRequest(state=state, goal=goal), timeout=60).action
