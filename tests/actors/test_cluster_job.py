@@ -20,9 +20,9 @@ import pytest
 from console.run.directory import RunDirectory
 from console.run.machine import family
 from console.run.metrics import read_metrics
-from tests.actors.test_cluster_loopback import listening
 from tests.support import small_clips
 from tests.support.paths import ROOT
+from tests.support.rpc.sockets import listening
 
 RAY = [sys.executable, "-c", "from ray.scripts.scripts import main; main()"]
 SMALL = [

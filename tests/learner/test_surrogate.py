@@ -1,11 +1,8 @@
 """PPO's objectives and schedules against numbers worked by hand."""
 
-import math
-
 import pytest
 import torch
 
-from learner.config import piecewise
 from learner.surrogate import (
     clipped_surrogate,
     imitation_loss,
@@ -51,14 +48,6 @@ def test_rate_follows_the_kl_within_bounds():
     assert next_rate(1e-4, 0.06, 0.06, bounds) == 1e-4
     assert next_rate(1.1e-5, 9.0, 0.06, bounds) == 1e-5
     assert next_rate(9.9e-4, 0.0, 0.06, bounds) == 1e-3
-
-
-def test_schedule_by_hand():
-    schedule = ((10.0, 0.1), (20.0, 0.05), (20.0, 0.03), (40.0, 0.01))
-    found = [piecewise(schedule, x) for x in (0, 10, 15, 19.999999, 20, 30, 40, 1e9)]
-    for value, expected in zip(found, (0.1, 0.1, 0.075, 0.05, 0.03, 0.02, 0.01, 0.01), strict=True):
-        assert math.isclose(value, expected, abs_tol=1e-6)
-    assert piecewise(((0.0, 0.1),), 5e7) == 0.1
 
 
 def test_mirror_loss_by_hand():

@@ -4,18 +4,15 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
-from PIL import Image
 
 from console.app import main
 from console.commands import Meshes
-from console.objects import page, sheet
 from console.objects.command import place_of, told
-from tests.world.meshes.test_meshes import TRIANGLES, built, mesh, written
-from world.errors import ChoiceError, ConfigError, PieceError
-from world.furniture.catalogue import find
-from world.meshes import collection, importing, notes, store
+from tests.support.world.meshes import mesh, written
+from world.errors import ChoiceError, ConfigError
+from world.furniture import collection
+from world.meshes import importing, notes, store
 from world.meshes.notes import Note
 
 
@@ -167,43 +164,3 @@ def test_place_of() -> None:
             place_of(bad)
     with pytest.raises(ChoiceError):
         told(Meshes(category="throne"))
-
-
-def test_a_sheet_shows_pieces_and_their_places(tmp_path: Path) -> None:
-    pieces = [find("chair-train-000"), find("bed-train-000"), built().piece]
-    path = tmp_path / "sheet.png"
-    sheet.write(path, pieces)
-    image = np.asarray(Image.open(path).convert("RGB")).astype(int)
-    assert image.shape == (sheet.CELL + sheet.CAPTION, 3 * sheet.CELL, 3)
-    cells = np.split(image, 3, axis=1)
-
-    def share(cell: np.ndarray, colour: tuple[int, int, int]) -> float:
-        return float((np.abs(cell - colour).sum(axis=2) < 30).mean())
-
-    assert all(share(cell, sheet._SEAT) > 0.003 for cell in cells)
-    lying = [share(cell, sheet._LIE) > 0.002 for cell in cells]
-    assert lying == [False, True, False]
-    with pytest.raises(PieceError, match="cannot write"):
-        sheet.write(path / "under-a-file.png", pieces[:1])
-
-
-def test_the_page_holds_everything(tmp_path: Path) -> None:
-    evil = replace(find("chair-train-000"), credit="</script><b>")
-    path = tmp_path / "page.html"
-    page.write(path, [evil, built().piece])
-    text = path.read_text()
-    assert text.count("</script>") == 1
-    start = text.index("const PIECES = ") + len("const PIECES = ")
-    pieces = json.loads(text[start : text.index(";\n", start)])
-    assert [p["name"] for p in pieces] == ["chair-train-000", "mine"]
-    assert len(pieces[0]["faces"]) == 6 * len(evil.boxes)
-    assert "http" not in text
-
-
-def test_faces_are_seen_from_outside() -> None:
-    piece = find("chair-train-000")
-    turn = sheet.view()
-    assert np.allclose(turn @ turn.T, np.eye(3))
-    assert np.linalg.det(turn) == pytest.approx(1.0)
-    assert TRIANGLES.shape[1:] == (3, 3)
-    assert sheet.caption(piece).startswith("chair-train-000\n")

@@ -20,9 +20,9 @@ from console.run.experiment import Experiment, read_experiment
 from console.training.style_service import attached
 from discriminator.errors import StyleError
 from rpc.errors import RefusedError
-from tests.rpc.test_server import certificates
 from tests.support import small_clips
 from tests.support.paths import ROOT
+from tests.support.rpc.certificates import certificates
 
 SMALL = [
     "--scenes", "16", "--block", "16", "--horizon", "4", "--world.pieces", "2",

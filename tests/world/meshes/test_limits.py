@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.support.paths import ROOT
-from tests.world.meshes.test_meshes import CATALOGUE, TRIANGLES, library, mesh, y_up
+from tests.support.world.meshes import CATALOGUE, TRIANGLES, library, mesh, y_up
 from world.meshes import sweethome
 
 #: Reads every file of a folder as the importer does, and says what came of it and what it took.

@@ -1,0 +1,36 @@
+"""Blocks of scenes for actors of different speeds, by hand and by enumeration."""
+
+import pytest
+
+from actors.cluster import ray_session
+from actors.shares import consecutive, longest, shares
+
+
+@pytest.fixture(scope="module", autouse=True)
+def ray():
+    with ray_session(cpus=4, object_store_bytes=100 * 2**20):
+        yield
+
+
+def test_shares_by_hand():
+    assert shares(32, [1.0, 1.0, 1.0, 1.0]) == [8, 8, 8, 8]
+    assert shares(7, [1.0, 1.0, 1.0]) == [3, 2, 2]
+    # Rates 1, 1, 1 and 1/10: the last one has one block when the others have ten.
+    assert shares(32, [1.0, 1.0, 1.0, 10.0]) == [11, 10, 10, 1]
+    assert longest([11, 10, 10, 1], [1.0, 1.0, 1.0, 10.0]) == 11.0
+    assert shares(6, [10.0, 1.0, 1.0]) == [0, 3, 3]
+    assert consecutive([2, 0, 1], 8) == [range(16), range(16, 16), range(16, 24)]
+
+
+@pytest.mark.parametrize("actors", [2, 4, 10])
+def test_a_tenth_of_the_speed_is_no_dearer_than_no_actor(actors):
+    """By enumeration of all divisions that give the others the same: none is done earlier."""
+    costs = [10.0] + [1.0] * (actors - 1)
+    blocks = 8 * actors
+    best = min(longest([own, *_even(blocks - own, actors - 1)], costs) for own in range(blocks + 1))
+    found = longest(shares(blocks, costs), costs)
+    assert found == best <= max(_even(blocks, actors - 1))
+
+
+def _even(blocks: int, actors: int) -> list[int]:
+    return [blocks // actors + (i < blocks % actors) for i in range(actors)]
