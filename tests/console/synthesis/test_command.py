@@ -37,7 +37,7 @@ def asked(*words: str) -> list[str]:
 
 
 def command(task: str, piece: str, **flags: object) -> Synthesize:
-    return replace(Synthesize(Path(task), piece, ()), **flags)  # pyright: ignore
+    return replace(Synthesize(Path(task), (), piece), **flags)  # pyright: ignore
 
 
 def made(served: Served, flags: Synthesize, seed: int | None = None) -> Motion:
@@ -199,14 +199,14 @@ def test_furniture_that_moves_moves_in_the_recording(tmp_path: Path) -> None:
     np.testing.assert_allclose(take.mocap_pos[0], [0.1, 0.2, 0.0], atol=1e-6)
     yaw = 2 * np.arctan2(take.mocap_quat[0, 3], take.mocap_quat[0, 0])
     assert np.rad2deg(yaw) == pytest.approx(30.0)
-    shift = np.linalg.norm(motion.places[-1].point[0, :2] - motion.places[0].point[0, :2])
+    shift = np.linalg.norm(motion.targets[-1].point[0, :2] - motion.targets[0].point[0, :2])
     assert motion.summary.displaced and 0.5 - 1e-3 <= shift <= 1.5 + 1e-3
 
 
 def test_lying_has_a_bed_to_either_side() -> None:
     served = make(1, "lie", "lie")
     starts = [made(served, command("lie", "bed-test-002", seconds=0.1, place=i)) for i in (0, 1)]
-    facings = [motion.places[0].facing[0].numpy() for motion in starts]
+    facings = [motion.targets[0].facing[0].numpy() for motion in starts]
     np.testing.assert_allclose(facings[0], -facings[1], atol=1e-5)
     # frames of success, as a policy that lies there would have them
     good = starts[0]
