@@ -99,8 +99,8 @@ class Synthesize:
     start: str = "3,0,180"
     """X,Y,YAW: where the character stands at first, m, and where it faces, degrees."""
     at: str = "0,0,0"
-    """X,Y,YAW: where the piece stands, m, and where its front faces, degrees; of a policy that walks,
-    where to, and which way to face there."""
+    """X,Y,YAW: where the piece stands, m, and where its front faces, degrees; of a policy that
+    walks, where to, and which way to face there."""
     place: int = 0
     """Which place of use, where a piece has several: a bed is got onto by either side."""
     scale: float = 1.0
