@@ -77,15 +77,15 @@ def extras(content: Mapping[str, np.ndarray], name: str) -> dict[str, Any]:
     try:
         about = json.loads(str(content["about"]))
         return {
-            "name": about["name"],
-            "source": about["source"],
-            "licence": about["licence"],
+            "name": str(about["name"]),
+            "source": str(about["source"]),
+            "licence": str(about["licence"]),
             "seat": _lasting(Seat, about["seat"]),
             "bed": _lasting(Bed, about["bed"]),
             "box": _box(about["box_size_m"], content),
             "ghost": _ghost(about["ghost"], content),
         }
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise ClipError(f"{name}: its 'about' is not that of a clip ({error})") from error
 
 

@@ -12,6 +12,7 @@ from world.motions.augment import paced
 from world.motions.clip import Clip, validate
 from world.motions.fit import ground
 from world.motions.library import MotionLibrary, prepare
+from world.refusals import refusing
 
 #: Readers by file suffix. A new format is a file and a line here.
 READERS: dict[str, Callable[[Path], Clip]] = {samp.SUFFIX: samp.read}
@@ -45,7 +46,8 @@ def read(path: Path) -> Clip:
             f"{path}: unknown clip format '{path.suffix}'; formats: {', '.join(sorted(READERS))}"
             " ('inhabit motions import' makes clips of others)"
         )
-    return validate(reader(path))
+    with refusing(ClipError, path, "clip"):
+        return validate(reader(path))
 
 
 def own_clips() -> list[Clip]:

@@ -6,7 +6,6 @@ Rest pose with hanging arms, as ours, so that local rotations carry over.
 
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -14,6 +13,8 @@ from world.character import model as character
 from world.errors import ClipError
 from world.motions import clip_file
 from world.motions.clip import Clip
+from world.motions.formats import arrays
+from world.refusals import refusing
 
 SUFFIX = ".npz"
 _KEYS = ("fps", "root_position_m", "local_rotation_wxyz", "body_names")
@@ -22,15 +23,23 @@ _KEYS = ("fps", "root_position_m", "local_rotation_wxyz", "body_names")
 def read(path: Path) -> Clip:
     """The clip in the file at its own frame rate; ClipError in one line if it is none of this
     format."""
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            missing = [key for key in _KEYS if key not in file]
-            if missing:
-                raise ClipError(f"{path}: no {', '.join(missing)}; a clip has {', '.join(_KEYS)}")
-            fps, position, rotation, names = (file[key] for key in _KEYS)
-            extras = clip_file.extras(file, str(path))
-    except (OSError, ValueError, EOFError, BadZipFile) as error:
-        raise ClipError(f"{path}: not a readable .npz clip ({error})") from error
+    with refusing(ClipError, path, ".npz clip"), arrays.opened(path) as file:
+        missing = [key for key in _KEYS if key not in file]
+        if missing:
+            raise ClipError(f"{path}: no {', '.join(missing)}; a clip has {', '.join(_KEYS)}")
+        fps, position, rotation, names = (file[key] for key in _KEYS)
+        extras = clip_file.extras(file, str(path))
+        return _clip(path, fps, position, rotation, names, extras)
+
+
+def _clip(
+    path: Path,
+    fps: np.ndarray,
+    position: np.ndarray,
+    rotation: np.ndarray,
+    names: np.ndarray,
+    extras: dict[str, Any],
+) -> Clip:
     order = _order(path, [str(name) for name in names])
     rate = float(fps)
     if not 1 <= rate <= 1000:
