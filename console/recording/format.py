@@ -190,6 +190,8 @@ def _fault(take: Take) -> str:
         value = getattr(take, name)
         if value.shape not in ((0,), (3,)) or not (np.abs(value) < MAX_REACH_M).all():
             return f"{name} is {list(value.shape)}, not three lengths"
+    if take.stand.shape == (3,) and cargo != (3,):
+        return "a stand without a box"
     if (take.cargo <= 0).any():
         return "cargo with edges that are no lengths"
     radius = take.meta.get("ball_radius_m", 0.1)

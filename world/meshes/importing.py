@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from world import bounded
-from world.errors import InhabitError, PieceError
+from world.errors import PieceError
 from world.furniture.piece import Piece
 from world.meshes import notes, source, store, sweethome
 from world.meshes.build import Told, build

@@ -239,9 +239,7 @@ def _load(data: bytes, path: Path) -> Any:
 def _scan(data: bytes) -> None:
     """Refuse what reaches outside the file, and places in the memo that were never reached: the
     unpickler would make room for all of them."""
-    steps = 0
-    for opcode, argument, _ in pickletools.genops(data):
-        steps += 1
+    for steps, (opcode, argument, _) in enumerate(pickletools.genops(data), 1):
         if opcode.name in _OUTSIDE:
             raise _Refused(f"{opcode.name}, which is outside the file")
         if opcode.name in _MEMO and isinstance(argument, int) and argument > steps:
