@@ -21,6 +21,7 @@ from world.errors import InhabitError
 from world.refusals import one_line
 
 MAX_ANSWER_BYTES = 1 << 28
+LOOK_S = 0.2
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,7 @@ def run(
     workers: int,
     advice: str = "",
     preload: Sequence[str] = (),
+    stopped: Callable[[], bool] = lambda: False,
 ) -> Iterator[tuple[int, Result]]:
     """Results of `work(*arguments)` with the tasks' indices, as they end.
 
@@ -80,6 +82,7 @@ def run(
         workers: processes at a time.
         advice: what to do about a file that breaks its bounds.
         preload: modules that the processes begin with.
+        stopped: asked several times a second; true ends all that still runs, without results.
     All that still runs is ended when the iterator is closed, or Ctrl-C is pressed.
     """
     context = multiprocessing.get_context("forkserver")
@@ -101,7 +104,9 @@ def run(
             if not running:
                 return
             first = min(one.ends_at for one in running.values())
-            ready = wait(list(running), max(0.0, first - time.monotonic()))
+            ready = wait(list(running), min(LOOK_S, max(0.0, first - time.monotonic())))
+            if stopped():
+                return
             for end in ready:
                 assert isinstance(end, Connection)
                 one = running.pop(end)

@@ -33,6 +33,9 @@ class JsonLines:
     def write(self, metrics: Mapping[str, float]) -> None:
         line = json.dumps({k: plain(v) for k, v in metrics.items()}) + "\n"
         with _writing(self._path):
+            if not os.fstat(self._file.fileno()).st_nlink:
+                # the open file would take lines that nobody will ever read
+                raise RunError(f"{self._path} was deleted while the run was going on: it ends here")
             _append(self._file, line.encode())
 
     def close(self) -> None:

@@ -6,6 +6,7 @@ import os
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ MANIFEST = "manifest.json"
 MAX_MANIFEST_BYTES = 64 << 20
 MAX_WIDTH, MAX_LAYERS, MAX_FIELDS = 16_384, 16, 1024
 """Largest layer, and most layers and fields, of a network that is read."""
+MAX_WEIGHTS = 100_000_000
 SECTIONS = ("policy", "training", "style")
 State = dict[str, Any]
 Table = tuple[tuple[str, int], ...]
@@ -247,6 +249,9 @@ def _bounded(layout: Layout) -> None:
     fields = (*layout.features, *layout.goal)
     if not all(1 <= width <= MAX_WIDTH for width in widths) or any(w < 0 for _, w in fields):
         raise ValueError(f"a layer's width beyond 1 to {MAX_WIDTH}")
+    sides = (layout.observation, *layout.hidden, layout.actions)
+    if sum(a * b for a, b in pairwise(sides)) > MAX_WEIGHTS:
+        raise ValueError(f"more than {MAX_WEIGHTS} weights")
     if not 1 <= len(layout.hidden) <= MAX_LAYERS or len(fields) > MAX_FIELDS:
         raise ValueError(f"more than {MAX_LAYERS} layers or {MAX_FIELDS} fields")
 

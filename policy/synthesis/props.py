@@ -1,7 +1,7 @@
 """What stands in a simulated scene beside the character: furniture, or a box on its stand."""
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Protocol
 
@@ -79,11 +79,12 @@ def props_of(
     task: Task,
     balls: Sequence[Ball] = (),
     piece: Piece | None = None,
+    gone: Callable[[], bool] = lambda: False,
 ) -> Props:
     """The object of a request; RequestError names what is missing or wrong.
 
     balls: projectiles that its scene has besides. piece: the furniture, at its scale, in the place
-    of the request's shape.
+    of the request's shape. gone: whether nobody waits for it any more.
     """
     if task.affordance == "carry":
         if not request.HasField("box"):
@@ -92,7 +93,7 @@ def props_of(
     if not request.HasField("furniture"):
         raise RequestError(f"furniture: missing, '{task.name}' needs it")
     if piece is None and request.furniture.WhichOneof("shape") == "mesh":
-        piece = piece_of_mesh(request.furniture)
+        piece = piece_of_mesh(request.furniture, gone)
     if piece is not None:
         where = placed(request.furniture, piece, mesh_spot(piece, request.furniture, task), True)
     else:
@@ -100,7 +101,9 @@ def props_of(
     return Furnished(where, task, balls)
 
 
-def piece_of_mesh(furniture: pb.Furniture) -> Piece:
+def piece_of_mesh(
+    furniture: pb.Furniture, gone: Callable[[], bool] = lambda: False
+) -> Piece:
     """The piece that a mesh gives, made in a process of its own within bounds, or known already."""
     mesh = furniture.mesh
     if mesh.format not in FORMATS:
@@ -111,7 +114,7 @@ def piece_of_mesh(furniture: pb.Furniture) -> Piece:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"mesh.{mesh.format}"
         path.write_bytes(mesh.data)
-        (outcome,) = importing.run(importing.jobs([path], Told()), 1)
+        (outcome,) = importing.run(importing.jobs([path], Told()), 1, stopped=gone)
     piece = outcome.piece()
     if piece is None:
         raise RequestError(f"furniture.mesh: {outcome.refused}")

@@ -88,9 +88,15 @@ _READ = (*source.SUFFIXES, ".sh3f")
 
 
 def run(
-    work: Sequence[Job], workers: int, done: Callable[[Outcome], None] = lambda outcome: None
+    work: Sequence[Job],
+    workers: int,
+    done: Callable[[Outcome], None] = lambda outcome: None,
+    stopped: Callable[[], bool] = lambda: False,
 ) -> list[Outcome]:
-    """What becomes of each job, in their order; `done` is told of each as it ends."""
+    """What becomes of each job, in their order; `done` is told of each as it ends.
+
+    PieceError where `stopped` says so before all are done.
+    """
     outcomes: dict[int, Outcome] = {}
     waiting: list[tuple[int, Job, str]] = []
     for index, job in enumerate(work):
@@ -100,9 +106,11 @@ def run(
         else:
             outcomes[index] = ready
             done(ready)
-    for index, outcome in _processes(waiting, workers):
+    for index, outcome in _processes(waiting, workers, stopped):
         outcomes[index] = outcome
         done(outcome)
+    if len(outcomes) < len(work):
+        raise PieceError("the import was given up")
     return [outcomes[index] for index in range(len(work))]
 
 
@@ -194,12 +202,16 @@ def _cached(key: str) -> Path:
     return cache_folder() / f"{key}.json"
 
 
-def _processes(waiting: list[tuple[int, Job, str]], workers: int) -> Iterator[tuple[int, Outcome]]:
+def _processes(
+    waiting: list[tuple[int, Job, str]], workers: int, stopped: Callable[[], bool]
+) -> Iterator[tuple[int, Outcome]]:
     """Outcomes of the jobs as they end, each made in a process of its own."""
     bounds = bounded.Bounds(CPU_S, WALL_S, MEMORY_BYTES)
     tasks = [bounded.Task(job.name, (job, digest), bounds) for _, job, digest in waiting]
     libraries = ("trimesh", "vhacdx", "scipy.spatial")
-    for place, result in bounded.run(tasks, _made, workers, ADVICE, libraries):
+    for place, result in bounded.run(
+        tasks, _made, workers, ADVICE, libraries, stopped
+    ):
         index, job, _ = waiting[place]
         yield index, Outcome(job.name, result.value, result.refused)
 
