@@ -74,7 +74,7 @@ def test_the_presets_are_within(preset: str) -> None:
         ("train sit --ppo.gamma 2", "--ppo.gamma 2: must be 0 to 1"),
         ("train sit --ppo.sigma 0 inf", "--ppo.sigma inf: must be"),
         ("train sit --world.scale 0 1", "--world.scale 0: must be 0.1 to 10"),
-        ("train sit --world.starts.clip 7", "--world.starts.clip 7: must be 0 to 1"),
+        ("train sit --world.initial.near 7", "--world.initial.near 7: must be 0 to 1"),
         ("serve x --batch.max-rows 0", "--batch.max-rows 0: must be 1 to 65536"),
         ("serve x --poll-s nan", "--poll-s nan: must be 0.05 to 3600"),
         ("evaluate x --trials -5", "--trials -5: must be 1 to 10000000"),
