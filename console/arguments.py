@@ -1,6 +1,7 @@
 """Command-line words to a command's dataclass; what is wrong with them as one line, not a box."""
 
 import contextlib
+import dataclasses
 import io
 import re
 import sys
@@ -8,7 +9,17 @@ from collections.abc import Sequence
 from typing import Any
 
 import tyro
+from tyro.constructors import (
+    ConstructorRegistry,
+    StructConstructorSpec,
+    StructFieldSpec,
+    StructTypeInfo,
+)
 
+# tyro has no public name for its own rule; its version is pinned
+from tyro.constructors._struct_spec_dataclass import dataclass_rule
+
+from console import bounds
 from world.errors import ConfigError
 
 _STYLING = re.compile(r"\x1b\[[0-9;]*m")
@@ -27,7 +38,7 @@ def parse_words(kind: Any, words: Sequence[str], prog: str, **settings: Any) -> 
     said = io.StringIO()
     try:
         with contextlib.redirect_stderr(said):
-            found = tyro.cli(kind, prog=prog, args=list(words), **settings)
+            found = tyro.cli(kind, prog=prog, args=list(words), registry=_bounded(), **settings)
     except SystemExit as stop:
         if not stop.code:
             raise
@@ -36,7 +47,36 @@ def parse_words(kind: Any, words: Sequence[str], prog: str, **settings: Any) -> 
             text = text.replace(f"see {prog} --help", f"see {prog} {words[0]} --help")
         raise ArgumentError(text) from None
     sys.stderr.write(said.getvalue())
+    if dataclasses.is_dataclass(found):
+        bounds.hold(found)
     return found
+
+
+def _bounded() -> ConstructorRegistry:
+    """Tyro's reading of dataclasses, with the bounds of numbers in their help."""
+    registry = ConstructorRegistry()
+
+    @registry.struct_rule
+    def rule(info: StructTypeInfo) -> StructConstructorSpec | None:
+        spec = dataclass_rule(info)
+        if spec is None or not isinstance(info.type, type):
+            return spec
+        fields = tuple(_told(info.type, field) for field in spec.fields)
+        return dataclasses.replace(spec, fields=fields)
+
+    return registry
+
+
+def _told(kind: type, field: StructFieldSpec) -> StructFieldSpec:
+    form = bounds.said(kind, field.name)
+    if not form:
+        return field
+
+    def text() -> str:
+        own = field.helptext() if callable(field.helptext) else field.helptext
+        return f"{(own or '').rstrip().rstrip('.')}; {form}." if own else f"{form}."
+
+    return dataclasses.replace(field, helptext=text)
 
 
 def one_line(box: str) -> str:

@@ -16,6 +16,8 @@ from rpc.errors import CodecError, RefusedError
 from rpc.v1 import style_pb2 as pb
 from rpc.v1 import style_pb2_grpc
 
+TRAINING = "inhabit-training"
+"""Key of a call's metadata: the id of the training that makes it."""
 KINDS = {
     grpc.StatusCode.INVALID_ARGUMENT: StyleError,
     grpc.StatusCode.FAILED_PRECONDITION: TurnError,
@@ -35,15 +37,18 @@ class StyleClient:
         say: Callable[[str], None] | None = None,
         half: bool = False,
         lost: Callable[[], str | None] | None = None,
+        training: str = "",
     ) -> None:
         """Connect, waiting for the service if need be.
 
         say: gets one line when the service is away, and one when it is back.
         half: send states as float16.
         lost: why the service will never come back, None as long as it may.
+        training: id that every call shows: from Restore on, the service takes no other's.
         Raises RpcError if the service cannot be reached.
         """
-        self._channel = Channel(config, "style service", say, lost)
+        metadata = [(TRAINING, training)] if training else []
+        self._channel = Channel(config, "style service", say, lost, metadata)
         self._stub = style_pb2_grpc.StyleStub(self._channel.grpc)
         self._half = half
         self._last: list[pb.ScoreChunk] = []

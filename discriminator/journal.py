@@ -27,6 +27,7 @@ class Journal:
             raise StyleError(f"state directory {directory}: {error.strerror}") from error
         self.replay = directory / "replay.f32"
         self._path = directory / "state.safetensors"
+        self._training = directory / "training"
 
     def load(self) -> dict[str, Tensor] | None:
         """The last state saved, without the replay's rows; None if there is none."""
@@ -36,6 +37,25 @@ class Journal:
             return load_file(self._path)
         except (SafetensorError, OSError) as error:
             raise StyleError(f"state {self._path}: {error}; remove it to start anew") from error
+
+    def training(self) -> str:
+        """Id of the training that the state belongs to; empty where none is known."""
+        try:
+            return self._training.read_text().strip()
+        except FileNotFoundError:
+            return ""
+        except (OSError, ValueError) as error:
+            raise StyleError(f"state {self._training}: {error}; remove it") from error
+
+    def belong(self, training: str) -> None:
+        """Note the training that the state belongs to from now on."""
+        temporary = self._training.with_suffix(".tmp")
+        temporary.write_text(training)
+        os.replace(temporary, self._training)
+
+    def clear(self) -> None:
+        """Forget the saved state: the replay is about to become another's."""
+        self._path.unlink(missing_ok=True)
 
     def save(self, state: dict[str, Tensor]) -> None:
         """Replace the saved state in one step."""

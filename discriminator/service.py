@@ -11,6 +11,7 @@ import grpc
 import torch
 from prometheus_client import Gauge
 
+from discriminator.client import TRAINING
 from discriminator.errors import StyleError, TurnError
 from discriminator.journal import Journal
 from discriminator.messages import rollout_of, state_chunks, state_of
@@ -52,9 +53,13 @@ class StyleService(style_pb2_grpc.StyleServicer):
         self._instance = secrets.token_hex(8)
         self._began = time.monotonic()
         self._due = threading.Semaphore(0)
+        self._training = ""
+        """Id of the training that the service belongs to; empty: to whoever calls without one."""
         saved = journal.load() if journal else None
         if saved is not None:
             style.load_state_dict(saved)
+        if journal is not None:
+            self._training = journal.training()
         if config.train_every > 0:
             threading.Thread(target=self._train_of_its_own_accord, daemon=True).start()
 
@@ -62,12 +67,14 @@ class StyleService(style_pb2_grpc.StyleServicer):
         self, request_iterator: Iterator[pb.ScoreChunk], context: grpc.ServicerContext
     ) -> pb.ScoreReply:
         """See style.proto."""
+        self._own(context)
         first = next(request_iterator, None)
         if first is None or first.WhichOneof("part") != "header":
             raise CodecError("header: must come first")
         header = first.header
         rollout = rollout_of(header, request_iterator, self._style.width)
         with self._lock:
+            self._own(context)
             known = self._style.knows(header.batch)
             if header.HasField("version") and not known and header.version != self._style.version:
                 raise TurnError(
@@ -84,6 +91,7 @@ class StyleService(style_pb2_grpc.StyleServicer):
     def Train(self, request: pb.TrainRequest, context: grpc.ServicerContext) -> pb.TrainReply:
         """See style.proto."""
         with self._lock:
+            self._own(context)
             style = self._style
             if self._config.train_every:
                 raise TurnError(
@@ -130,11 +138,25 @@ class StyleService(style_pb2_grpc.StyleServicer):
         self, request_iterator: Iterator[pb.StateChunk], context: grpc.ServicerContext
     ) -> pb.RestoreReply:
         """See style.proto."""
-        state = state_of(request_iterator)
+        state = state_of(request_iterator, self._style.state_bytes)
         with self._lock:
+            self._style.check_state(state)
+            if self._journal is not None:
+                # killed half-way, the replay would be of the one state and the rest of the other
+                self._journal.clear()
+                self._journal.belong(training_of(context))
+            self._training = training_of(context)
             self._style.load_state_dict(state)
             self._save(new=True)
             return pb.RestoreReply(version=self._style.version)
+
+    def _own(self, context: grpc.ServicerContext) -> None:
+        """TurnError for a call of another training than the one that restored the service last."""
+        if training_of(context) != self._training:
+            raise TurnError(
+                "the service belongs to another training, which began with Restore: start a"
+                " service for each"
+            )
 
     def _save(self, new: bool) -> None:
         """Write the journal; `new`: with the last rollout, for a training still to come."""
@@ -162,6 +184,12 @@ class StyleService(style_pb2_grpc.StyleServicer):
         }
         for name, (what, value) in figures.items():
             Gauge(name, what, registry=server.registry).set_function(value)
+
+
+def training_of(context: grpc.ServicerContext) -> str:
+    """The id of the training that makes a call; empty where it shows none."""
+    shown = dict(context.invocation_metadata() or ()).get(TRAINING, "")
+    return shown if isinstance(shown, str) else shown.decode("ascii", "replace")
 
 
 def start(

@@ -14,11 +14,12 @@ from discriminator.network import StyleNetwork
 from discriminator.pairing import check_rollout, next_states
 from discriminator.protocols import MocapSampler, StyleScores
 from discriminator.replay import Replay
-from world.errors import LayoutError
+from discriminator.state import Form, check
 from world.precision import Precision, decide
 
 BLOCK = 512  # rows per forward pass: activations stay in the cache
 TRAINING = 2  # keeps the random stream of training apart from that of insertions
+MAX_ROLLOUT_STATE_BYTES = 1 << 30  # the last rollout and the scores, in a state
 REMEMBERED = 8  # batch ids whose scores are kept for a retry
 
 
@@ -223,9 +224,9 @@ class Discriminator:
         """Become the discriminator whose state_dict this is, bit for bit.
 
         A state without `replay` keeps the rows that are in memory. Raises LayoutError, and
-        changes nothing, if it is of another network, feature layout or replay capacity.
+        changes nothing, if anything of it does not fit this discriminator (see state.check).
         """
-        self._check(state)
+        self.check_state(state)
         self.network.load_state_dict(_under(state, "network/"))
         parameters = len(list(self.network.parameters()))
         moments = {i: _copied(_under(state, f"adam/{i}/")) for i in range(parameters)}
@@ -268,27 +269,28 @@ class Discriminator:
     def close(self) -> None:
         """Nothing to release in process."""
 
-    def _check(self, state: Mapping[str, Tensor]) -> None:
-        kinds = ("network/", "normaliser/", "counters/")
+    def check_state(self, state: Mapping[str, Tensor]) -> None:
+        """LayoutError, in one line, unless `load_state_dict` can take the state."""
         own = self.state_dict(replay=False)
-        wanted = {k: v.shape for k, v in own.items() if k.startswith(kinds)}
-        for name, shape in wanted.items():
-            if name not in state:
-                raise LayoutError(f"discriminator state: {name} is missing")
-            if state[name].shape != shape:
-                raise LayoutError(
-                    f"discriminator state: {name} is {list(state[name].shape)}, "
-                    f"must be {list(shape)}"
-                )
-        size, inputs = int(state["counters/replay"]), self.replay.rows.shape[1]
-        if size > self.replay.capacity:
-            raise LayoutError(
-                f"discriminator state: a replay of {size}, must be at most {self.replay.capacity}"
-            )
-        if "new" not in state or state["new"].ndim != 2 or state["new"].shape[1] != inputs:
-            raise LayoutError(f"discriminator state: new must be [n, {inputs}]")
-        if "replay" in state and tuple(state["replay"].shape) != (size, inputs):
-            raise LayoutError(f"discriminator state: replay must be [{size}, {inputs}]")
+        tensors = {k: v for k, v in own.items() if k.startswith(("network/", "normaliser/"))}
+        check(
+            state,
+            Form(
+                tensors=tensors,
+                parameters=tuple(p.shape for p in self.network.parameters()),
+                inputs=self.replay.rows.shape[1],
+                capacity=self.replay.capacity,
+                steps=self.config.steps_per_iteration,
+                remembered=REMEMBERED,
+            ),
+        )
+
+    @property
+    def state_bytes(self) -> int:
+        """What a state of this discriminator may have in all: replay, last rollout, scores."""
+        own = sum(v.numel() * v.element_size() for v in self.state_dict(replay=False).values())
+        rows = self.replay.rows
+        return 2 * (own + rows.numel() * rows.element_size()) + MAX_ROLLOUT_STATE_BYTES
 
 
 def _under(state: Mapping[str, Tensor], prefix: str) -> dict[str, Tensor]:

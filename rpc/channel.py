@@ -1,8 +1,8 @@
 """The client's end: a channel that waits for a service that is away, instead of failing."""
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from typing import TypeVar
 
 import grpc
@@ -16,6 +16,7 @@ Metadata = list[tuple[str, str]]
 AWAY = (
     grpc.StatusCode.UNAVAILABLE,
     grpc.StatusCode.DEADLINE_EXCEEDED,
+    grpc.StatusCode.RESOURCE_EXHAUSTED,  # too many calls in progress
     grpc.StatusCode.CANCELLED,  # what a draining server gives those that outlast its patience
 )
 FIRST_PAUSE_S, LAST_PAUSE_S = 0.1, 2.0
@@ -39,6 +40,8 @@ class ChannelConfig:
     """Name expected in the service's certificate, if it is not the host's."""
     token_file: str = ""
     """File with the bearer token to show."""
+    token: str = field(default="", repr=False)
+    """The token itself, where no file has it."""
     deadline_s: float = 120.0
     """Longest time for one call."""
     patience_s: float = 900.0
@@ -59,23 +62,26 @@ class Channel:
         name: str,
         say: Callable[[str], None] | None = None,
         lost: Callable[[], str | None] | None = None,
+        metadata: Sequence[tuple[str, str]] = (),
     ) -> None:
         """`name`: what to call the service; `say`: gets one line per outage and per return; `lost`:
-        why the service will never come back, None as long as it may."""
+        why the service will never come back, None as long as it may; `metadata`: shown with each
+        call."""
         self.config, self.name = config, name
         self._say = say or (lambda line: None)
         self._lost = lost or (lambda: None)
-        self._metadata: Metadata = []
+        self._metadata: Metadata = list(metadata)
         secure = config.tls or bool(config.tls_ca or config.tls_cert)
         if not config.address.startswith("unix:"):
             split_address(config.address)
-        if config.token_file:
+        if config.token_file or config.token:
             if not secure and not is_local(config.address) and not config.allow_insecure_remote:
                 raise RpcError(
                     f"{config.address}: a token is not shown to another machine without TLS; "
                     "give tls_ca, or allow_insecure_remote"
                 )
-            self._metadata = [("authorization", f"Bearer {read_token(config.token_file)}")]
+            token = config.token or read_token(config.token_file)
+            self._metadata.append(("authorization", f"Bearer {token}"))
         options: list[tuple[str, int | str]] = [
             ("grpc.initial_reconnect_backoff_ms", 100),
             ("grpc.max_reconnect_backoff_ms", 2000),

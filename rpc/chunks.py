@@ -34,6 +34,11 @@ class Field:
         self._bytes = self._array.reshape(-1).view(np.uint8)
         self._filled = 0
 
+    @property
+    def size(self) -> int:
+        """Bytes of the whole."""
+        return len(self._bytes)
+
     def add(self, data: bytes) -> None:
         """Append a piece; CodecError if it is too much."""
         end = self._filled + len(data)

@@ -11,6 +11,7 @@ import grpc
 from prometheus_client import CollectorRegistry, Counter, Histogram
 
 from rpc.errors import CodecError, RefusedError
+from rpc.stream_guard import StreamGuard
 
 HEALTH = "/grpc.health.v1.Health/"  # probes carry no token
 UNAUTHENTICATED = "authorization: must be 'Bearer <the token>'"
@@ -88,9 +89,13 @@ class TokenInterceptor(grpc.ServerInterceptor):
 class CallInterceptor(grpc.ServerInterceptor):
     """Counts and times calls, and gives expected exceptions their status and one-line message."""
 
-    def __init__(self, registry: CollectorRegistry, errors: Errors) -> None:
-        """`errors`: the status of each expected exception; unexpected ones become INTERNAL."""
+    def __init__(
+        self, registry: CollectorRegistry, errors: Errors, guard: StreamGuard | None = None
+    ) -> None:
+        """`errors`: the status of each expected exception; unexpected ones become INTERNAL.
+        `guard`: bounds the calls of many messages, those of reflection too."""
         self._errors = errors
+        self._guard = guard
         self._metrics = CallMetrics(registry)
 
     def intercept_service(
@@ -99,7 +104,7 @@ class CallInterceptor(grpc.ServerInterceptor):
         """The handler with its behaviour wrapped."""
         handler = continuation(handler_call_details)
         method = handler_call_details.method or ""
-        if handler is None or method.startswith(("/grpc.health.", "/grpc.reflection.")):
+        if handler is None or method.startswith("/grpc.health."):
             return handler
         behaviour: Any = (
             handler.unary_unary
@@ -108,13 +113,24 @@ class CallInterceptor(grpc.ServerInterceptor):
             or handler.stream_stream
         )
 
+        guard = self._guard
+
         def reply(request: Any, context: grpc.ServicerContext) -> Any:
             with self._watched(method, context):
-                return behaviour(request, context)
+                if guard is None or not handler.request_streaming:
+                    return behaviour(request, context)
+                with guard.call(context) as one:
+                    return behaviour(guard.requests(request, one), context)
 
         def stream(request: Any, context: grpc.ServicerContext) -> Iterator[Any]:
             with self._watched(method, context):
-                yield from behaviour(request, context)
+                if guard is None:
+                    yield from behaviour(request, context)
+                    return
+                with guard.call(context) as one:
+                    if handler.request_streaming:
+                        request = guard.requests(request, one)
+                    yield from guard.responses(behaviour(request, context), one)
 
         make = {
             (False, False): grpc.unary_unary_rpc_method_handler,

@@ -6,7 +6,7 @@ import socket
 import threading
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from wsgiref.simple_server import WSGIServer
 
 import grpc
@@ -18,6 +18,7 @@ from rpc.address import is_local, split_address
 from rpc.credentials import read_token, server_credentials
 from rpc.errors import RpcError
 from rpc.interceptors import CallInterceptor, TokenInterceptor
+from rpc.stream_guard import StreamGuard
 
 SERVING = health_pb2.HealthCheckResponse.SERVING
 NOT_SERVING = health_pb2.HealthCheckResponse.NOT_SERVING
@@ -37,6 +38,8 @@ class ServerConfig:
     """File with the certificates that must have signed the clients' (mutual TLS)."""
     token_file: str = ""
     """File with the bearer token that every call must show."""
+    token: str = field(default="", repr=False)
+    """The token itself, where no file has it: of a service that one process starts for itself."""
     allow_insecure_remote: bool = False
     """Listen to other machines without TLS and a token."""
     metrics: str = ""
@@ -44,8 +47,16 @@ class ServerConfig:
     health: str = ""
     """HOST:PORT that answers health checks and nothing else, without TLS or token, for probes that
     have neither, such as Kubernetes'; empty: none."""
-    workers: int = 4
+    workers: int = 12
     """Calls in progress at a time; more wait."""
+    streams: int = 4
+    """Of these, calls whose messages come one by one; more are turned away, so that health checks
+    and short calls always find a worker."""
+    idle_s: float = 20.0
+    """Longest time that such a call waits for its client's next message, or for its client to take
+    one."""
+    stream_s: float = 300.0
+    """Longest time that it waits for its client in all."""
     max_message_bytes: int = 4 << 20
     """Largest single message."""
     drain_s: float = 10.0
@@ -67,16 +78,25 @@ class Server:
         self.config = config
         check(config)
         self.registry = CollectorRegistry()
-        interceptors: list[grpc.ServerInterceptor] = [CallInterceptor(self.registry, errors or {})]
-        if config.token_file:
-            interceptors.insert(0, TokenInterceptor(read_token(config.token_file)))
+        self.guard = StreamGuard(config.streams, config.idle_s, config.stream_s, self._full)
+        interceptors: list[grpc.ServerInterceptor] = [
+            CallInterceptor(self.registry, errors or {}, self.guard)
+        ]
+        if config.token_file or config.token:
+            token = config.token or read_token(config.token_file)
+            interceptors.insert(0, TokenInterceptor(token))
         self.grpc = grpc.server(
             ThreadPoolExecutor(config.workers, thread_name_prefix="rpc"),
             interceptors=interceptors,
             options=options(config),
         )
         self.address = bind(self.grpc, config)
-        self.health = health.HealthServicer()
+        # a Watch holds no worker
+        self.health = health.HealthServicer(
+            experimental_non_blocking=True,
+            experimental_thread_pool=ThreadPoolExecutor(1, thread_name_prefix="health"),
+        )
+        self._services: tuple[str, ...] = ()
         self.stopping = threading.Event()
         self._metrics: WSGIServer | None = None
         self.probe: grpc.Server | None = None
@@ -96,8 +116,14 @@ class Server:
         if self.probe is not None:
             health_pb2_grpc.add_HealthServicer_to_server(self.health, self.probe)
             self.probe.start()
+        self._services = tuple(services)
         for name in ["", *services]:
             self.health.set(name, SERVING)
+
+    def _full(self, full: bool) -> None:
+        """Health tells that the services take no more streams; the process itself is well."""
+        for name in self._services:
+            self.health.set(name, NOT_SERVING if full else SERVING)
 
     def run(self) -> None:
         """Block until SIGTERM, SIGINT or `stopping` is set, then drain. Main thread only."""
@@ -110,6 +136,7 @@ class Server:
     def drain(self) -> None:
         """Say NOT_SERVING, take no more calls, let those in progress end, stop."""
         self.stopping.set()
+        self.guard.close()
         self.health.enter_graceful_shutdown()
         self.grpc.stop(self.config.drain_s).wait()
         if self.probe is not None:
@@ -172,7 +199,7 @@ def check(config: ServerConfig) -> None:
         raise RpcError("tls_cert and tls_key: give both or neither")
     if config.tls_client_ca and not config.tls_cert:
         raise RpcError("tls_client_ca: needs tls_cert and tls_key")
-    protected = config.tls_cert and (config.token_file or config.tls_client_ca)
+    protected = config.tls_cert and (config.token_file or config.token or config.tls_client_ca)
     if not is_local(config.listen) and not protected and not config.allow_insecure_remote:
         raise RpcError(
             f"{config.listen} is open to other machines: give tls_cert, tls_key and token_file, "

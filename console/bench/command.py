@@ -1,6 +1,7 @@
 """`inhabit bench`: each part of training against its own limit; keys end in units."""
 
 import math
+import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -54,6 +55,7 @@ def bench_command(command: Bench) -> int:
         "train": train,
         "endurance": endurance,
         "scaling": scaling,
+        "fuzz": fuzz,
     }
     figures = measure[command.part](command, experiment, threads)
     result = {
@@ -87,6 +89,16 @@ def furniture(command: Bench, experiment: Experiment, threads: int) -> dict[str,
     """Scenes on any mixture of pieces against scenes on a plain chair."""
     pieces = collection.pieces(command.objects)
     return bench_furniture.measure(pieces, experiment.scenes, command.seconds, threads)
+
+
+def fuzz(command: Bench, _experiment: Experiment, threads: int) -> dict[str, float]:
+    """Readers against randomly damaged files: all must be read or refused in one line."""
+    from console.bench import fuzz as bench_fuzz
+
+    figures, faults = bench_fuzz.survey(command.mutations, threads)
+    for line in bench_fuzz.shown(faults):
+        print(line, file=sys.stderr)
+    return figures
 
 
 def box(command: Bench, experiment: Experiment, threads: int) -> dict[str, float]:

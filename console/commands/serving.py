@@ -90,16 +90,17 @@ class Synthesize:
 
     source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT")]
     """Run directory or checkpoint folder."""
-    object: str
-    """What it uses: a piece of the catalogue (chair-test-000; inhabit objects list), an imported
-    .piece.json, or a mesh; of a policy that carries: box."""
     out: tuple[Path, ...]
     """FILE.npz (a clip), .bvh, .html (3-D replay), .mp4 or .msgpack (full states); several get the
     same motion."""
+    object: str | None = None
+    """What it uses: a piece of the catalogue (chair-test-000; inhabit objects list), an imported
+    .piece.json, or a mesh; of a policy that carries: box; of one that walks: nothing."""
     start: str = "3,0,180"
     """X,Y,YAW: where the character stands at first, m, and where it faces, degrees."""
     at: str = "0,0,0"
-    """X,Y,YAW: where the piece stands, m, and where its front faces, degrees."""
+    """X,Y,YAW: where the piece stands, m, and where its front faces, degrees; of a policy that
+    walks, where to, and which way to face there."""
     place: int = 0
     """Which place of use, where a piece has several: a bed is got onto by either side."""
     scale: float = 1.0

@@ -25,6 +25,7 @@ class Bench:
             "train",
             "endurance",
             "scaling",
+            "fuzz",
         ]
     ]
     """Which part."""
@@ -40,6 +41,8 @@ class Bench:
     """Of bench train and bench endurance."""
     objects: tuple[str, ...] = ("train",)
     """Of bench furniture: train, test, all, or files and folders of imported pieces."""
+    mutations: int = 100_000
+    """Of bench fuzz: damaged files over all formats."""
     motions: tuple[Path, ...] = ()
     """Clips; default: the package's own."""
     json: Path | None = None

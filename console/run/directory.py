@@ -77,7 +77,7 @@ class RunDirectory:
             return json.loads(self.config.read_text())
         except FileNotFoundError:
             raise RunError(f"{self.path} holds no config.json: it is not a run") from None
-        except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        except (ValueError, RecursionError) as error:
             raise RunError(f"{self.config} is not valid JSON ({error}): restore it") from error
 
     def write_config(self, config: dict[str, Any]) -> None:

@@ -14,6 +14,7 @@ from discriminator.config import StyleConfig
 from learner.config import LagConfig, LearnerConfig
 from world.config import InitialStates, WorldConfig
 from world.errors import ConfigError
+from world.refusals import refusing
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,15 @@ def from_json(kind: Any, value: Any, where: str = "config") -> Any:
         return tuple(from_json(a, v, where) for a, v in zip(each, value, strict=True))
     if origin is dict:
         return {k: from_json(arguments[1], v, where) for k, v in value.items()}
-    return Path(value) if kind is Path else float(value) if kind is float else value
+    if kind is float and type(value) in (int, float):
+        return float(value)
+    if kind is Path and isinstance(value, str):
+        return Path(value)
+    fits = value in arguments if origin is Literal else type(value) is kind
+    if not fits:
+        words = ", ".join(map(str, arguments)) if origin is Literal else kind.__name__
+        raise ConfigError(f"{where}: {str(value)[:40]!r}, must be {words}")
+    return value
 
 
 def experiment_from_json(value: dict[str, Any], where: str = "config") -> Experiment:
@@ -134,10 +143,11 @@ def differences(old: Any, new: Any, where: str = "") -> Iterator[str]:
 
 def read_experiment(run: RunDirectory) -> Experiment:
     """The experiment of a run."""
-    try:
-        return experiment_from_json(run.read_config()["experiment"], str(run.config))
-    except (KeyError, TypeError, ValueError) as error:
-        raise RunError(f"{run.config} is not a run's configuration ({error})") from error
+    config = run.read_config()
+    with refusing(RunError, run.config, "run's configuration"):
+        if not isinstance(config, dict) or not isinstance(config.get("experiment"), dict):
+            raise RunError(f"{run.config} is not a run's configuration: it has no experiment")
+        return experiment_from_json(config["experiment"], str(run.config))
 
 
 def check(experiment: Experiment) -> Experiment:

@@ -34,6 +34,9 @@ class JsonLines:
     def write(self, metrics: Mapping[str, float]) -> None:
         line = json.dumps({k: plain(v) for k, v in metrics.items()}) + "\n"
         with _writing(self._path):
+            if not os.fstat(self._file.fileno()).st_nlink:
+                # the open file would take lines that nobody will ever read
+                raise RunError(f"{self._path} was deleted while the run was going on: it ends here")
             _append(self._file, line.encode())
 
     def close(self) -> None:
@@ -115,22 +118,44 @@ def open_recorders(run: RunDirectory, samples: int) -> list[Recorder]:
 
 
 def read_metrics(path: Path) -> list[dict[str, Any]]:
-    """Every whole line of a metrics file; a last line cut short by a crash is left out."""
-    lines: list[dict[str, Any]] = []
-    if not path.exists():
-        return lines
-    for text in path.read_text().splitlines():
-        try:
-            lines.append(current_metrics(json.loads(text)))
-        except json.JSONDecodeError:
-            break
-    return lines
+    """Every whole line of a metrics file; one that is damaged or cut short is left out alone."""
+    return [current_metrics(line) for line in map(_parsed, _lines(path)) if line is not None]
 
 
 def truncate_metrics(path: Path, iteration: int) -> int:
-    """Drop lines beyond `iteration`, which a resumed run will write again; returns how many."""
-    lines = read_metrics(path)
-    kept = [line for line in lines if line.get("iteration", 0) <= iteration]
-    if path.exists():
-        write_text(path, "".join(json.dumps(line) + "\n" for line in kept))
-    return len(lines) - len(kept)
+    """Drop lines beyond `iteration`, which a resumed run will write again; returns how many.
+
+    Damaged lines go, too. The others stay as they are written.
+    """
+    texts = _lines(path)
+    parsed = [_parsed(text) for text in texts]
+    kept = [
+        text
+        for text, line in zip(texts, parsed, strict=True)
+        if line is not None and line["iteration"] <= iteration
+    ]
+    if len(kept) < len(texts):
+        write_text(path, "".join(text + "\n" for text in kept))
+    return sum(line is not None for line in parsed) - len(kept)
+
+
+def _lines(path: Path) -> list[str]:
+    try:
+        text = path.read_bytes().decode("utf-8", "replace")
+    except FileNotFoundError:
+        return []
+    except OSError as error:
+        raise RunError(f"cannot read {path}: {error.strerror}") from error
+    return [line for line in text.split("\n") if line.strip()]
+
+
+def _parsed(text: str) -> dict[str, Any] | None:
+    """An iteration's figures: a flat object of numbers; None where the line is none."""
+    try:
+        line = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    if not isinstance(line, dict) or type(line.get("iteration")) is not int:
+        return None
+    numbers = all(value is None or isinstance(value, int | float) for value in line.values())
+    return line if numbers else None

@@ -144,7 +144,7 @@ def simulate(
         return np.stack([row[name].double().numpy() for row in rows])
 
     boxes = simulation.props.boxes()
-    name = request.furniture.piece or task.affordance.name if piece is None else piece.name
+    name = request.furniture.piece or task.affordance.kind if piece is None else piece.name
     fell_at = next((i for i, frame in enumerate(frames) if frame.fell), None)
     take = Take(
         column("qpos")[:, : character.NQ + 7 * carries],

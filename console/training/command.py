@@ -1,5 +1,7 @@
 """`inhabit train`: opens or goes on with a run, and lets the loop learn until told to stop."""
 
+import contextlib
+import json
 import signal
 import sys
 import time
@@ -19,6 +21,7 @@ from console.run.experiment import (
     Experiment,
     check,
     differences,
+    from_json,
     read_experiment,
     to_json,
     with_learner_threads,
@@ -31,8 +34,9 @@ from learner.cloning import clone
 from learner.config import LoopConfig
 from learner.loop import Loop
 from learner.ppo import Learner
-from policy.checkpoints.format import read
+from policy.checkpoints.format import Manifest, read, read_manifest
 from policy.checkpoints.run_checkpoints import RunCheckpoints, read_newest
+from policy.errors import CheckpointError
 from policy.model.transfer import adopt
 from world import tasks
 from world.episodes.cloning import pairs
@@ -100,7 +104,9 @@ def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
                 f"{'; '.join(changed)}"
                 " (begin another run with --init to change them)"
             )
-        checkpoint_folder(run.path)
+        folder = checkpoint_folder(run.path)
+        with contextlib.suppress(CheckpointError):  # a damaged one is left for the one before it
+            unedited(read_manifest(folder), experiment, run)
         return
     if run.occupied and not command.restart:
         raise RunError(f"{run.path} exists: add --resume or --restart, or name another --run")
@@ -124,6 +130,21 @@ def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
             "command": sys.argv[1:],
         }
     )
+
+
+def unedited(manifest: Manifest, experiment: Experiment, run: RunDirectory) -> None:
+    """RunError, with the differences, where a checkpoint was trained with other settings than
+    config.json now says."""
+    noted = manifest.notes.get("experiment")
+    if noted is None:
+        return  # of a version before checkpoints said it
+    trained = from_json(Experiment, json.loads(noted), f"{run.path}'s checkpoint")
+    changed = list(differences(recorded(trained), recorded(experiment)))
+    if changed:
+        raise RunError(
+            f"{run.config} was changed since the checkpoint was written: {'; '.join(changed)}"
+            " (put the former values back, or begin another run with --init)"
+        )
 
 
 def recorded(experiment: Experiment) -> dict[str, Any]:
@@ -191,6 +212,7 @@ def begin(
         found, damaged = read_newest(run.checkpoints, assembly.layout(experiment))
         for line in damaged:
             note(line)
+        unedited(found.manifest, experiment, run)
         loop.load_state_dict(found.state)
         dropped = truncate_metrics(run.metrics, learner.version)
         lines = f", {dropped} lines of metrics dropped" if dropped else ""

@@ -1,5 +1,6 @@
 """The two runners: one process with threads, or Ray actors with the style service beside them."""
 
+import secrets
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -17,6 +18,7 @@ from discriminator.client import StyleClient
 from discriminator.process import start_process
 from learner.protocols import Fleet, Style
 from rpc.channel import ChannelConfig
+from rpc.server import ServerConfig
 from world.errors import ConfigError
 from world.initial.furniture import KINDS
 
@@ -95,10 +97,12 @@ def style_client(
     journal = run.path / "style"
     # A journal of an earlier session would be ahead of, or behind, the checkpoint to go on from.
     shutil.rmtree(journal, ignore_errors=True)
-    spec = assembly.style_service(experiment, state=str(journal))
+    # any program of this machine could call it otherwise, and enter the training
+    token = secrets.token_hex(32)
+    spec = assembly.style_service(experiment, ServerConfig(token=token), str(journal))
     process = start_process(spec, say)
     try:
-        channel = ChannelConfig(address=process.address)
+        channel = ChannelConfig(address=process.address, token=token)
         client = StyleClient(channel, say, lost=lambda: process.lost)
         try:
             yield client

@@ -1,6 +1,7 @@
 """A style service that stands alone, made a training's own before it scores anything."""
 
 import json
+import secrets
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -34,7 +35,7 @@ def attached(
     run's own. Raises StyleError where it was started with other settings, RpcError where it cannot
     be reached.
     """
-    client = StyleClient(channel_config(style), say)
+    client = StyleClient(channel_config(style), say, training=secrets.token_hex(16))
     try:
         theirs = json.loads(client.status().config)
         ours = json.loads(json.dumps(asdict(experiment.style)))

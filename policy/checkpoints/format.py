@@ -6,6 +6,7 @@ import os
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +16,15 @@ from safetensors.torch import load_file, save_file
 from torch import Tensor
 
 from policy.errors import CheckpointError, LayoutError
+from world.refusals import refusing
 
 FORMAT = 2
 READABLE = (1, 2)  # the manifest of format 1 has no digest of its own
 MANIFEST = "manifest.json"
+MAX_MANIFEST_BYTES = 64 << 20
+MAX_WIDTH, MAX_LAYERS, MAX_FIELDS = 16_384, 16, 1024
+"""Largest layer, and most layers and fields, of a network that is read."""
+MAX_WEIGHTS = 100_000_000
 SECTIONS = ("policy", "training", "style")
 State = dict[str, Any]
 Table = tuple[tuple[str, int], ...]
@@ -130,7 +136,7 @@ def write(path: Path, state: Mapping[str, State], manifest: Manifest) -> Path:
             files[file.name] = {"sha256": _digest(file), "bytes": file.stat().st_size}
             _sync(file)
         table = {"format": FORMAT, **asdict(manifest), "files": files, "values": values}
-        text = json.dumps(table | {"sha256": _digest_of(table)}, indent=1)
+        text = json.dumps(table | {"sha256": digest_of(table)}, indent=1)
         (partial / MANIFEST).write_text(text)
         _sync(partial / MANIFEST)
         _sync(partial)
@@ -159,6 +165,11 @@ def read(
     Raises CheckpointError, naming the file, where one is missing, truncated or changed; LayoutError
     where it was made for other features, goals, actions or hidden widths than `layout`.
     """
+    with refusing(CheckpointError, path, "checkpoint"):
+        return _read(path, sections, layout)
+
+
+def _read(path: Path, sections: Sequence[str], layout: Layout | None) -> Checkpoint:
     raw = _read_manifest(path)
     manifest = _manifest(raw, path)
     if layout is not None:
@@ -183,12 +194,17 @@ def read(
 
 def read_manifest(path: Path) -> Manifest:
     """The manifest alone; nothing else is opened."""
-    return _manifest(_read_manifest(path), path)
+    with refusing(CheckpointError, path, "checkpoint"):
+        return _manifest(_read_manifest(path), path)
 
 
 def _read_manifest(path: Path) -> dict[str, Any]:
     file = path / MANIFEST
     try:
+        if file.stat().st_size > MAX_MANIFEST_BYTES:
+            raise CheckpointError(
+                f"{file} has {file.stat().st_size} bytes; at most {MAX_MANIFEST_BYTES} are read"
+            )
         raw = json.loads(file.read_text())
     except FileNotFoundError as error:
         raise CheckpointError(f"{path} is no checkpoint: it has no {MANIFEST}") from error
@@ -198,7 +214,7 @@ def _read_manifest(path: Path) -> dict[str, Any]:
         found = raw.get("format") if isinstance(raw, dict) else None
         known = " and ".join(map(str, READABLE))
         raise LayoutError(f"{file}: format {found}, this version reads formats {known}")
-    if raw["format"] != 1 and raw.pop("sha256", None) != _digest_of(raw):
+    if raw["format"] != 1 and raw.pop("sha256", None) != digest_of(raw):
         raise CheckpointError(
             f"{file} is damaged: not the text that was written; use an older checkpoint"
         )
@@ -209,19 +225,35 @@ def _manifest(raw: Mapping[str, Any], path: Path) -> Manifest:
     try:
         table = raw["layout"]
         layout = Layout(
-            task=table["task"],
+            task=str(table["task"]),
             features=tuple((str(name), int(width)) for name, width in table["features"]),
             goal=tuple((str(name), int(width)) for name, width in table["goal"]),
             actions=int(table["actions"]),
             hidden=tuple(int(width) for width in table["hidden"]),
             skip=bool(table.get("skip", False)),
         )
-        raw["files"], raw["values"]
+        _bounded(layout)
+        if not isinstance(raw["files"], dict) or not isinstance(raw["values"], dict):
+            raise ValueError("files and values")
         return Manifest(layout, int(raw["iteration"]), int(raw["samples"]), dict(raw["notes"]))
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise CheckpointError(
             f"{path / MANIFEST} is damaged: {error!r} missing or wrong"
         ) from error
+
+
+def _bounded(layout: Layout) -> None:
+    """ValueError for a network that is larger than any that is trained here: a manifest of a few
+    bytes must not ask for gigabytes."""
+    widths = (*layout.hidden, layout.actions, layout.observation)
+    fields = (*layout.features, *layout.goal)
+    if not all(1 <= width <= MAX_WIDTH for width in widths) or any(w < 0 for _, w in fields):
+        raise ValueError(f"a layer's width beyond 1 to {MAX_WIDTH}")
+    sides = (layout.observation, *layout.hidden, layout.actions)
+    if sum(a * b for a, b in pairwise(sides)) > MAX_WEIGHTS:
+        raise ValueError(f"more than {MAX_WEIGHTS} weights")
+    if not 1 <= len(layout.hidden) <= MAX_LAYERS or len(fields) > MAX_FIELDS:
+        raise ValueError(f"more than {MAX_LAYERS} layers or {MAX_FIELDS} fields")
 
 
 def _unshared(tensors: Mapping[str, Tensor]) -> dict[str, Tensor]:
@@ -239,7 +271,7 @@ def _unshared(tensors: Mapping[str, Tensor]) -> dict[str, Tensor]:
     return own
 
 
-def _digest_of(table: Mapping[str, Any]) -> str:
+def digest_of(table: Mapping[str, Any]) -> str:
     """Of JSON values, however they are spaced."""
     # Through JSON and back, as a reader has them: tuples become lists.
     text = json.dumps(json.loads(json.dumps(table)), sort_keys=True)

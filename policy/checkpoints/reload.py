@@ -1,15 +1,19 @@
 """Policies that follow their checkpoints: a better one replaces what is served, a bad one never."""
 
 import asyncio
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from prometheus_client import CollectorRegistry, Counter
 
+from policy.checkpoints.beside import beside
 from policy.checkpoints.served import Served
 from world.errors import InhabitError
 
+SLOW_S = 30.0
+"""A look at a checkpoint that takes longer is said."""
 Signature = tuple[str, int, int, int]
 
 
@@ -40,6 +44,8 @@ class Follower:
         self.served = source.load(path).check()
         self.reloads = 0
         self.last_refusal = ""
+        self._poll: asyncio.Future[bool] | None = None
+        self._began = 0.0
         self._reloads: Counter | None = None
         self._refusals: Counter | None = None
 
@@ -52,10 +58,8 @@ class Follower:
 
         Reading goes on beside the serving. Whatever goes wrong, the present version stays.
         """
-        loop = asyncio.get_running_loop()
         try:
-            path = self.source.find()
-            seen = signature(path)
+            path, seen = await beside(self._look)
         except InhabitError as error:
             return self._refuse(str(error))
         except OSError as error:
@@ -64,7 +68,7 @@ class Follower:
             return False
         self._seen = seen
         try:
-            served = await loop.run_in_executor(None, self._read, path)
+            served = await beside(self._read, path)
         except InhabitError as error:
             return self._refuse(str(error))
         except Exception as error:  # a foreign file may fail in any way; the service goes on
@@ -78,6 +82,26 @@ class Follower:
         if self._reloads is not None:
             self._reloads.inc()
         return True
+
+    def watch(self) -> None:
+        """Poll, on a task of its own, unless the last poll still goes on: a disk that hangs keeps
+        nothing else from being served, reloaded or ended."""
+        now = time.monotonic()
+        if self._poll is not None and not self._poll.done():
+            if now - self._began > SLOW_S:
+                self._refuse(f"its checkpoint is not read for {SLOW_S:g} s: is its disk there?")
+            return
+        self._began = now
+        self._poll = asyncio.ensure_future(self.poll())
+
+    def close(self) -> None:
+        """Wait for no poll any more."""
+        if self._poll is not None:
+            self._poll.cancel()
+
+    def _look(self) -> tuple[Path, Signature]:
+        path = self.source.find()
+        return path, signature(path)
 
     def _read(self, path: Path) -> Served:
         served = self.source.load(path).check()

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from google.protobuf.message import Message
 
 from policy.errors import RequestError
-from policy.objects.adapter import Adapter, Props
+from policy.objects.adapter import Adapter, Gone, Props, never
 from policy.objects.box import BoxAdapter
 from policy.objects.floor import FloorAdapter
 from policy.objects.furniture import FurnitureAdapter
@@ -39,11 +39,12 @@ def props_of(
     task: Task,
     balls: Sequence[Ball] = (),
     piece: Piece | None = None,
+    gone: Gone = never,
 ) -> Props:
     """The object of a request; RequestError names what is missing or wrong.
 
     balls: projectiles that its scene has besides. piece: the furniture, at its scale, in the place
-    of the request's shape.
+    of the request's shape. gone: whether the client gave up.
     """
     require(request, task)
-    return adapter(task).props(request, task, balls, piece)
+    return adapter(task).props(request, task, balls, piece, gone)

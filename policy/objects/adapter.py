@@ -1,6 +1,6 @@
 """What messages say of a kind of object, as rows and as the object of a simulated scene."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 import mujoco
@@ -13,6 +13,14 @@ from world.scene.batch import Scenes
 from world.scene.model import Ball
 from world.scene.target import Target
 from world.tasks import Task
+
+Gone = Callable[[], bool]
+"""Whether the client gave up."""
+
+
+def never() -> bool:
+    """False: the client waits."""
+    return False
 
 
 class Props(Protocol):
@@ -71,8 +79,9 @@ class Adapter(Protocol):
         task: Task,
         balls: Sequence[Ball],
         piece: Piece | None,
+        gone: Gone = never,
     ) -> Props:
         """The object of a request; RequestError names what is wrong. balls: projectiles that its
         scene has besides. piece: the furniture, at its scale, in the place of the request's
-        shape."""
+        shape. gone: whether the client gave up."""
         ...

@@ -8,6 +8,7 @@ from torch import Tensor
 
 from policy.errors import RequestError
 from policy.fields import FAST, Numbers, number, quaternion, upright, vector
+from policy.objects.adapter import Gone, never
 from policy.objects.columns import COLUMNS
 from rpc.v1 import policy_pb2 as pb
 from world import rotations
@@ -80,6 +81,7 @@ class BoxAdapter:
         task: Task,
         balls: Sequence[Ball],
         piece: Piece | None,
+        gone: Gone = never,
     ) -> "Boxed":
         """See Adapter."""
         return Boxed(request.box, balls)

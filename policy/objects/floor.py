@@ -8,6 +8,7 @@ from torch import Tensor
 
 from policy.errors import RequestError
 from policy.fields import Numbers, upright, vector
+from policy.objects.adapter import Gone, never
 from policy.objects.columns import COLUMNS
 from rpc.v1 import policy_pb2 as pb
 from world.furniture.piece import Box, Piece
@@ -42,6 +43,7 @@ class FloorAdapter:
         task: Task,
         balls: Sequence[Ball],
         piece: Piece | None,
+        gone: Gone = never,
     ) -> "Marked":
         """See Adapter."""
         return Marked(*_where(request.furniture), balls)

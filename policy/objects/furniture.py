@@ -10,6 +10,7 @@ from torch import Tensor
 
 from policy.errors import RequestError
 from policy.fields import Numbers, number
+from policy.objects.adapter import Gone, never
 from policy.objects.columns import COLUMNS, POSE_WIDTH
 from policy.objects.placement import (
     SCALES,
@@ -34,7 +35,7 @@ _HERE = torch.zeros(1, dtype=torch.int64)
 FORMATS = ("obj", "stl", "ply", "glb")
 
 
-def piece_of_mesh(furniture: pb.Furniture) -> Piece:
+def piece_of_mesh(furniture: pb.Furniture, gone: Gone = never) -> Piece:
     """The piece that a mesh gives, made in a process of its own within bounds, or known already."""
     mesh = furniture.mesh
     if mesh.format not in FORMATS:
@@ -45,7 +46,7 @@ def piece_of_mesh(furniture: pb.Furniture) -> Piece:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"mesh.{mesh.format}"
         path.write_bytes(mesh.data)
-        (outcome,) = importing.run(importing.jobs([path], Told()), 1)
+        (outcome,) = importing.run(importing.jobs([path], Told()), 1, stopped=gone)
     piece = outcome.piece()
     if piece is None:
         raise RequestError(f"furniture.mesh: {outcome.refused}")
@@ -71,10 +72,11 @@ class FurnitureAdapter:
         task: Task,
         balls: Sequence[Ball],
         piece: Piece | None,
+        gone: Gone = never,
     ) -> "Furnished":
         """See Adapter."""
         if piece is None and request.furniture.WhichOneof("shape") == "mesh":
-            piece = piece_of_mesh(request.furniture)
+            piece = piece_of_mesh(request.furniture, gone)
         if piece is not None:
             where = placed(
                 request.furniture, piece, mesh_spot(piece, request.furniture, task), True

@@ -77,9 +77,15 @@ def placed(furniture: pb.Furniture, piece: Piece, spot: Spot, anywhere: bool = F
     return Standing(piece, spot, position, yaw)
 
 
+MAX_BOXES = 64
+"""Boxes of one custom shape."""
+
+
 def custom(shape: pb.Shape, task: Task) -> tuple[Piece, Spot]:
     """A piece of the caller's own, of its boxes or of one box round all of it, and its place."""
     where = "furniture.custom"
+    if len(shape.boxes) > MAX_BOXES:
+        raise RequestError(f"{where}.boxes: {len(shape.boxes)}, must be at most {MAX_BOXES}")
     boxes = [_box(box, f"{where}.boxes[{i}]") for i, box in enumerate(shape.boxes)]
     if not boxes:
         low, high = (

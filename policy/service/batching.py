@@ -20,6 +20,8 @@ from policy.service.poses import observations
 from world.character.features import STATE, Table
 
 _FLOAT = np.dtype("<f4")
+SMALL_ROWS = 16
+"""Requests of at most so many rows have a queue of their own."""
 _ROW = ACTIONS * _FLOAT.itemsize
 
 
@@ -76,6 +78,9 @@ class Batcher:
         """`served`: gives the version to act with, asked once a batch."""
         self._served, self._config = served, config
         self._waiting: deque[Entry] = deque()
+        #: Entries of many rows wait apart: one caller's thousands are not in front of the others'.
+        self._large: deque[Entry] = deque()
+        self._large_next = False
         self._rows = 0
         self._timer: asyncio.Handle | None = None
         self._soon = False
@@ -104,7 +109,8 @@ class Batcher:
             )
         loop = asyncio.get_running_loop()
         answer: asyncio.Future[Answer] = loop.create_future()
-        self._waiting.append(Entry(rows, data, posed, noise, answer, time.monotonic()))
+        queue = self._large if rows > SMALL_ROWS else self._waiting
+        queue.append(Entry(rows, data, posed, noise, answer, time.monotonic()))
         self._rows += rows
         full = self._rows >= self._config.max_rows or self._complete()
         if full and not self._soon:
@@ -118,7 +124,7 @@ class Batcher:
 
     def _complete(self) -> bool:
         """Whether everyone has asked who is going to."""
-        if len(self._waiting) < self.streams + self.calls:
+        if len(self._waiting) + len(self._large) < self.streams + self.calls:
             return False
         return not (self.calls and self._company.missing(self.calls))
 
@@ -135,15 +141,19 @@ class Batcher:
             self._company.came(self.calls)
         batch: list[Entry] = []
         rows = 0
-        while self._waiting and (
-            not batch or rows + self._waiting[0].rows <= self._config.max_rows
-        ):
-            entry = self._waiting.popleft()
-            self._rows -= entry.rows
-            if not entry.answer.done():  # its caller may have gone, or run out of time
-                batch.append(entry)
-                rows += entry.rows
-        if self._waiting:
+        # in turn, so that neither waits for more than one pass of the other
+        first, second = self._waiting, self._large
+        if self._large_next:
+            first, second = second, first
+        self._large_next = not self._large_next
+        for queue in (first, second):
+            while queue and (not batch or rows + queue[0].rows <= self._config.max_rows):
+                entry = queue.popleft()
+                self._rows -= entry.rows
+                if not entry.answer.done():  # its caller may have gone, or run out of time
+                    batch.append(entry)
+                    rows += entry.rows
+        if self._waiting or self._large:
             self._soon = True
             asyncio.get_running_loop().call_soon(self._flush)
         if not batch:

@@ -75,10 +75,10 @@ def pose(message: pb.Situation, task: Task, name: str) -> Numbers:
     return row
 
 
-def poses(messages: Sequence[pb.Situation], task: Task, limit: int) -> tuple[bytes, int]:
-    """Return the rows [n, POSE_WIDTH] float32 of pose requests, as bytes, and n."""
-    _count(len(messages), "situations", limit)
-    rows = [pose(m, task, f"situations[{i}]") for i, m in enumerate(messages)]
+def poses(messages: Sequence[pb.Situation], task: Task, first: int = 0) -> tuple[bytes, int]:
+    """Return the rows [n, POSE_WIDTH] float32 of pose requests, as bytes, and n; `first`: number of
+    the first."""
+    rows = [pose(m, task, f"situations[{i}]") for i, m in enumerate(messages, first)]
     return np.stack(rows).astype("<f4").tobytes(), len(rows)
 
 
@@ -93,7 +93,7 @@ def observation(
             f"state: {len(state)} bytes, must be a multiple of {4 * state_width} "
             f"({state_width} float32 a row; see Describe)"
         )
-    _count(rows, "state", limit)
+    count(rows, "state", limit)
     if len(goal) != 4 * goal_width * rows:
         raise RequestError(
             f"goal: {len(goal)} bytes, must be {4 * goal_width * rows} ({rows} rows, as state has, "
@@ -111,6 +111,7 @@ def noise(seed: int, counter: int, rows: int) -> NDArray[np.float32]:
     return draw.standard_normal((rows, character.NU), dtype=np.float32)
 
 
-def _count(rows: int, name: str, limit: int) -> None:
+def count(rows: int, name: str, limit: int) -> None:
+    """RequestError unless there are 1 to `limit` rows; before any of them is looked at."""
     if not 1 <= rows <= limit:
         raise RequestError(f"{name}: {rows} rows, must be 1 to {limit}")

@@ -22,10 +22,13 @@ from rpc.server import ServerConfig
 from rpc.v1 import policy_pb2 as pb
 from rpc.v1 import policy_pb2_grpc
 from world.errors import ChoiceError, ConfigError, InhabitError
+from world.tasks import Task
 
 NAME = "rpc.v1.Policy"
 #: One Control frame in so many is timed: each costs a few microseconds.
 _SAMPLED = 32
+#: Situations that are read at a time: a millisecond or two.
+_PART = 8
 ERRORS: dict[type[Exception], grpc.StatusCode] = {
     ChoiceError: grpc.StatusCode.NOT_FOUND,
     BusyError: grpc.StatusCode.RESOURCE_EXHAUSTED,
@@ -60,6 +63,7 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
         syntheses = Gauge("policy_syntheses", "Syntheses going on.", registry=registry)
         self.streams = Streams("Control streams", config.max_streams, open_streams)
         self.syntheses = Streams("syntheses", config.synthesis.max_at_a_time, syntheses)
+        self._parsing = asyncio.Lock()
         self._synthesis = Synthesis(config.synthesis)
         self._limits = pb.Limits(
             max_rows=config.max_rows,
@@ -104,9 +108,23 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
         """See policy.proto."""
         name = self._named(request.task)
         task = self.followers[name].served.task
-        data, rows = requests.poses(request.situations, task, self.config.max_poses)
+        data, rows = await self._poses(request.situations, task)
         seed = request.seed if request.HasField("seed") else None
         return await self._answer(name, data, rows, True, seed)
+
+    async def _poses(self, messages: Sequence[pb.Situation], task: Task) -> tuple[bytes, int]:
+        """As `requests.poses`, in parts, and of one large call at a time: the streams have
+        their turn after each part, however many large calls there are."""
+        requests.count(len(messages), "situations", self.config.max_poses)
+        if len(messages) <= _PART:
+            return requests.poses(messages, task)
+        found = []
+        async with self._parsing:
+            for first in range(0, len(messages), _PART):
+                part, _ = requests.poses(messages[first : first + _PART], task, first)
+                found.append(part)
+                await asyncio.sleep(0)
+        return b"".join(found), len(messages)
 
     async def _answer(
         self, name: str, data: bytes, rows: int, posed: bool, seed: int | None
@@ -180,7 +198,7 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
                 own = request.observation
                 data, _ = requests.observation(own.state, own.goal, widths, 1)
             elif kind == "situation":
-                data, _ = requests.poses([request.situation], task, 1)
+                data, _ = requests.poses([request.situation], task)
             else:
                 raise RequestError("input: missing, must be an observation or a situation")
             noise = requests.noise(request.seed, sequence, 1) if request.HasField("seed") else None
@@ -222,7 +240,7 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
             if since >= self.config.poll_s:
                 since = 0.0
                 for follower in self.followers.values():
-                    await follower.poll()
+                    follower.watch()
 
     async def end_streams(self) -> None:
         """Close what is still open, before the server stops."""
@@ -265,6 +283,8 @@ async def serving(
         yield server, service
     finally:
         watch.cancel()
+        for follower in service.followers.values():
+            follower.close()
         await server.drain(service.end_streams)
 
 

@@ -1,6 +1,6 @@
 """One scene simulated for a client: furniture, start, disturbances, a frame after every step."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import torch
@@ -39,10 +39,12 @@ class Simulation:
         served: Served,
         max_s: float,
         piece: Piece | None = None,
+        gone: Callable[[], bool] = lambda: False,
     ) -> None:
         """Compile the scene and set the character down.
 
-        piece: the furniture, at its scale, in the place of the request's shape. Raises RequestError
+        piece: the furniture, at its scale, in the place of the request's shape. gone: whether
+        nobody waits for it any more, asked while it is long in the making. Raises RequestError
         for what cannot be simulated, naming the field.
         """
         self._served, self._task = served, served.task
@@ -54,7 +56,7 @@ class Simulation:
         self._seed = request.seed if request.HasField("seed") else None
         throws, displacement = thrown(request, self.steps), displaced(request)
         self.balls = balls_of(throws)
-        self.props = props_of(request, self._task, self.balls, piece)
+        self.props = props_of(request, self._task, self.balls, piece, gone)
         world = served.world
         self.scenes = Scenes([self.props.model], world.action_scale, world.action_clip)
         qpos, qvel = _start(request.start)

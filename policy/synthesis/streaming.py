@@ -1,9 +1,11 @@
 """Simulations beside the serving: made on threads, sent as fast as the client takes them."""
 
 import asyncio
-import itertools
-from collections.abc import AsyncIterator, Iterator
+import functools
+import threading
+from collections.abc import AsyncIterator, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
 
 import torch
 
@@ -13,6 +15,8 @@ from policy.service import description
 from policy.synthesis.simulation import Simulation
 from rpc.v1 import policy_pb2 as pb
 from world.character import model as character
+
+Made = TypeVar("Made")
 
 
 class Synthesis:
@@ -27,19 +31,41 @@ class Synthesis:
     async def run(
         self, request: pb.SynthesizeRequest, served: Served
     ) -> AsyncIterator[pb.SynthesizeReply]:
-        """The replies to a request; nothing is made that the client is not ready to take."""
-        loop = asyncio.get_running_loop()
-        simulation = await loop.run_in_executor(
-            self._threads, Simulation, request, served, self._config.max_s
-        )
+        """The replies to a request; nothing is made that the client is not ready to take.
+
+        A client that gives up ends what is being made for it, and is counted until it has ended.
+        """
+        gone = threading.Event()
+        make = functools.partial(Simulation, request, served, self._config.max_s, gone=gone.is_set)
+        simulation = await self._whole(make, gone)
         yield pb.SynthesizeReply(header=header(simulation, served))
-        frames = simulation.frames()
-        while part := await loop.run_in_executor(self._threads, self._some, frames):
+        some = functools.partial(self._some, simulation.frames(), gone)
+        while part := await self._whole(some, gone):
             for reply in part:
                 yield reply
 
-    def _some(self, frames: Iterator[pb.SynthesizeReply]) -> list[pb.SynthesizeReply]:
-        return list(itertools.islice(frames, self._config.ahead))
+    async def _whole(self, work: Callable[[], Made], gone: threading.Event) -> Made:
+        """What work on a thread gives; cancelled, it tells the work and waits for its end."""
+        future = asyncio.get_running_loop().run_in_executor(self._threads, work)
+        try:
+            return await asyncio.shield(future)
+        except asyncio.CancelledError:
+            gone.set()
+            await asyncio.wait([future])
+            if not future.cancelled():
+                future.exception()  # nobody is there to be told
+            raise
+
+    def _some(
+        self, frames: Iterator[pb.SynthesizeReply], gone: threading.Event
+    ) -> list[pb.SynthesizeReply]:
+        made: list[pb.SynthesizeReply] = []
+        while len(made) < self._config.ahead and not gone.is_set():
+            frame = next(frames, None)
+            if frame is None:
+                break
+            made.append(frame)
+        return made
 
 
 def header(simulation: Simulation, served: Served) -> pb.SynthesisHeader:

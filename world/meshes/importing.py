@@ -4,27 +4,28 @@ what was made before taken from the cache."""
 import contextlib
 import hashlib
 import json
-import multiprocessing
 import os
-import resource
-import signal
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
-from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
 
-from world.errors import InhabitError, PieceError
+from world import bounded
+from world.errors import PieceError
 from world.furniture.piece import Piece
 from world.meshes import notes, source, store, sweethome
 from world.meshes.build import Told, build
 from world.meshes.classes import CLASSES, named
 from world.meshes.notes import Note
+from world.refusals import refusing
 
 CPU_S = 120
 """Processor time that one piece may take, s."""
+WALL_S = 600
+"""Time in all that one piece may take, s, however busy the machine."""
 MEMORY_BYTES = 8 * 1024**3
 """Address space that one piece may take."""
+ADVICE = "repair or decimate the mesh"
 MAKER = 4
 """Number of the way pieces are made; a new one makes cached pieces again."""
 
@@ -87,9 +88,15 @@ _READ = (*source.SUFFIXES, ".sh3f")
 
 
 def run(
-    work: Sequence[Job], workers: int, done: Callable[[Outcome], None] = lambda outcome: None
+    work: Sequence[Job],
+    workers: int,
+    done: Callable[[Outcome], None] = lambda outcome: None,
+    stopped: Callable[[], bool] = lambda: False,
 ) -> list[Outcome]:
-    """What becomes of each job, in their order; `done` is told of each as it ends."""
+    """What becomes of each job, in their order; `done` is told of each as it ends.
+
+    PieceError where `stopped` says so before all are done.
+    """
     outcomes: dict[int, Outcome] = {}
     waiting: list[tuple[int, Job, str]] = []
     for index, job in enumerate(work):
@@ -99,9 +106,11 @@ def run(
         else:
             outcomes[index] = ready
             done(ready)
-    for index, outcome in _processes(waiting, workers):
+    for index, outcome in _processes(waiting, workers, stopped):
         outcomes[index] = outcome
         done(outcome)
+    if len(outcomes) < len(work):
+        raise PieceError("the import was given up")
     return [outcomes[index] for index in range(len(work))]
 
 
@@ -119,7 +128,8 @@ def make(job: Job, digest: str) -> dict[str, Any]:
 
 def _of_file(path: Path, told: Told, note: Note) -> list[Job]:
     if path.suffix.lower() == ".sh3f":
-        return _of_library(path, told)
+        with refusing(PieceError, path, "library of furniture"):
+            return _of_library(path, told)
     folder = path.parent.name.replace("_", "-").lower()
     category = told.category or (folder if folder in CLASSES else named(path.stem))
     licence = note.licence or told.licence
@@ -192,74 +202,25 @@ def _cached(key: str) -> Path:
     return cache_folder() / f"{key}.json"
 
 
-def _processes(waiting: list[tuple[int, Job, str]], workers: int) -> Iterator[tuple[int, Outcome]]:
+def _processes(
+    waiting: list[tuple[int, Job, str]], workers: int, stopped: Callable[[], bool]
+) -> Iterator[tuple[int, Outcome]]:
     """Outcomes of the jobs as they end, each made in a process of its own."""
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload([__name__, "trimesh", "vhacdx", "scipy.spatial"])
-    running: dict[Any, tuple[int, Job, Any]] = {}
-    queue = iter(waiting)
-    try:
-        while True:
-            while len(running) < max(1, workers) and (following := next(queue, None)):
-                index, job, digest = following
-                ours, theirs = context.Pipe(duplex=False)
-                bounds = (CPU_S, MEMORY_BYTES)
-                work = (theirs, job, digest, bounds)
-                process = context.Process(target=_child, args=work, daemon=True)
-                process.start()
-                theirs.close()
-                running[ours] = (index, job, process)
-            if not running:
-                return
-            for end in wait(list(running)):
-                assert isinstance(end, Connection)
-                index, job, process = running.pop(end)
-                yield index, _received(end, job, process)
-    finally:
-        for _, _, process in running.values():
-            process.kill()
+    bounds = bounded.Bounds(CPU_S, WALL_S, MEMORY_BYTES)
+    tasks = [bounded.Task(job.name, (job, digest), bounds) for _, job, digest in waiting]
+    libraries = ("trimesh", "vhacdx", "scipy.spatial")
+    for place, result in bounded.run(tasks, _made, workers, ADVICE, libraries, stopped):
+        index, job, _ = waiting[place]
+        yield index, Outcome(job.name, result.value, result.refused)
 
 
-def _received(end: Connection, job: Job, process: Any) -> Outcome:
-    try:
-        document, refused = end.recv()
-    except (EOFError, OSError):
-        process.join()
-        document, refused = None, f"{job.name}: {_death(process.exitcode)}"
-    end.close()
-    process.join()
-    return Outcome(job.name, document, refused)
-
-
-def _death(code: int | None) -> str:
-    if code == -signal.SIGXCPU:
-        return f"not done after {CPU_S} s of processor time; decimate the mesh"
-    return f"the decomposition failed (exit {code}); repair or decimate the mesh"
-
-
-def _child(end: Connection, job: Job, digest: str, bounds: tuple[int, int]) -> None:
-    """In the process of a job: make the piece within bounds (processor time s, bytes), keep it, and
-    send it back."""
-    cpu_s, memory_bytes = bounds
-    resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 5))
-    resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
-    # the decomposition writes its progress; the command's output is the parent's alone
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+def _made(job: Job, digest: str) -> dict[str, Any]:
+    """In the process of a job: make the piece's document, and keep it."""
     key, content = digest.split(":")
-    document: dict[str, Any] | None = None
-    try:
-        # read back, so that a piece is the same from the cache and from here
-        document, refused = json.loads(json.dumps(make(job, content))), ""
-    except InhabitError as error:
-        refused = " ".join(str(error).split())
-    except MemoryError:
-        refused = f"{job.name}: needs more than {memory_bytes / 2**30:.2g} GiB; decimate the mesh"
-    except Exception as error:
-        refused = f"{job.name}: {type(error).__name__}: {' '.join(str(error).split())}"
-    if document is not None:
-        # a read-only home costs the time again, nothing else
-        with contextlib.suppress(PieceError):
-            store.write(_cached(key), document)
-    # an import that was stopped listens no more
-    with contextlib.suppress(OSError):
-        end.send((document, refused))
+    # read back, so that a piece is the same from the cache and from here
+    with refusing(PieceError, Path(job.name), "mesh"):
+        document = json.loads(json.dumps(make(job, content)))
+    # a read-only home costs the time again, nothing else
+    with contextlib.suppress(PieceError):
+        store.write(_cached(key), document)
+    return document

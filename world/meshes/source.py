@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from world.errors import ChoiceError, PieceError
+from world.refusals import refusing
 
 SUFFIXES = (".obj", ".glb", ".gltf", ".stl", ".ply")
 MAX_BYTES = 256 * 1024 * 1024
@@ -56,6 +57,11 @@ def parse(content: bytes, file_name: str, folder: Path | None = None) -> Source:
     Raises PieceError, ChoiceError for a format that is not read.
     """
     name, suffix = Path(file_name).stem, Path(file_name).suffix.lower()
+    with refusing(PieceError, Path(file_name), f"{suffix} file"):
+        return _parsed(content, file_name, name, suffix, folder)
+
+
+def _parsed(content: bytes, file_name: str, name: str, suffix: str, folder: Path | None) -> Source:
     if suffix not in SUFFIXES:
         raise ChoiceError("mesh format", suffix or file_name, [*SUFFIXES, ".sh3f"])
     if not content.strip():
@@ -66,6 +72,10 @@ def parse(content: bytes, file_name: str, folder: Path | None = None) -> Source:
     vertices, faces, credit = _load(content, file_name, suffix, folder)
     if not len(faces):
         raise PieceError(f"{file_name}: no triangles in it")
+    if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.shape[1] != 3:
+        raise PieceError(f"{file_name}: corners of {vertices.shape[-1]} coordinates, not 3")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise PieceError(f"{file_name}: triangles without their corners; repair the mesh")
     if len(faces) > MAX_TRIANGLES:
         raise PieceError(_too_many(file_name, len(faces)))
     if not np.isfinite(vertices[faces]).all():

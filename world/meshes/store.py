@@ -12,10 +12,14 @@ from world.errors import PieceError
 from world.furniture.piece import Hull, Lying, Piece, Place, Vector
 from world.meshes import decompose
 from world.meshes.build import Built
+from world.refusals import refusing
 
 FORMAT = "inhabit-piece"
 VERSION = 1
 SUFFIX = ".piece.json"
+MAX_MASS_KG = 10_000.0
+MAX_REACH_M = 100.0
+"""Largest coordinate: furniture is smaller."""
 
 
 def document(built: Built, digest: str, file_name: str) -> dict[str, Any]:
@@ -47,6 +51,11 @@ def document(built: Built, digest: str, file_name: str) -> dict[str, Any]:
 
 def piece_of(document: Any, where: str) -> Piece:
     """The piece of such a document. Raises PieceError, naming `where` it is from."""
+    with refusing(PieceError, Path(where), "piece"):
+        return _piece_of(document, where)
+
+
+def _piece_of(document: Any, where: str) -> Piece:
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         raise PieceError(f"{where}: not a piece of this program")
     if document.get("version") != VERSION:
@@ -63,6 +72,8 @@ def piece_of(document: Any, where: str) -> Piece:
             if not all(0 <= i < len(hull.vertices_m) for face in hull.faces for i in face):
                 raise ValueError("a face without its corner")
         lie = document["lie"]
+        if not (0 < float(document["mass_kg"]) < MAX_MASS_KG):
+            raise ValueError(f"a mass of {document['mass_kg']} kg")
         return Piece(
             str(document["name"]),
             str(document["category"]),
@@ -107,7 +118,8 @@ def read_document(path: Path) -> dict[str, Any]:
 
 def read(path: Path) -> Piece:
     """The piece of a file. Raises PieceError."""
-    return piece_of(read_document(path), str(path))
+    with refusing(PieceError, path, "piece"):
+        return piece_of(read_document(path), str(path))
 
 
 def files(path: Path) -> list[Path]:
@@ -137,4 +149,6 @@ def _vector(values: Any) -> Vector:
     x, y, z = (float(v) for v in values)
     if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
         raise ValueError("a coordinate that is no number")
+    if max(abs(x), abs(y), abs(z)) > MAX_REACH_M:
+        raise ValueError(f"a coordinate beyond {MAX_REACH_M:g} m")
     return x, y, z

@@ -15,6 +15,7 @@ import numpy as np
 from world.errors import ChoiceError, PieceError
 from world.meshes.source import SUFFIXES, Source, parse
 from world.meshes.upright import Frame
+from world.refusals import refusing
 
 CATALOGUE = "PluginFurnitureCatalog.properties"
 MAX_ENTRY_BYTES = 64 * 1024 * 1024
@@ -42,9 +43,10 @@ class Entry:
 
 def source(entry: Entry) -> Source:
     """The entry's mesh, turned as its catalogue says. Raises PieceError."""
-    found = parse(entry.content, f"{entry.name}.obj")
-    turn = np.array(entry.rotation).reshape(3, 3)
-    return replace(found, name=entry.name, vertices=found.vertices @ turn.T)
+    with refusing(PieceError, Path(entry.name), "mesh"):
+        found = parse(entry.content, f"{entry.name}.obj")
+        turn = np.array(entry.rotation).reshape(3, 3)
+        return replace(found, name=entry.name, vertices=found.vertices @ turn.T)
 
 
 def entries(path: Path) -> Iterator[Entry]:

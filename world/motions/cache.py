@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from world.errors import ClipError
-from world.motions import clip_file
-from world.motions.clip import Clip
+from world.motions import clip_file, npz
+from world.motions.clip import Clip, validate
+from world.refusals import refusing
 
 
 def folder() -> Path:
@@ -37,7 +38,7 @@ def cached(key: str, make: Callable[[], Sequence[Clip]]) -> tuple[Clip, ...]:
     path = folder() / f"clips-{key}.npz"
     try:
         return read(path)
-    except (OSError, ValueError, KeyError, TypeError, EOFError, ClipError):
+    except ClipError:
         clips = tuple(make())
     # a read-only home costs the time again, nothing else
     with contextlib.suppress(OSError):
@@ -54,12 +55,23 @@ def write(path: Path, clips: Sequence[Clip]) -> None:
 
 
 def read(path: Path) -> tuple[Clip, ...]:
-    """What `write` wrote; OSError, ValueError, KeyError or ClipError where it is missing or
-    damaged."""
-    with np.load(path, allow_pickle=False) as file:
-        every: dict[int, dict[str, np.ndarray]] = {i: {} for i in range(int(file["count"]))}
-        for name in file.files:
+    """What `write` wrote; ClipError where it is missing or damaged."""
+    with refusing(ClipError, path, "cache of clips"):
+        return _read(path)
+
+
+def _read(path: Path) -> tuple[Clip, ...]:
+    with npz.opened(path) as file:
+        every: dict[int, dict[str, np.ndarray]] = {i: {} for i in range(_count(file))}
+        for name in file:
             index, _, key = name.partition("/")
             if key:
                 every[int(index)][key] = file[name]
-    return tuple(clip_file.clip_of(content, str(path)) for content in every.values())
+    return tuple(validate(clip_file.clip_of(content, str(path))) for content in every.values())
+
+
+def _count(file: npz.Arrays) -> int:
+    count = int(file["count"])
+    if not 0 < count <= len(file):
+        raise ClipError(f"{count} clips in {len(file)} arrays")
+    return count

@@ -96,11 +96,56 @@ def validate(clip: Clip) -> Clip:
     length = np.linalg.norm(clip.local_rotation, axis=-1)
     if np.abs(length - 1).max() > 1e-2:
         raise ClipError(f"{clip.name}: rotations are not unit quaternions (w, x, y, z)")
-    if clip.box is not None and clip.box.pose.shape != (clip.frames, 7):
-        raise ClipError(
-            f"{clip.name}: the box's pose must be [{clip.frames}, 7], is {clip.box.pose.shape}"
-        )
+    _check_objects(clip)
     return clip
+
+
+def _check_objects(clip: Clip) -> None:
+    """ClipError where what a clip uses, or its ghost, does not fit its frames."""
+    box, ghost = clip.box, clip.ghost
+    if box is not None:
+        if box.pose.shape != (clip.frames, 7):
+            raise ClipError(
+                f"{clip.name}: the box's pose must be [{clip.frames}, 7], is {box.pose.shape}"
+            )
+        if box.held.shape != (clip.frames,):
+            raise ClipError(
+                f"{clip.name}: the box's held must be [{clip.frames}], is {box.held.shape}"
+            )
+        if not (np.isfinite(box.pose).all() and all(0 < edge < 10 for edge in box.size_m)):
+            raise ClipError(
+                f"{clip.name}: the box's pose and size must be finite, its edges below 10 m"
+            )
+    for word, thing in (("seat", clip.seat), ("bed", clip.bed)):
+        if thing is None:
+            continue
+        first, last = thing.from_frame, thing.to_frame
+        if not (type(first) is int and type(last) is int and 0 <= first < last <= clip.frames):
+            raise ClipError(
+                f"{clip.name}: the {word}'s frames must be within 0 to {clip.frames}, are"
+                f" {str(first)[:20]} to {str(last)[:20]}"
+            )
+        points = (thing.point_m,) if isinstance(thing, Seat) else (thing.hip_m, thing.head_m)
+        flat = [*(x for point in points for x in point), thing.facing_rad]
+        if any(len(point) != 3 for point in points) or not all(_finite(x) for x in flat):
+            raise ClipError(
+                f"{clip.name}: the {word}'s place must be three finite lengths and a yaw"
+            )
+    if ghost is not None:
+        joints = len(ghost.names)
+        if ghost.position_m.shape != (clip.frames, joints, 3) or len(ghost.parents) != joints:
+            raise ClipError(
+                f"{clip.name}: the ghost must be [{clip.frames}, {joints}, 3], is"
+                f" {list(ghost.position_m.shape)}"
+            )
+        if not all(-1 <= parent < index for index, parent in enumerate(ghost.parents)):
+            raise ClipError(f"{clip.name}: the ghost's parents must stand before their children")
+        if not np.isfinite(ghost.position_m).all():
+            raise ClipError(f"{clip.name}: the ghost holds non-finite values")
+
+
+def _finite(value: object) -> bool:
+    return isinstance(value, int | float) and bool(np.isfinite(value))
 
 
 def hinge_angles(local_rotation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -13,15 +13,16 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
 from world.character import model as character
 from world.errors import ClipError
+from world.motions import npz
 from world.motions.clip import Clip, validate
 from world.motions.licences import licence
 from world.motions.objects import Bed, BoxTrack, Seat, Skeleton
+from world.refusals import refusing
 
 SUFFIX = ".npz"
 KEYS = ("fps", "root_position_m", "local_rotation_wxyz", "body_names")
@@ -39,12 +40,8 @@ def read(path: Path) -> Clip:
             " ('inhabit motions import' makes clips of others)"
         )
     about = {"source": path.name, "licence": licence(path.parent)}
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            clip = clip_of(file, str(path), about, {"name": path.stem})
-    except (OSError, ValueError, EOFError, BadZipFile) as error:
-        raise ClipError(f"{path}: not a readable .npz clip ({error})") from error
-    return validate(clip)
+    with refusing(ClipError, path, ".npz clip"), npz.opened(path) as file:
+        return validate(clip_of(file, str(path), about, {"name": path.stem}))
 
 
 def write(path: Path, clip: Clip) -> None:
@@ -142,15 +139,15 @@ def _extras(content: Mapping[str, np.ndarray], name: str) -> dict[str, Any]:
     try:
         about = json.loads(str(content["about"]))
         return {
-            "name": about["name"],
-            "source": about["source"],
-            "licence": about["licence"],
+            "name": str(about["name"]),
+            "source": str(about["source"]),
+            "licence": str(about["licence"]),
             "seat": _lasting(Seat, about["seat"]),
             "bed": _lasting(Bed, about["bed"]),
             "box": _box(about["box_size_m"], content),
             "ghost": _ghost(about["ghost"], content),
         }
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise ClipError(f"{name}: its 'about' is not that of a clip ({error})") from error
 
 

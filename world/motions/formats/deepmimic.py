@@ -17,6 +17,8 @@ from world.motions.formats.recording import Recording
 
 SUFFIXES = (".txt", ".json")
 _COLUMNS = 44
+#: Most frames that a motion is resampled to: hours.
+_MOST_STEPS = 1_000_000
 _BALLS = {
     "pelvis": 4,
     "torso": 8,
@@ -63,17 +65,21 @@ def read(path: Path) -> Recording:
     duration = frames[:-1, 0]
     if not (duration > 0).all():
         raise ClipError(f"{path}: a frame lasts {duration.min():g} s; durations are above 0")
-    return own.recording(path, *_uniform(duration, root, local))
+    return own.recording(path, *_uniform(path, duration, root, local))
 
 
 def _uniform(
-    duration: np.ndarray, root: np.ndarray, local: np.ndarray
+    path: Path, duration: np.ndarray, root: np.ndarray, local: np.ndarray
 ) -> tuple[float, np.ndarray, np.ndarray]:
     """Rate, roots and rotations at equal steps in time."""
     step = float(np.median(duration))
     if np.ptp(duration) < 0.01 * step:
         return 1.0 / step, root, local
     times = np.concatenate(([0.0], np.cumsum(duration)))
+    if not times[-1] < _MOST_STEPS * step:
+        raise ClipError(
+            f"{path}: lasts {times[-1]:.3g} s at {step:.3g} s a frame; at most {_MOST_STEPS} frames"
+        )
     at = np.arange(0.0, times[-1] + 1e-9, step)
     moved = np.stack([np.interp(at, times, column) for column in root.T], axis=-1)
     turned = np.stack(

@@ -49,7 +49,7 @@ def read_map(path: Path) -> Map:
     """A map file: JSON with parts of the body and joint names, and perhaps `unit_m` and `up`."""
     try:
         content = json.loads(path.read_text())
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise ClipError(f"{path}: not a readable map file ({error})") from error
     if not isinstance(content, dict):
         raise ClipError(f'{path}: a map file is an object such as {{"left_knee": "LeftLeg"}}')

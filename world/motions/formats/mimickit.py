@@ -28,8 +28,8 @@ def read(path: Path) -> Recording:
     if missing:
         raise ClipError(f"{path}: no {', '.join(missing)}; a MimicKit motion has {', '.join(KEYS)}")
     try:
-        frames = np.asarray(content["frames"], dtype=np.float64)
-        fps = float(content["fps"])
+        frames = safe_pickle.numbers(content["frames"])
+        fps = safe_pickle.number(content["fps"])
     except (ValueError, TypeError) as error:
         raise ClipError(f"{path}: not a readable MimicKit motion ({error})") from error
     if frames.ndim != 2 or frames.shape[1] != _COLUMNS:

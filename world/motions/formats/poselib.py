@@ -33,10 +33,10 @@ def read(path: Path) -> Recording:
         tree = content["skeleton_tree"]
         names = tuple(str(name) for name in tree["node_names"])
         parents = tuple(int(p) for p in _array(tree["parent_indices"]))
-        offset = _array(tree["local_translation"]).astype(np.float64)
-        rotation = _array(content["rotation"]).astype(np.float64)
-        root = _array(content["root_translation"]).astype(np.float64)
-        fps = float(content["fps"])
+        offset = _array(tree["local_translation"])
+        rotation = _array(content["rotation"])
+        root = _array(content["root_translation"])
+        fps = safe_pickle.number(content["fps"])
         is_local = bool(content.get("is_local", True))
     except (ValueError, TypeError, KeyError) as error:
         raise ClipError(f"{path}: not a readable poselib motion ({error})") from error
@@ -86,4 +86,4 @@ def is_ours(names: tuple[str, ...], offset: np.ndarray) -> bool:
 
 def _array(field: Any) -> np.ndarray:
     """poselib keeps arrays as {'arr': ..., 'context': ...}."""
-    return np.asarray(field["arr"] if isinstance(field, dict) else field)
+    return safe_pickle.numbers(field["arr"] if isinstance(field, dict) else field)

@@ -7,14 +7,12 @@ makes clips of the others.
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from zipfile import BadZipFile
-
-import numpy as np
 
 from world.errors import ChoiceError, ClipError
 from world.motions.formats import (
     acclaim,
     amass,
+    arrays,
     bvh,
     deepmimic,
     mimickit,
@@ -24,6 +22,10 @@ from world.motions.formats import (
     samp_pickle,
 )
 from world.motions.formats.recording import Recording, validate
+from world.refusals import refusing
+
+MAX_FILE_BYTES = 1 << 29
+"""Largest file of a motion: hours of one."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,15 @@ def read(path: Path, name: str | None = None) -> Recording:
     """
     if name is not None and name not in FORMATS:
         raise ChoiceError("format", name, list(FORMATS))
-    return validate(FORMATS[name or detected(path)].read(path))
+    with refusing(ClipError, path, "motion"):
+        _bounded(path)
+        return validate(FORMATS[name or detected(path)].read(path))
+
+
+def _bounded(path: Path) -> None:
+    size = path.stat().st_size
+    if size > MAX_FILE_BYTES:
+        raise ClipError(f"{path}: {size / 1e6:.0f} MB; at most {MAX_FILE_BYTES / 1e6:.0f} are read")
 
 
 def detected(path: Path) -> str:
@@ -88,11 +98,8 @@ def detected(path: Path) -> str:
 
 def _fields(path: Path) -> tuple[str, ...]:
     if path.suffix.lower() == ".npz":
-        try:
-            with np.load(path, allow_pickle=False) as file:
-                return tuple(file.files)
-        except (OSError, ValueError, EOFError, BadZipFile) as error:
-            raise ClipError(f"{path}: not a readable .npz file ({error})") from error
+        with refusing(ClipError, path, ".npz file"), arrays.opened(path) as file:
+            return tuple(file)
     return safe_pickle.keys(safe_pickle.load(path), path)
 
 

@@ -6,8 +6,6 @@ Source: samp.is.tue.mpg.de, and what reads it (Hassan et al. 2021): `pose_est_fu
 
 from pathlib import Path
 
-import numpy as np
-
 from world.errors import ClipError
 from world.motions.formats import safe_pickle, smpl
 from world.motions.formats.recording import Recording
@@ -23,9 +21,9 @@ def read(path: Path) -> Recording:
     if missing:
         raise ClipError(f"{path}: no {', '.join(missing)}; a SAMP motion has {', '.join(KEYS)}")
     try:
-        poses = np.asarray(content["pose_est_fullposes"], dtype=np.float64)
-        translation = np.asarray(content["pose_est_trans"], dtype=np.float64)
-        fps = float(np.asarray(content["mocap_framerate"]).squeeze())
+        poses = safe_pickle.numbers(content["pose_est_fullposes"])
+        translation = safe_pickle.numbers(content["pose_est_trans"])
+        fps = safe_pickle.number(content["mocap_framerate"])
     except (ValueError, TypeError) as error:
         raise ClipError(f"{path}: not a readable SAMP motion ({error})") from error
     return smpl.recording(path, fps, translation, poses)
