@@ -64,7 +64,8 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "keep": ((1, 1e6),),
     },
     "Evaluate": {
-        "trials": ((1, 1e7),), "near_m": (_LENGTH_M,), "far_m": (_LENGTH_M,), "quality": ((0, 1e6),),
+        "trials": ((1, 1e7),), "near_m": (_LENGTH_M,), "far_m": (_LENGTH_M,),
+        "quality": ((0, 1e6),),
         "seed": (_SEED,), "threads": (_THREADS,), "record_trials": ((1, 1e4),),
     },
     "Report": {"trials": ((1, 1e6),), "seed": (_SEED,), "threads": (_THREADS,)},
@@ -77,13 +78,16 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
     "BatchConfig": {
         "max_rows": ((1, 65536),), "max_wait_s": ((0, 10),), "max_queued_rows": ((1, 1e7),),
     },
-    "SynthesisConfig": {"max_at_a_time": ((1, 1024),), "max_s": ((0.1, 3600),), "ahead": ((1, 1e4),)},
+    "SynthesisConfig": {
+        "max_at_a_time": ((1, 1024),), "max_s": ((0.1, 3600),), "ahead": ((1, 1e4),),
+    },
     "PolicyServiceConfig": {
         "max_rows": ((1, 1e6),), "max_situations": ((1, 65536),), "max_streams": ((1, 1e6),),
         "idle_s": ((0.1, 1e5),), "stalled_s": ((0.1, 1e5),), "poll_s": ((0.05, 3600),),
     },
     "Synthesize": {
-        "place": ((0, 1000),), "scale": ((0.1, 10),), "stand_m": ((0, 10),), "box_kg": ((0.01, 1000),),
+        "place": ((0, 1000),), "scale": ((0.1, 10),), "stand_m": ((0, 10),),
+        "box_kg": ((0.01, 1000),),
         "seconds": ((0.1, 3600),), "seed": (_SEED,), "tries": ((1, 1e4),),
     },
     "Bench": {

@@ -31,7 +31,8 @@ _BONES = (
     ("rfemur", "rhipjoint", "0 -1 0"), ("rtibia", "rfemur", "0 -1 0"), ("rfoot", "rtibia", "0 0 1"),
     ("thorax", "root", "0 1 0"), ("head", "thorax", "0 1 0"),
     ("lclavicle", "thorax", "0.5 0 0"), ("rclavicle", "thorax", "-0.5 0 0"),
-    ("lhumerus", "lclavicle", "1 0 0"), ("lradius", "lhumerus", "1 0 0"), ("lhand", "lradius", "1 0 0"),
+    ("lhumerus", "lclavicle", "1 0 0"), ("lradius", "lhumerus", "1 0 0"),
+    ("lhand", "lradius", "1 0 0"),
     ("rhumerus", "rclavicle", "-1 0 0"), ("rradius", "rhumerus", "-1 0 0"),
     ("rhand", "rradius", "-1 0 0"),
 )  # fmt: skip

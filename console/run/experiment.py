@@ -118,10 +118,7 @@ def from_json(kind: Any, value: Any, where: str = "config") -> Any:
         return float(value)
     if kind is Path and isinstance(value, str):
         return Path(value)
-    if origin is Literal:
-        fits = value in arguments
-    else:
-        fits = type(value) is kind
+    fits = value in arguments if origin is Literal else type(value) is kind
     if not fits:
         words = ", ".join(map(str, arguments)) if origin is Literal else kind.__name__
         raise ConfigError(f"{where}: {str(value)[:40]!r}, must be {words}")

@@ -80,9 +80,7 @@ def situation(message: pb.Situation, task: Task, name: str) -> Numbers:
     return row
 
 
-def situations(
-    messages: Sequence[pb.Situation], task: Task, first: int = 0
-) -> tuple[bytes, int]:
+def situations(messages: Sequence[pb.Situation], task: Task, first: int = 0) -> tuple[bytes, int]:
     """Rows of situations [n, SITUATION] float32, as bytes, and n; `first`: number of the first."""
     rows = [situation(m, task, f"situations[{i}]") for i, m in enumerate(messages, first)]
     return np.stack(rows).astype("<f4").tobytes(), len(rows)

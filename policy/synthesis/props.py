@@ -101,9 +101,7 @@ def props_of(
     return Furnished(where, task, balls)
 
 
-def piece_of_mesh(
-    furniture: pb.Furniture, gone: Callable[[], bool] = lambda: False
-) -> Piece:
+def piece_of_mesh(furniture: pb.Furniture, gone: Callable[[], bool] = lambda: False) -> Piece:
     """The piece that a mesh gives, made in a process of its own within bounds, or known already."""
     mesh = furniture.mesh
     if mesh.format not in FORMATS:

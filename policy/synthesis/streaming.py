@@ -16,7 +16,6 @@ from policy.synthesis.simulation import Simulation
 from rpc.v1 import policy_pb2 as pb
 from world.character import model as character
 
-
 Made = TypeVar("Made")
 
 
@@ -37,9 +36,7 @@ class Synthesis:
         A client that gives up ends what is being made for it, and is counted until it has ended.
         """
         gone = threading.Event()
-        make = functools.partial(
-            Simulation, request, served, self._config.max_s, gone=gone.is_set
-        )
+        make = functools.partial(Simulation, request, served, self._config.max_s, gone=gone.is_set)
         simulation = await self._whole(make, gone)
         yield pb.SynthesizeReply(header=header(simulation, served))
         some = functools.partial(self._some, simulation.frames(), gone)

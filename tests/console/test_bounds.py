@@ -20,11 +20,10 @@ def kinds() -> set[type]:
     found: set[type] = set()
 
     def walk(hint: Any) -> None:
-        if dataclasses.is_dataclass(hint) and isinstance(hint, type):
-            if hint not in found:
-                found.add(hint)
-                for inner in typing.get_type_hints(hint).values():
-                    walk(inner)
+        if dataclasses.is_dataclass(hint) and isinstance(hint, type) and hint not in found:
+            found.add(hint)
+            for inner in typing.get_type_hints(hint).values():
+                walk(inner)
         for inner in typing.get_args(hint):
             walk(inner)
 

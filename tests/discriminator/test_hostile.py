@@ -99,9 +99,9 @@ def test_a_state_that_does_not_fit_changes_nothing(name: str, server: Server) ->
     try:
         before = client.state_dict()
         wrong = WRONG[name](dict(before))
-        with pytest.raises(LayoutError, match="^discriminator state: "):
+        with pytest.raises(LayoutError, match=r"^discriminator state: "):
             Discriminator(SMALL, Mocap(), 0).load_state_dict(wrong)
-        with pytest.raises(StyleError, match="^discriminator state: [^\n]*$"):
+        with pytest.raises(StyleError, match=r"^discriminator state: [^\n]*$"):
             client.load_state_dict(wrong)
         assert_equal_states(client.state_dict(), before)
         client.load_state_dict(before)  # the right one is taken, and it goes on

@@ -42,7 +42,8 @@ def resume(run: Path, iterations: int) -> int:
 
 
 @pytest.mark.parametrize(
-    "damage", [b'{"iteration": 1, "sam\n', b"\xff\xfe\x00\n", b"[]\n", b'{"iteration": "x"}\n', b"7\n"]
+    "damage",
+    [b'{"iteration": 1, "sam\n', b"\xff\xfe\x00\n", b"[]\n", b'{"iteration": "x"}\n', b"7\n"],
 )
 def test_a_damaged_line_of_metrics_deletes_no_other(run: Path, damage: bytes) -> None:
     metrics = run / "metrics.jsonl"
@@ -84,7 +85,13 @@ def test_a_damaged_clip_cache_is_made_again(
 
     (path,) = (cache.cached("k", make), *tmp_path.rglob("*.npz"))[1:]
     whole = path.read_bytes()
-    for damaged in (b"", whole[:500], whole[:-40], b"PK" + whole[2:900], whole.replace(b"fps", b"f")):
+    for damaged in (
+        b"",
+        whole[:500],
+        whole[:-40],
+        b"PK" + whole[2:900],
+        whole.replace(b"fps", b"f"),
+    ):
         path.write_bytes(damaged)
         before = len(made)
         (found,) = cache.cached("k", make)

@@ -209,9 +209,7 @@ def _processes(
     bounds = bounded.Bounds(CPU_S, WALL_S, MEMORY_BYTES)
     tasks = [bounded.Task(job.name, (job, digest), bounds) for _, job, digest in waiting]
     libraries = ("trimesh", "vhacdx", "scipy.spatial")
-    for place, result in bounded.run(
-        tasks, _made, workers, ADVICE, libraries, stopped
-    ):
+    for place, result in bounded.run(tasks, _made, workers, ADVICE, libraries, stopped):
         index, job, _ = waiting[place]
         yield index, Outcome(job.name, result.value, result.refused)
 

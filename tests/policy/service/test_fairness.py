@@ -25,8 +25,22 @@ from policy.synthesis import placement
 from rpc.v1 import policy_pb2 as pb
 from tests.support.paths import ROOT
 from tests.support.policy_cases import (
-    SIT, WIDTH, act, chair, expected, fixed, load, make, numbers, observation, pose, refusal, renamed,
-    running, save, stub,
+    SIT,
+    WIDTH,
+    act,
+    chair,
+    expected,
+    fixed,
+    load,
+    make,
+    numbers,
+    observation,
+    pose,
+    refusal,
+    renamed,
+    running,
+    save,
+    stub,
 )  # fmt: skip
 
 
@@ -51,9 +65,7 @@ def test_many_situations_are_read_in_parts_and_the_same() -> None:
         code, said = refusal(lambda: client.ActFromPose(pb.ActFromPoseRequest(situations=one)))
         assert code is grpc.StatusCode.INVALID_ARGUMENT and "situations[33].pose" in said
         several = [pb.Situation()] * 300
-        code, said = refusal(
-            lambda: client.ActFromPose(pb.ActFromPoseRequest(situations=several))
-        )
+        code, said = refusal(lambda: client.ActFromPose(pb.ActFromPoseRequest(situations=several)))
         assert code is grpc.StatusCode.INVALID_ARGUMENT and "300 rows, must be 1 to 256" in said
 
 

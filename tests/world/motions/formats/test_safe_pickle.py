@@ -1,4 +1,4 @@
-"""The reader of pickles: numbers as they were, and nothing of numpy called with the file's words."""
+"""The reader of pickles: numbers as they were, and nothing of numpy called with a file's words."""
 
 import io
 import pickle
