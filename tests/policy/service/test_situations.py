@@ -4,7 +4,7 @@ import numpy as np
 import torch
 from policy.service.situations import COLUMNS, SITUATION, observations, place_of
 
-from policy.service.requests import situation
+from policy.messages.requests import situation
 from rpc.v1 import policy_pb2 as pb
 from tests.support.policy_cases import SIT, WIDTH, chair, pose
 from world import tasks

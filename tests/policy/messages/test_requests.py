@@ -8,7 +8,7 @@ import pytest
 from policy.service.situations import COLUMNS, SITUATION
 
 from policy.errors import RequestError
-from policy.service import requests
+from policy.messages import requests
 from rpc.v1 import policy_pb2 as pb
 from tests.support.policy_cases import SIT, WIDTH, chair, observation, pose
 from world.character import model as character
