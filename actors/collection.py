@@ -13,7 +13,7 @@ from typing import Any
 from torch import Tensor
 
 from actors.ray_actor import Arrays
-from actors.shares import within
+from actors.division import within
 
 
 @dataclass(eq=False)

@@ -28,7 +28,7 @@ from actors.ray_actor import (
     to_tensors,
     unpack_rollout,
 )
-from actors.shares import consecutive, longest, shares, state_of
+from actors.division import consecutive_ranges, makespan, block_counts, state_of_scenes
 from policy.rollout import Rollout
 
 LOG = logging.getLogger("inhabit.actors")
@@ -305,9 +305,9 @@ class RayFleet:
                 member.cost_s = min(member.cost_s, _SLOWEST * known[0])
                 member.cost_s += _FORGIVEN * (known[0] - member.cost_s)
         costs = [known[len(known) // 2] if m.cost_s is None else m.cost_s for m in ready]
-        counts = shares(len(self._scenes) // self._block, costs)
+        counts = block_counts(len(self._scenes) // self._block, costs)
         now = [len(m.scenes) // self._block for m in ready]
-        slow = longest(now, costs) > _GAIN * longest(counts, costs)
+        slow = makespan(now, costs) > _GAIN * makespan(counts, costs)
         self._unequal = self._unequal + 1 if slow else 0
         whole = sum(now) * self._block == len(self._scenes)
         new = any(m.cost_s is None and not m.scenes for m in ready)
@@ -317,7 +317,7 @@ class RayFleet:
         for member in self._members:
             if not member.ready:
                 member.scenes = range(0)
-        for member, owned in zip(ready, consecutive(counts, self._block), strict=True):
+        for member, owned in zip(ready, consecutive_ranges(counts, self._block), strict=True):
             if member.scenes != owned:
                 member.scenes, member.holds = owned, False
                 member.handle.own.remote(owned)
@@ -332,7 +332,7 @@ class RayFleet:
     ) -> None:
         own = member.holds and scenes == member.scenes
         fresh = any(not state for state in self._states.values())
-        state = None if own else {} if fresh else state_of(scenes, self._states)
+        state = None if own else {} if fresh else state_of_scenes(scenes, self._states)
         with self._beginning:
             # At once for `ahead`, which must not put what comes next before this in the queue.
             reference = member.handle.part.remote(scenes, state, *arguments)

@@ -16,7 +16,7 @@ from actors.cluster import ray_session
 from actors.collection import Job, Order
 from actors.fleet import FleetConfig, RayFleet
 from actors.local import LocalFleet
-from actors.shares import state_of
+from actors.division import state_of_scenes
 from learner.gathering import Gathering
 from policy.rollout import Rollout
 from tests.support.faulty_shard import MakePoints, MakeSlowPoints
@@ -114,9 +114,9 @@ def test_told_while_actors_are_being_asked(tmp_path, monkeypatch) -> None:
     def slowly(*of: Any) -> Any:
         began.set()
         time.sleep(0.2)
-        return state_of(*of)
+        return state_of_scenes(*of)
 
-    monkeypatch.setattr("actors.fleet.state_of", slowly)
+    monkeypatch.setattr("actors.fleet.state_of_scenes", slowly)
     with ThreadPoolExecutor(1) as pool:
         second = pool.submit(fleet.collect, weights(1), 1, SIGMA)
         assert began.wait(60)

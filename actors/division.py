@@ -8,7 +8,7 @@ import numpy as np
 from actors.ray_actor import Arrays
 
 
-def shares(blocks: int, costs: Sequence[float]) -> list[int]:
+def block_counts(blocks: int, costs: Sequence[float]) -> list[int]:
     """Blocks of each actor, so that the last one is done as early as can be.
 
     costs: seconds a block of each actor. A slow one may get none. Of equals the first gets more.
@@ -23,12 +23,12 @@ def shares(blocks: int, costs: Sequence[float]) -> list[int]:
     return counts
 
 
-def longest(counts: Sequence[int], costs: Sequence[float]) -> float:
+def makespan(counts: Sequence[int], costs: Sequence[float]) -> float:
     """Seconds until the last actor is done."""
     return max(count * cost for count, cost in zip(counts, costs, strict=True))
 
 
-def consecutive(counts: Sequence[int], block: int) -> list[range]:
+def consecutive_ranges(counts: Sequence[int], block: int) -> list[range]:
     """Ranges of scenes in order, some of them empty."""
     ranges, first = [], 0
     for count in counts:
@@ -51,7 +51,7 @@ def rows(state: Arrays, held: range, wanted: range) -> Arrays:
     }
 
 
-def state_of(wanted: range, parts: Mapping[range, Arrays]) -> Arrays:
+def state_of_scenes(wanted: range, parts: Mapping[range, Arrays]) -> Arrays:
     """The state of the scenes `wanted` out of parts that hold them between them."""
     pieces = [
         rows(state, held, range(max(held.start, wanted.start), min(held.stop, wanted.stop)))
