@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from learner.errors import TrainingError
-from learner.protocols import Fleet, Foresighted, State
+from learner.protocols import Fleet, PrefetchingFleet, State
 from policy.rollout import Rollout
 
 
@@ -48,8 +48,8 @@ class Gathering:
         # The first one has nobody to have begun it.
         waited_for = self._under_way or self._pool.submit(self._collect, weights, version, sigma)
         self._under_way = None
-        if isinstance(self.fleet, Foresighted):
-            self.fleet.ahead(weights, version, sigma)
+        if isinstance(self.fleet, PrefetchingFleet):
+            self.fleet.prefetch(weights, version, sigma)
         gathered = waited_for.result()
         self._under_way = self._pool.submit(self._collect, weights, version, sigma)
         return gathered

@@ -36,10 +36,10 @@ class Fleet(Protocol):
 
 
 @runtime_checkable
-class Foresighted(Protocol):
+class PrefetchingFleet(Protocol):
     """A fleet whose workers need not wait until the rollouts of all have been taken in."""
 
-    def ahead(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> None:
+    def prefetch(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> None:
         """What the next `collect` will be called with, told while one is under way."""
         ...
 

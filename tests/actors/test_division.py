@@ -3,7 +3,7 @@
 import pytest
 
 from actors.cluster import ray_session
-from actors.division import consecutive_ranges, makespan, block_counts
+from actors.division import block_counts, consecutive_ranges, makespan
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -27,7 +27,9 @@ def test_a_tenth_of_the_speed_is_no_dearer_than_no_actor(actors):
     """By enumeration of all divisions that give the others the same: none is done earlier."""
     costs = [10.0] + [1.0] * (actors - 1)
     blocks = 8 * actors
-    best = min(makespan([own, *_even(blocks - own, actors - 1)], costs) for own in range(blocks + 1))
+    best = min(
+        makespan([own, *_even(blocks - own, actors - 1)], costs) for own in range(blocks + 1)
+    )
     found = makespan(block_counts(blocks, costs), costs)
     assert found == best <= max(_even(blocks, actors - 1))
 
