@@ -248,7 +248,7 @@ def clone_clips(learner: Learner, experiment: Experiment) -> list[float]:
         experiment.clone_samples,
         seed,
     )
-    inputs, actions = learner.seen(*found)
+    inputs, actions = learner.canonical(*found)
     return clone(
         learner.actor, learner.normaliser, inputs, actions, experiment.clone_passes, seed=seed
     )
