@@ -22,7 +22,7 @@ _LARGE_M, _THIN_M = 20.0, 5e-4
 
 
 @dataclass(frozen=True)
-class Standing:
+class PlacedFurniture:
     """A piece of furniture, the place of it that is meant, and where it stands."""
 
     piece: Piece
@@ -33,9 +33,9 @@ class Standing:
     yaw: float
     """Of the piece's frame, rad."""
 
-    def moved(self, position: Numbers, yaw: float) -> "Standing":
+    def moved(self, position: Numbers, yaw: float) -> "PlacedFurniture":
         """The same, standing elsewhere."""
-        return Standing(self.piece, self.spot, position, yaw)
+        return PlacedFurniture(self.piece, self.spot, position, yaw)
 
 
 @lru_cache(maxsize=512)
@@ -47,7 +47,7 @@ def piece_of(name: str, scale: float) -> Piece:
         raise RequestError(f"furniture.piece: {error}") from error
 
 
-def standing(furniture: pb.Furniture, task: Task, anywhere: bool = False) -> Standing:
+def standing(furniture: pb.Furniture, task: Task, anywhere: bool = False) -> PlacedFurniture:
     """The furniture of a message.
 
     anywhere: position and rotation may be left out: the origin, facing +x.
@@ -67,14 +67,16 @@ def standing(furniture: pb.Furniture, task: Task, anywhere: bool = False) -> Sta
     return placed(furniture, piece, spot, anywhere)
 
 
-def placed(furniture: pb.Furniture, piece: Piece, spot: Spot, anywhere: bool = False) -> Standing:
+def placed(
+    furniture: pb.Furniture, piece: Piece, spot: Spot, anywhere: bool = False
+) -> PlacedFurniture:
     """The piece where the message has it."""
     position, yaw = np.zeros(3), 0.0
     if furniture.position or not anywhere:
         position = vector(furniture.position, "furniture.position", 3)
     if furniture.rotation or not anywhere:
         yaw = upright(furniture.rotation, "furniture.rotation")
-    return Standing(piece, spot, position, yaw)
+    return PlacedFurniture(piece, spot, position, yaw)
 
 
 MAX_BOXES = 64
@@ -106,7 +108,7 @@ def custom(shape: pb.Shape, task: Task) -> tuple[Piece, Spot]:
     return piece, Spot(hip, head, facing)
 
 
-def fill_place(row: Numbers, where: Standing) -> None:
+def fill_target(row: Numbers, where: PlacedFurniture) -> None:
     """Write what a task must know of furniture into a row: world frame."""
 
     def world(points: Numbers | Vector) -> Numbers:
@@ -126,7 +128,7 @@ def turned(points: Numbers | Vector, yaw: float) -> Numbers:
     return np.asarray(points) @ turn.T
 
 
-def mesh_spot(piece: Piece, furniture: pb.Furniture, task: Task) -> Spot:
+def mesh_use_point(piece: Piece, furniture: pb.Furniture, task: Task) -> Spot:
     """The place that is meant of a piece made from a mesh."""
     return _spot(piece, task, furniture.place)
 
