@@ -68,8 +68,8 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
     },
     "Evaluate": {
         "trials": ((1, 1e7),), "near_m": (_LENGTH_M,), "far_m": (_LENGTH_M,),
-        "quality": ((0, 1e6),), "seed": (_SEED,), "threads": (_THREADS,), "record_trials": ((1,
-        1e4),),
+        "quality": ((0, 1e6),),
+        "seed": (_SEED,), "threads": (_THREADS,), "record_trials": ((1, 1e4),),
     },
     "Report": {"trials": ((1, 1e6),), "seed": (_SEED,), "threads": (_THREADS,)},
     "Publish": {"average": ((1, 1000),)},
@@ -82,8 +82,7 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "max_rows": ((1, 65536),), "max_wait_s": ((0, 10),), "max_queued_rows": ((1, 1e7),),
     },
     "SynthesisConfig": {
-        "max_at_a_time": ((1, 1024),), "max_s": ((0.1, 3600),),
-        "ahead": ((1, 1e4),),
+        "max_at_a_time": ((1, 1024),), "max_s": ((0.1, 3600),), "ahead": ((1, 1e4),),
     },
     "PolicyServiceConfig": {
         "max_rows": ((1, 1e6),), "max_poses": ((1, 65536),), "max_streams": ((1, 1e6),),
@@ -91,8 +90,8 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
     },
     "Synthesize": {
         "place": ((0, 1000),), "scale": ((0.1, 10),), "stand_m": ((0, 10),),
-        "box_kg": ((0.01, 1000),), "seconds": ((0.1, 3600),), "seed": (_SEED,), "tries": ((1,
-        1e4),),
+        "box_kg": ((0.01, 1000),),
+        "seconds": ((0.1, 3600),), "seed": (_SEED,), "tries": ((1, 1e4),),
     },
     "Bench": {
         "scenes": ((1, 1e6),), "threads": (_THREADS,), "seconds": ((0.1, 1e6),),

@@ -8,14 +8,13 @@ import asyncio
 import hmac
 import time
 from collections.abc import Awaitable, Callable
-from typing import Any, cast
+from typing import Any
 
 import grpc
-from google.protobuf.message import DecodeError
 from prometheus_client import CollectorRegistry
 
-from rpc.errors import CodecError
 from rpc.interceptors import INTERNAL, UNAUTHENTICATED, CallMetrics, Errors, status_of, unexpected
+from rpc.malformed import public
 
 Behaviour = Callable[[Any, grpc.aio.ServicerContext], Awaitable[Any]]
 _KINDS = (
@@ -39,31 +38,6 @@ def rewrapped(
                 response_serializer=handler.response_serializer,
             )
     raise AssertionError("a handler without behaviour")
-
-
-class Malformed:
-    """Stands for bytes that are no message: a CodecError as soon as one looks into it."""
-
-    def __init__(self, why: str) -> None:
-        self.__dict__["why"] = why
-
-    def __getattr__(self, name: str) -> Any:
-        raise CodecError(f"message: cannot be parsed ({self.__dict__['why']})")
-
-
-def forgiving(handler: grpc.RpcMethodHandler) -> grpc.RpcMethodHandler:
-    """The handler with a parser that never fails, so that its caller gets a status worth having."""
-    parse = handler.request_deserializer
-    if parse is None:
-        return handler
-
-    def parsed(data: bytes) -> Any:
-        try:
-            return parse(data)
-        except DecodeError as error:
-            return Malformed(str(error))
-
-    return cast(grpc.RpcMethodHandler, handler._replace(request_deserializer=parsed))
 
 
 def asking_for(token: str, behaviour: Behaviour) -> Behaviour:
@@ -121,7 +95,9 @@ class Watch:
                     metrics.add(method, grpc.StatusCode.CANCELLED, clock() - began)
                     raise asyncio.CancelledError from error
                 metrics.add(method, code, clock() - began)
-                await context.abort(code, unexpected(error) if code is INTERNAL else str(error))
+                await context.abort(
+                    code, public(unexpected(error) if code is INTERNAL else str(error))
+                )
             else:
                 done(clock() - began)
                 return reply

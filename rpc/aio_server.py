@@ -13,9 +13,10 @@ from grpc_health.v1 import health, health_pb2_grpc
 from grpc_reflection.v1alpha import reflection, reflection_pb2_grpc
 from prometheus_client import CollectorRegistry
 
-from rpc.aio_interceptors import Watch, asking_for, forgiving, rewrapped
+from rpc.aio_interceptors import Watch, asking_for, rewrapped
 from rpc.credentials import read_token
 from rpc.interceptors import Errors
+from rpc.malformed import forgiving
 from rpc.server import (
     SERVING,
     ServerConfig,
@@ -59,7 +60,7 @@ class AioServer:
         self.config = config
         check(config)
         self.registry = CollectorRegistry()
-        self._token = read_token(config.token_file) if config.token_file else ""
+        self._token = config.token or (read_token(config.token_file) if config.token_file else "")
         self._watch = Watch(self.registry, errors or {})
         self.grpc = grpc.aio.server(options=options(config))
         self.address = bind(self.grpc, config)

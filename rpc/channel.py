@@ -118,6 +118,10 @@ class Channel:
                 code, details = _status(error)
                 if code not in AWAY:
                     raise RefusedError(code, details) from error
+                if why := _distrust(details):
+                    raise UnreachableError(
+                        f"{self.name} at {self.config.address}: {why}"
+                    ) from error
                 if reason := self._lost():
                     raise UnreachableError(reason) from error
                 waited = time.monotonic() - began
@@ -149,6 +153,31 @@ def _status(error: grpc.RpcError) -> tuple[grpc.StatusCode, str]:
     if isinstance(error, grpc.Call):
         return error.code() or grpc.StatusCode.UNKNOWN, error.details() or "no details"
     return grpc.StatusCode.UNKNOWN, str(error)
+
+
+def _distrust(details: str) -> str:
+    """What of the certificates is wrong, where that is why nobody answers."""
+    text = details.lower()
+    for words, why in _DISTRUST.items():
+        if words in text:
+            return why
+    return ""
+
+
+_STRANGE = "its certificate is signed by nobody who is trusted here: give tls_ca"
+_DISTRUST = {
+    "certificate has expired": "its certificate has expired: renew it",
+    "certificate is not yet valid": "its certificate is not valid yet: look at both clocks",
+    "hostname verification": "its certificate is for another name: give the right address or"
+    " tls_name",
+    "peer name": "its certificate is for another name: give the right address or tls_name",
+    "self-signed certificate": _STRANGE,
+    "self signed certificate": _STRANGE,
+    "unable to get local issuer": _STRANGE,
+    "certificate signature failure": "its certificate is not signed by those of tls_ca",
+    "certificate verify failed": "its certificate is not trusted: give the tls_ca that signed it",
+    "certificate_verify_failed": "its certificate is not trusted: give the tls_ca that signed it",
+}
 
 
 def _first_line(text: str) -> str:

@@ -11,6 +11,7 @@ import grpc
 from prometheus_client import CollectorRegistry, Counter, Histogram
 
 from rpc.errors import CodecError, RefusedError
+from rpc.malformed import forgiving, public
 from rpc.stream_guard import StreamGuard
 
 HEALTH = "/grpc.health.v1.Health/"  # probes carry no token
@@ -106,6 +107,7 @@ class CallInterceptor(grpc.ServerInterceptor):
         method = handler_call_details.method or ""
         if handler is None or method.startswith("/grpc.health."):
             return handler
+        handler = forgiving(handler)
         behaviour: Any = (
             handler.unary_unary
             or handler.unary_stream
@@ -160,6 +162,6 @@ class CallInterceptor(grpc.ServerInterceptor):
                     code = grpc.StatusCode.CANCELLED
                     raise
                 message = unexpected(error)
-            context.abort(code, message)
+            context.abort(code, public(message))
         finally:
             self._metrics.add(method, code, time.monotonic() - began)

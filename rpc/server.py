@@ -20,6 +20,8 @@ from rpc.errors import RpcError
 from rpc.interceptors import CallInterceptor, TokenInterceptor
 from rpc.stream_guard import StreamGuard
 
+METRICS_S = 5.0
+"""A connection to the metrics that says nothing for so long is closed."""
 SERVING = health_pb2.HealthCheckResponse.SERVING
 NOT_SERVING = health_pb2.HealthCheckResponse.NOT_SERVING
 
@@ -182,9 +184,14 @@ def serve_metrics(address: str, registry: CollectorRegistry) -> WSGIServer:
     """A Prometheus endpoint at HOST:PORT on a thread of its own; end it with `close_metrics`."""
     host, port = split_address(address)
     try:
-        return start_http_server(port, host, registry)[0]
+        server = start_http_server(port, host, registry)[0]
     except OSError as error:
         raise RpcError(f"metrics: cannot listen on {address}: {error.strerror}") from error
+    # a thread for each connection: one that asks nothing is closed
+    handler = server.RequestHandlerClass
+    bounded = type("BoundedHandler", (handler,), {"timeout": METRICS_S})
+    server.RequestHandlerClass = bounded  # pyright: ignore[reportAttributeAccessIssue]
+    return server
 
 
 def close_metrics(server: WSGIServer) -> None:

@@ -67,6 +67,8 @@ class Doctor:
     """Our certificate (PEM), where the services ask for one."""
     tls_key: Path | None = None
     """Its private key (PEM)."""
+    token_file: Path | None = None
+    """File with the services' token, to be looked at: who may read it."""
     motions: tuple[Path, ...] = ()
     """Clips to read; default: the package's own."""
     seconds: float = 5.0

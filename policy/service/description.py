@@ -6,6 +6,7 @@ from functools import cache
 import mujoco
 
 from policy.checkpoints.served import ACTIONS, Served
+from rpc.malformed import public
 from rpc.v1 import policy_pb2 as pb
 from world.character import kinematics
 from world.character import model as character
@@ -114,7 +115,7 @@ def policy(served: Served, reloads: int = 0, last_refusal: str = "") -> pb.Polic
         ],
         success_m=served.task.success_m,
         reloads=reloads,
-        last_refusal=last_refusal,
+        last_refusal=public(last_refusal),
     )
 
 

@@ -49,8 +49,8 @@ def _terms(folder: Path, libraries: set[str]) -> dict[str, Note]:
     found = {}
     for stated in (match[1] for match in map(_LINE.match, lines) if match):
         for name in libraries:
-            # the whole name: not the end of a longer one
-            start = re.search(rf"(?<![\w-]){re.escape(name)}\s*:\s*", stated)
+            # an item begins with the name: the end of a longer name, as of "Big Lib", is no match
+            start = re.search(rf"(?:^|[;,.]\s)\W*{re.escape(name)}\s*:\s*", stated)
             if start is None:
                 continue
             text = stated[start.end() :]

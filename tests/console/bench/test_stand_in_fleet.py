@@ -11,7 +11,7 @@ import torch
 from actors.cluster import ray_session
 from console.bench import scaling
 from console.bench.stand_in_fleet import SleepingFleet, sleepers
-from learner.config import LearnerConfig, LoopConfig
+from learner.config import LagConfig, LearnerConfig, LoopConfig
 from learner.loop import Loop
 from learner.ppo import Learner
 from policy.rollout import Rollout
@@ -64,7 +64,7 @@ def test_bench_overlaps_the_stand_ins(hosts: list[Any], part: Rollout) -> None:
             None,
             Memory(),
             Memory(),
-            LoopConfig(overlap=overlap),
+            LoopConfig(lag=LagConfig(overlap)),
         )
         lines = scaling.iterations(loop, 0.0)
         loop.close()

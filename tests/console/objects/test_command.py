@@ -11,8 +11,7 @@ from console.commands import Meshes
 from console.objects.command import place_of, told
 from tests.support.world.meshes import mesh, written
 from world.errors import ChoiceError, ConfigError
-from world.furniture import collection
-from world.meshes import importing, notes, store
+from world.meshes import collection, importing, notes, store
 from world.meshes.notes import Note
 
 

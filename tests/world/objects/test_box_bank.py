@@ -66,7 +66,7 @@ def test_a_box_that_rests_goes_with_its_stand_and_one_in_hand_does_not() -> None
 def test_the_task_knows_where_the_corners_are() -> None:
     bank = BoxBank(boxes(CarryConfig(sizes=2)))
     at = torch.tensor([[0.0, 0.0, 1.0]])
-    place = bank.place(torch.tensor([1]), resting(at, YAW[1:], at + 2.0))
+    place = bank.target(torch.tensor([1]), resting(at, YAW[1:], at + 2.0))
     depth, width, height = bank.half[1].tolist()
     assert place.corners[0].amax(0).tolist() == pytest.approx([width, depth, 1.0 + height])
     assert torch.equal(place.point, at + 2.0)

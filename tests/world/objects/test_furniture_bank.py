@@ -32,7 +32,7 @@ def test_a_place_is_where_it_is_told() -> None:
     angle = torch.linspace(-3, 3, len(bank))
     facing = torch.stack((angle.cos(), angle.sin()), 1)
     point = torch.randn(len(bank), 2, generator=torch.Generator().manual_seed(0))
-    place = bank.place(variant, point, facing)
+    place = bank.target(variant, point, facing)
     origin, yaw = bank.placed(variant, point, facing)
     for row, piece in enumerate(bank.pieces):
         turn = math.atan2(yaw[row, 1], yaw[row, 0])

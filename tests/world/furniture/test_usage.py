@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from world.objects.targets import Spot, spots
 
 from world.errors import PieceError
 from world.furniture.catalogue import catalogue, find
+from world.furniture.usage import Spot, spots
 
 
 def test_a_seat_is_one_place() -> None:

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from policy.service.situations import COLUMNS, SITUATION
 
 from policy.errors import RequestError
-from policy.synthesis import placement
+from policy.objects import placement
+from policy.objects.columns import COLUMNS, POSE_WIDTH
 from rpc.v1 import policy_pb2 as pb
 from tests.support.policy_cases import SIT, chair
 from world import tasks
@@ -16,7 +16,7 @@ from world.furniture.catalogue import find
 
 def test_a_place_turns_and_moves_with_its_piece() -> None:
     yaw = 0.8
-    row = np.zeros(SITUATION)
+    row = np.zeros(POSE_WIDTH)
     placement.fill_target(row, placement.standing(chair(2.0, -1.0, yaw), SIT))
     seat = find("chair-test-000").sit[0]
     x, y, z = seat.point_m

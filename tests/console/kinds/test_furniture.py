@@ -1,14 +1,18 @@
-"""Beds and boxes in the player."""
+"""Furniture in the player."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
-from console.play.setup import Pose, Setup
-from world.objects.targets import spots
 
-from tests.support.console.players import live, qpos, stock
+from console.commands import Synthesize
+from console.kinds.setup import Pose, Setup
+from console.synthesis.request import scene
+from tests.support.console.players import stock
+from world import tasks
 from world.errors import ConfigError
+from world.furniture.usage import spots
 
 
 def test_a_bed_has_a_side_of_its_own_choice() -> None:
@@ -17,7 +21,7 @@ def test_a_bed_has_a_side_of_its_own_choice() -> None:
     found = []
     for side in (0, 1):
         source = stock().begin(Setup("lie", beds[0], side=side, goal=Pose(3.0, 0.0, 0.5)))
-        place = source.scene._object.place(source.scene._scenes)
+        place = source.scene._object.target(source.scene._scenes)
         assert place.facing[0].tolist() == pytest.approx([math.cos(0.5), math.sin(0.5)])
         # the head is to the left of one side and to the right of the other
         assert place.head is not None
@@ -28,14 +32,7 @@ def test_a_bed_has_a_side_of_its_own_choice() -> None:
         stock().begin(Setup("lie", beds[0], side=2))
 
 
-def test_a_box_stands_where_it_should_and_its_goal_moves() -> None:
-    source = live("carry", box=Pose(1.0, 0.5))
-    assert qpos(source, 0)[43:45] == pytest.approx([1.0, 0.5])
-    source.scene.move(Pose(2.5, 0.5))
-    for _ in range(15):
-        assert source.extend()
-    stands = source.moments[-1].physics["mocap_pos"][0].numpy().reshape(-1, 3)
-    assert stands[0, :2] == pytest.approx([1.0, 0.5]) and stands[1, :2] == pytest.approx([2.5, 0.5])
-    box = qpos(source, 15)[43:46]
-    goal = [2.5, 0.5, stands[1, 2] + source.scene.piece.boxes[0].half_m[2]]
-    assert source.moments[-1].error_m == pytest.approx(float(np.linalg.norm(box - goal)), abs=1e-4)
+def test_a_seat_must_be_named() -> None:
+    command = Synthesize(Path("run"), (Path("out.npz"),))
+    with pytest.raises(ConfigError, match="--object: name a piece"):
+        scene(command, tasks.make("sit"), None)

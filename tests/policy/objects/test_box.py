@@ -5,11 +5,17 @@ import math
 import numpy as np
 import pytest
 import torch
-from policy.service.situations import COLUMNS, SITUATION
-from policy.synthesis.box import carried, fill_box, size_of
 
 from policy.errors import RequestError
+from policy.objects import adapter, props_of
+from policy.objects.box import carried, fill_box, size_of
+from policy.objects.columns import COLUMNS, POSE_WIDTH
 from rpc.v1 import policy_pb2 as pb
+from world import tasks
+from world.scene.batch import Scenes
+from world.scene.box import BOX_KG
+
+CARRY = tasks.make("carry")
 
 
 def box(**changes: object) -> pb.CarriedBox:
@@ -26,7 +32,7 @@ def box(**changes: object) -> pb.CarriedBox:
 
 
 def test_a_row_holds_what_the_message_says() -> None:
-    row = np.zeros(SITUATION)
+    row = np.zeros(POSE_WIDTH)
     fill_box(row, box(), "s.box")
     np.testing.assert_allclose(row[COLUMNS["box_half"]], [0.175, 0.25, 0.15])
     np.testing.assert_allclose(row[COLUMNS["box_target"]], [4.0, 2.0, 0.55])
@@ -53,3 +59,25 @@ def test_what_no_box_may_be() -> None:
     for field, low in (("position", [1.0, 2.0, 0.1]), ("goal", [4.0, 2.0, 0.14])):
         with pytest.raises(RequestError, match=rf"^box\.{field}\[2\].*half the box's height"):
             carried(box(**{field: low}))
+
+
+def test_a_boxs_point_of_use_is_its_target() -> None:
+    row = torch.zeros(1, POSE_WIDTH)
+    row[:, COLUMNS["box_rotation"]] = torch.tensor([1.0, 0.0, 0.0, 0.0])
+    row[:, COLUMNS["box_half"]] = torch.tensor([0.1, 0.2, 0.3])
+    row[:, COLUMNS["box_target"]] = torch.tensor([4.0, 5.0, 0.6])
+    target = adapter(CARRY).target(row)
+    assert target.box is not None and target.point[0].tolist() == [4.0, 5.0, 0.6000000238418579]
+    torch.testing.assert_close(target.corners[0].amax(0), torch.tensor([0.1, 0.2, 0.3]))
+
+
+def test_a_box_weighs_by_its_volume_and_goes_with_its_stand() -> None:
+    message = pb.CarriedBox(size=[0.35, 0.5, 0.15], position=[2.0, 0.0, 0.6], goal=[4.0, 0.0, 0.6])
+    props = props_of(pb.SynthesizeRequest(box=message), CARRY)
+    scenes = Scenes([props.model], 0.35, 3.0)
+    props.begin(scenes)
+    assert props.model.body("box").mass[0] == pytest.approx(BOX_KG / 2)
+    there = torch.tensor([[3.0, -2.0]])
+    props.shift(scenes, there, torch.tensor([[1.0, 0.0]]))
+    torch.testing.assert_close(props.spot()[0], there)
+    assert props.pose(scenes)[0] == pytest.approx([3.0, -2.0, 0.6])

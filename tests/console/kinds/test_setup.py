@@ -4,8 +4,8 @@ import math
 import re
 
 import pytest
-from console.play.setup import Pose, Setup
 
+from console.kinds.setup import Pose, Setup
 from console.play.session import Session
 from tests.support.console.players import live, stock
 from world.errors import InhabitError

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from world.motions.formats.licences import licence
+from world.motions.licences import licence
 
 
 def test_the_line_that_tells_the_licence(tmp_path: Path) -> None:
