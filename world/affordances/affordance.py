@@ -14,7 +14,7 @@ from torch import Tensor
 from world.character import model as character
 from world.config import WorldConfig
 from world.furniture.piece import Piece
-from world.initial.starter import AnyStarter
+from world.initial.sampler import InitialStateSampler
 from world.motions.library import MotionLibrary
 from world.motions.uses.use import ClipUse
 from world.objects.bank import ObjectBank
@@ -95,9 +95,9 @@ class Affordance(ABC):
         """The training objects, compiled."""
 
     @abstractmethod
-    def starter(
+    def sampler(
         self, config: WorldConfig, library: MotionLibrary, bank: ObjectBank, seed: int
-    ) -> AnyStarter:
+    ) -> InitialStateSampler:
         """What draws the initial states; `bank`: as `bank` makes it."""
 
     @abstractmethod

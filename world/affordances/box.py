@@ -11,8 +11,8 @@ from world.affordances.affordance import Affordance, Setting, stand
 from world.config import CarryConfig, WorldConfig
 from world.errors import ConfigError
 from world.furniture.piece import Piece
-from world.initial.box import BoxStarter
-from world.initial.starter import AnyStarter
+from world.initial.box import BoxSampler
+from world.initial.sampler import InitialStateSampler
 from world.motions.library import MotionLibrary
 from world.motions.uses.box import BOX as BOX_CLIPS
 from world.objects import box_bank
@@ -47,12 +47,12 @@ class CarriedBox(Affordance):
         """See Affordance."""
         return BoxBank(box_bank.boxes(config.carry))
 
-    def starter(
+    def sampler(
         self, config: WorldConfig, library: MotionLibrary, bank: ObjectBank, seed: int
-    ) -> AnyStarter:
+    ) -> InitialStateSampler:
         """See Affordance."""
         assert isinstance(bank, BoxBank), "boxes stand in a bank of boxes"
-        return BoxStarter(config, library, bank, seed)
+        return BoxSampler(config, library, bank, seed)
 
     def trial_pieces(
         self, objects: str, trials: int, seed: int, config: WorldConfig

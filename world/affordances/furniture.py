@@ -14,8 +14,8 @@ from world.furniture.bands import Split
 from world.furniture.catalogue import SEATS, catalogue
 from world.furniture.piece import Piece
 from world.furniture.usage import LIE, SIT, Usage, spots
-from world.initial.furniture import Starter, furniture_pose
-from world.initial.starter import AnyStarter
+from world.initial.furniture import FurnitureSampler, furniture_pose
+from world.initial.sampler import InitialStateSampler
 from world.meshes import collection
 from world.motions.library import MotionLibrary
 from world.motions.uses.bed import BED as BED_CLIPS
@@ -69,12 +69,12 @@ class Furniture(Affordance):
         """See Affordance."""
         return Bank(variants(self.pieces(config)[0], config.scales, config.scale), self.name)
 
-    def starter(
+    def sampler(
         self, config: WorldConfig, library: MotionLibrary, bank: ObjectBank, seed: int
-    ) -> AnyStarter:
+    ) -> InitialStateSampler:
         """See Affordance."""
         assert isinstance(bank, Bank), "furniture stands in a bank of furniture"
-        return Starter(config, library, bank, seed)
+        return FurnitureSampler(config, library, bank, seed)
 
     def trial_pieces(
         self, objects: str, trials: int, seed: int, config: WorldConfig
@@ -125,9 +125,9 @@ class Furniture(Affordance):
         only = replace(config, initial=replace(config.initial, reference=1.0, near=0.0, far=0.0))
         bank = Bank(pieces, self.name)
         ids = torch.arange(n)
-        starts = Starter(only, library, bank, seed).draw(ids, torch.ones_like(ids))
-        models = [bank.models[int(variant)] for variant in starts.variant]
-        return ClipStates(models, starts.qpos, *furniture_pose(bank, starts))
+        states = FurnitureSampler(only, library, bank, seed).draw(ids, torch.ones_like(ids))
+        models = [bank.models[int(variant)] for variant in states.variant]
+        return ClipStates(models, states.qpos, *furniture_pose(bank, states))
 
 
 class Furnished:

@@ -27,28 +27,28 @@ def pairs(
     """Observations (state and goal) [m, 114 + G] of noised clip states, and actions [m, 28] that
     follow.
 
-    m is at most `samples`: starts from the rest pose have no next frame and are left out.
+    m is at most `samples`: states from the rest pose have no next frame and are left out.
     """
     task = tasks.make(config.task)
-    starter = task.affordance.starter(config, library, bank, seed)
-    starts = starter.draw(torch.arange(samples), torch.zeros(samples, dtype=torch.int64))
-    kept = torch.nonzero(starts.frame >= 0).flatten()
-    following = starts.frame[kept] + 1
+    sampler = task.affordance.sampler(config, library, bank, seed)
+    states = sampler.draw(torch.arange(samples), torch.zeros(samples, dtype=torch.int64))
+    kept = torch.nonzero(states.frame >= 0).flatten()
+    following = states.frame[kept] + 1
     generator = torch.Generator().manual_seed(seed)
-    qpos, qvel = starts.qpos[kept].clone(), starts.qvel[kept].clone()
+    qpos, qvel = states.qpos[kept].clone(), states.qvel[kept].clone()
     qpos[:, 7:] += _POSITION_NOISE * torch.randn(qpos[:, 7:].shape, generator=generator)
     for address in character.BALL_QPOS:
         qpos[:, address : address + 4] = rotations.normalise(qpos[:, address : address + 4])
     qvel += _VELOCITY_NOISE * torch.randn(qvel.shape, generator=generator)
 
-    target = starter.target(starts).rows(kept)
+    target = sampler.target(states).rows(kept)
     body = features.body(qpos, qvel)
     observation = torch.cat((tasks.state(body, target), task.goal_features(body, target)), dim=1)
 
     kp, kd = (torch.from_numpy(g).to(torch.float32) for g in character.gains())
     velocity = library.qvel[following, 6:]
     set_point = servos.coordinates(library.qpos[following]) + kd / kp * velocity
-    press, weight = starter.load_n(starts)
+    press, weight = sampler.load_n(states)
     set_point = set_point + squeeze.squeeze(library.qpos[following], press[kept], weight[kept])
     meaning = ActionMap.of(config.action_scale, config.action_clip, torch.float32)
     return observation, meaning.actions(meaning.bounded(set_point))

@@ -78,7 +78,7 @@ class Shard:
         self._seed = seed
         self._ids = torch.arange(scenes.start, scenes.stop, dtype=torch.int64)
         self._bank = bank
-        self._starter = self.task.affordance.starter(config, library, bank, seed)
+        self._sampler = self.task.affordance.sampler(config, library, bank, seed)
         self._scenes = Scenes([bank.models[0]] * self.n, config.action_scale, config.action_clip)
         self._weights = torch.tensor(list(self.task.terms.values()), dtype=torch.float32)
         self._length = round((config.episode_s or self.task.episode_s) * character.CONTROL_HZ)
@@ -92,7 +92,7 @@ class Shard:
         self._stages = torch.zeros(self.n, len(self.task.stages) + 1, dtype=torch.bool)
         self._state = torch.zeros(self.n, features.STATE.width)
         self._goal = torch.zeros(self.n, self.task.goal.width)
-        self._places: Target | None = None
+        self._targets: Target | None = None
         self._teacher = teacher
         self._stall = StallTimeout(self.n, config.stall_s)
         self._reset(torch.arange(self.n))
@@ -112,26 +112,26 @@ class Shard:
         self.clock += 1
         finite = self._scenes.finite()
         body = self._scenes.body()
-        place = self._place()
-        terms = self.task.reward_terms(body, place)
+        target = self._target()
+        terms = self.task.reward_terms(body, target)
         # a fixed order of additions: one matrix product would round by its number of rows
         reward = (terms * self._weights).sum(dim=1)
-        error = self.task.error_m(body, place)
+        error = self.task.error_m(body, target)
         # down where there is nothing to do down there: saves a third of early samples
-        collapsed = ~self.task.low(body, place) & (body.root[:, 2] < self.config.early_pelvis_m)
-        fell = self.task.fell(body, place) | collapsed
-        stalled = self._stall.ends(body, place, error <= self.task.success_m) & ~fell
+        collapsed = ~self.task.low(body, target) & (body.root[:, 2] < self.config.early_pelvis_m)
+        fell = self.task.fell(body, target) | collapsed
+        stalled = self._stall.ends(body, target, error <= self.task.success_m) & ~fell
         fell = fell | stalled
         self._steps += 1
         self._held = torch.where(error <= self.task.success_m, self._held + 1, 0)
         held = self._held >= self._hold
-        self._stages |= torch.cat((self.task.stage(body, place), held[:, None]), dim=1)
+        self._stages |= torch.cat((self.task.stage(body, target), held[:, None]), dim=1)
         timed_out = ((self._steps >= self._length) | held) & ~fell & finite
         fell = fell & finite
         reward = torch.where(finite, reward, 0.0)
         terms = torch.where(finite[:, None], terms, 0.0)
         self._return += reward
-        self._look(body, place, None)
+        self._write_observations(body, target, None)
 
         ends = torch.nonzero(fell | timed_out).flatten()
         broken = torch.nonzero(~finite).flatten()
@@ -168,17 +168,17 @@ class Shard:
         """The teacher's actions [n, 28] in the present states; none: no teacher."""
         if self._teacher is None:
             return None
-        return self._teacher.label(self._scenes, self._place(), self._variant, self.clock)
+        return self._teacher.label(self._scenes, self._target(), self._variant, self.clock)
 
-    def _place(self) -> Target:
+    def _target(self) -> Target:
         """Where every scene's object is at this moment."""
-        assert self._places is not None
-        return self._scenes.now(self._places)
+        assert self._targets is not None
+        return self._scenes.now(self._targets)
 
-    def _look(self, body: Body, place: Target, ids: Tensor | None) -> None:
+    def _write_observations(self, body: Body, target: Target, ids: Tensor | None) -> None:
         """Write states and goals of all scenes, or of `ids`."""
-        state = tasks.state(body, place)
-        goal = self.task.goal_features(body, place)
+        state = tasks.state(body, target)
+        goal = self.task.goal_features(body, target)
         if ids is None:
             self._state, self._goal = state, goal
         else:
@@ -189,32 +189,34 @@ class Shard:
         self._episode[ids] += 1
         padding = -len(ids) % _LANES
         rows = torch.cat((ids, ids[:1].expand(padding)))
-        starts = self._starter.draw(self._ids[rows], self._episode[rows])
-        models = [self._bank.models[v] for v in starts.variant[: len(ids)].tolist()]
+        states = self._sampler.draw(self._ids[rows], self._episode[rows])
+        models = [self._bank.models[v] for v in states.variant[: len(ids)].tolist()]
         self._scenes.set_models(ids.tolist(), models)
-        self._starter.put(self._scenes, rows, starts)
-        place = self._starter.target(starts)
-        if self._places is None:
-            self._places = place.rows(ids)
-        self._places.write(rows, place)
-        self._variant[rows] = starts.variant
-        self._kind[rows] = starts.kind
+        self._sampler.apply(self._scenes, rows, states)
+        target = self._sampler.target(states)
+        if self._targets is None:
+            self._targets = target.rows(ids)
+        self._targets.write(rows, target)
+        self._variant[rows] = states.variant
+        self._kind[rows] = states.kind
         self._steps[ids] = 0
         self._held[ids] = 0
         self._return[ids] = 0.0
         self._stages[ids] = False
-        now, body = self._scenes.now(self._places.rows(rows), rows), self._scenes.body(rows)
-        self._look(body, now, rows)
+        now, body = self._scenes.now(self._targets.rows(rows), rows), self._scenes.body(rows)
+        self._write_observations(body, now, rows)
         self._stall.reset(rows, body, now)
         if self._teacher is not None:
             self._teacher.reset(rows, now)
 
     def state_dict(self) -> dict[str, Tensor]:
         """Everything that an exact continuation needs."""
-        own = {name: getattr(self, f"_{name}").clone() for name in (*_EPISODES, "state", "goal")}
-        assert self._places is not None
-        own |= {name: value.clone() for name, value in self._places.tensors().items()}
-        own |= {f"stall_{k}": v.clone() for k, v in self._stall.memory().items()}
+        own = {
+            name: getattr(self, f"_{name}").clone() for name in (*_EPISODE_FIELDS, "state", "goal")
+        }
+        assert self._targets is not None
+        own |= {name: value.clone() for name, value in self._targets.tensors().items()}
+        own |= {f"stall_{k}": v.clone() for k, v in self._stall.state_dict().items()}
         physics = {f"physics_{k}": v for k, v in self._scenes.physics().items()}
         if self._teacher is not None:
             own |= {f"teacher_{k}": v.clone() for k, v in self._teacher.state_dict().items()}
@@ -223,17 +225,17 @@ class Shard:
     def load_state_dict(self, state: dict[str, Tensor]) -> None:
         """Restore what `state_dict` gave; from here on the same numbers follow."""
         state = state_keys.current(state)
-        for name in (*_EPISODES, "state", "goal"):
+        for name in (*_EPISODE_FIELDS, "state", "goal"):
             # runs begun before there were stages lack these
             if name in state or name != "stages":
                 setattr(self, f"_{name}", state[name].clone())
-        assert self._places is not None
-        for name, value in self._places.tensors().items():
+        assert self._targets is not None
+        for name, value in self._targets.tensors().items():
             if name in state or name != "head":
                 value.copy_(state[name])
         # nor did those know a stall time-out
         if "stall_still" in state:
-            self._stall.remember({k: state[f"stall_{k}"] for k in self._stall.memory()})
+            self._stall.load_state_dict({k: state[f"stall_{k}"] for k in self._stall.state_dict()})
         if self._teacher is not None:
             self._teacher.load_state_dict(state_keys.part(state, "teacher_"))
         self.clock = int(state["clock"])
@@ -242,4 +244,4 @@ class Shard:
         self._scenes.load_physics(state_keys.part(state, "physics_"))
 
 
-_EPISODES = ("episode", "steps", "held", "return", "kind", "variant", "stages")
+_EPISODE_FIELDS = ("episode", "steps", "held", "return", "kind", "variant", "stages")

@@ -54,11 +54,11 @@ class StallTimeout:
         if target.box is not None:
             self._box[ids] = target.box.position
 
-    def memory(self) -> dict[str, Tensor]:
+    def state_dict(self) -> dict[str, Tensor]:
         """Return the state between steps, by name."""
         return {"root": self._root, "box": self._box, "still": self._still}
 
-    def remember(self, memory: dict[str, Tensor]) -> None:
-        """Restore what `memory` gave."""
-        for name, value in self.memory().items():
-            value.copy_(memory[name])
+    def load_state_dict(self, state: dict[str, Tensor]) -> None:
+        """Restore what `state_dict` gave."""
+        for name, value in self.state_dict().items():
+            value.copy_(state[name])

@@ -11,7 +11,7 @@ from torch import Tensor
 
 from world import random_streams, rotations
 from world.config import WorldConfig
-from world.initial.reference import LIFT_M, Drawn, States, course, unit
+from world.initial.reference import LIFT_M, CharacterStates, CharacterSampler, course, unit
 from world.motions.library import MotionLibrary
 from world.motions.uses.use import CONTACT, BoxFrames
 from world.objects import grasp
@@ -22,7 +22,7 @@ from world.scene.target import BoxState, Target
 
 #: The box' least distance from a standing character: its edge is this far from the root, m.
 _CLEAR_M = 0.35
-#: Its target's, from where the character starts, m.
+#: Its target's, from where the character states, m.
 _TARGET_CLEAR_M = 0.8
 #: A stand that is not to be in the way is this far behind the character, m.
 _AWAY_M = 6.0
@@ -36,7 +36,7 @@ _PUTTING_M = 0.6
 
 
 @dataclass(frozen=True)
-class BoxStarts:
+class BoxInitialStates:
     """First states of m episodes, the character above the origin."""
 
     qpos: Tensor
@@ -52,21 +52,21 @@ class BoxStarts:
     layout: Layout
 
 
-class BoxStarter:
-    """Draws the starts of a shard's episodes of carrying."""
+class BoxSampler:
+    """Draws the states of a shard's episodes of carrying."""
 
     def __init__(
         self, config: WorldConfig, library: MotionLibrary, bank: BoxBank, seed: int
     ) -> None:
-        """Raises ClipError where clip starts are wanted and no clip carries a box, ConfigError
+        """Raises ClipError where clip states are wanted and no clip carries a box, ConfigError
         where the shares make no sense."""
         self._config, self._library, self._bank, self._seed = config, library, bank, seed
-        self._states = States(config, library)
+        self._character = CharacterSampler(config, library)
 
-    def draw(self, scenes: Tensor, episodes: Tensor) -> BoxStarts:
-        """The starts of the given scene ids [m] and episode numbers [m] (int64 both)."""
+    def draw(self, scenes: Tensor, episodes: Tensor) -> BoxInitialStates:
+        """The states of the given scene ids [m] and episode numbers [m] (int64 both)."""
         u = random_streams.uniform(self._seed, random_streams.EPISODE, scenes, episodes, 16)
-        drawn = self._states.draw(u)
+        drawn = self._character.draw(u)
         from_clip, box = drawn.kind == 0, self._library.box
         variant = (u[:, 4] * len(self._bank)).long().clamp_max(len(self._bank) - 1)
         if box is not None:
@@ -83,29 +83,29 @@ class BoxStarter:
             layout = _where(in_hand, held, layout)
             bent = grasp.holding(qpos, _box(self._bank.target(variant, layout)))
             qpos = torch.where(in_hand[:, None], bent, qpos)
-        return BoxStarts(qpos, qvel, variant, drawn.kind, drawn.named_frame(), layout)
+        return BoxInitialStates(qpos, qvel, variant, drawn.kind, drawn.named_frame(), layout)
 
-    def target(self, starts: BoxStarts) -> Target:
-        """What the task knows of the boxes of `starts`."""
-        return self._bank.target(starts.variant, starts.layout)
+    def target(self, states: BoxInitialStates) -> Target:
+        """What the task knows of the boxes of `states`."""
+        return self._bank.target(states.variant, states.layout)
 
-    def put(self, scenes: Scenes, ids: Tensor, starts: BoxStarts) -> None:
-        """Set the scenes `ids` [m] up as `starts` has them; their models are there already."""
-        layout = starts.layout
-        scenes.set_down(ids, starts.qpos, starts.qvel, layout.start, layout.start_yaw)
-        self._bank.put(scenes, ids, starts.variant, layout)
+    def apply(self, scenes: Scenes, ids: Tensor, states: BoxInitialStates) -> None:
+        """Set the scenes `ids` [m] up as `states` has them; their models are there already."""
+        layout = states.layout
+        scenes.set_down(ids, states.qpos, states.qvel, layout.start, layout.start_yaw)
+        self._bank.put(scenes, ids, states.variant, layout)
 
-    def load_n(self, starts: BoxStarts) -> tuple[Tensor, Tensor]:
+    def load_n(self, states: BoxInitialStates) -> tuple[Tensor, Tensor]:
         """What each hand presses on the box with, and what the box weighs, N: [m] each; 0 where it
         is not in hand."""
         box = self._library.box
-        held = torch.zeros(len(starts.frame), dtype=torch.bool)
+        held = torch.zeros(len(states.frame), dtype=torch.bool)
         if box is not None:
-            held = (starts.kind == 0) & (starts.frame >= 0) & box.held[starts.frame]
-        weight = torch.where(held, self._bank.mass[starts.variant] * _GRAVITY_M_S2, 0.0)
+            held = (states.kind == 0) & (states.frame >= 0) & box.held[states.frame]
+        weight = torch.where(held, self._bank.mass[states.variant] * _GRAVITY_M_S2, 0.0)
         return _GRIP * weight / (2.0 * FRICTION) + torch.where(held, _GRIP_N, 0.0), weight
 
-    def _on_stands(self, drawn: Drawn, variant: Tensor, u: Tensor) -> Layout:
+    def _on_stands(self, drawn: CharacterStates, variant: Tensor, u: Tensor) -> Layout:
         """Boxes on stands about a standing character: near or far, at any bearing and yaw."""
         initial, half, kind = self._config.initial, self._bank.half[variant], drawn.kind
         low = torch.where(kind == 1, initial.near_m[0], initial.far_m[0])
@@ -161,7 +161,9 @@ class BoxStarter:
         rotation = rotations.from_heading(heading)
         return Layout(position, rotation, velocity, behind, heading, self._ahead(heading, half, u))
 
-    def _from_clips(self, drawn: Drawn, box: BoxFrames, variant: Tensor, u: Tensor) -> Layout:
+    def _from_clips(
+        self, drawn: CharacterStates, box: BoxFrames, variant: Tensor, u: Tensor
+    ) -> Layout:
         """The boxes of the clips' frames; what is not known of a clip is drawn."""
         half, frame, held = self._bank.half[variant], drawn.frame, drawn.stage == CONTACT
         root = drawn.frames.qpos[:, :3]

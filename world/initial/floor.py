@@ -1,4 +1,4 @@
-"""How an episode of walking starts: in a clip's state with the target where the clip goes, or
+"""How an episode of walking states: in a clip's state with the target where the clip goes, or
 upright with a target anywhere near.
 
 A start is a pure function of (seed, scene, episode).
@@ -11,7 +11,7 @@ from torch import Tensor
 
 from world import random_streams, rotations
 from world.config import WorldConfig
-from world.initial.reference import States, course, unit
+from world.initial.reference import CharacterSampler, course, unit
 from world.motions.library import MotionLibrary
 from world.objects.floor_bank import FloorBank
 from world.scene.batch import Scenes
@@ -19,7 +19,7 @@ from world.scene.target import Target
 
 
 @dataclass(frozen=True)
-class FloorStarts:
+class FloorInitialStates:
     """First states of m episodes, world frame, the character above the origin."""
 
     qpos: Tensor
@@ -38,24 +38,24 @@ class FloorStarts:
     """[m] int64: the state's frame in the motion library; −1 for the rest pose."""
 
 
-class FloorStarter:
-    """Draws the starts of a shard's episodes of walking."""
+class FloorSampler:
+    """Draws the states of a shard's episodes of walking."""
 
     def __init__(
         self, config: WorldConfig, library: MotionLibrary, bank: FloorBank, seed: int
     ) -> None:
-        """Raises ConfigError where the shares of the starts make no sense, ClipError where clip
-        starts are wanted and no clip walks."""
+        """Raises ConfigError where the shares of the states make no sense, ClipError where clip
+        states are wanted and no clip walks."""
         self._config, self._bank, self._seed = config, bank, seed
-        self._states = States(config, library)
+        self._character = CharacterSampler(config, library)
 
-    def draw(self, scenes: Tensor, episodes: Tensor) -> FloorStarts:
-        """The starts of the given scene ids [m] and episode numbers [m] (int64 both)."""
+    def draw(self, scenes: Tensor, episodes: Tensor) -> FloorInitialStates:
+        """The states of the given scene ids [m] and episode numbers [m] (int64 both)."""
         config = self._config.initial
         u = random_streams.uniform(self._seed, random_streams.EPISODE, scenes, episodes, 10)
         # right here: standing and turning are learned first, then the last steps
         here = u[:, 9] < config.front_fraction
-        drawn = self._states.draw(u, here)
+        drawn = self._character.draw(u, here)
         kind, qpos, qvel, frames = drawn.kind, drawn.qpos, drawn.qvel, drawn.frames
         low = torch.where(kind == 1, config.near_m[0], config.far_m[0])
         high = torch.where(kind == 1, config.near_m[1], config.far_m[1])
@@ -71,7 +71,7 @@ class FloorStarter:
         from_clip = (kind == 0)[:, None]
         point = torch.where(from_clip, (frames.seat - frames.qpos[:, :3])[:, :2], point)
         facing = torch.where(from_clip, frames.facing, facing)
-        return FloorStarts(
+        return FloorInitialStates(
             drawn.above_origin(),
             qvel,
             torch.zeros_like(kind),
@@ -81,16 +81,16 @@ class FloorStarter:
             drawn.named_frame(),
         )
 
-    def target(self, starts: FloorStarts) -> Target:
-        """What the task knows of the targets of `starts`."""
-        return self._bank.target(starts.point, starts.facing)
+    def target(self, states: FloorInitialStates) -> Target:
+        """What the task knows of the targets of `states`."""
+        return self._bank.target(states.point, states.facing)
 
-    def put(self, scenes: Scenes, ids: Tensor, starts: FloorStarts) -> None:
-        """Set the scenes `ids` [m] up as `starts` has them."""
-        pose = self._bank.placed(starts.point, starts.facing)
-        scenes.set_down(ids, starts.qpos, starts.qvel, *pose)
+    def apply(self, scenes: Scenes, ids: Tensor, states: FloorInitialStates) -> None:
+        """Set the scenes `ids` [m] up as `states` has them."""
+        pose = self._bank.placed(states.point, states.facing)
+        scenes.set_down(ids, states.qpos, states.qvel, *pose)
 
-    def load_n(self, starts: FloorStarts) -> tuple[Tensor, Tensor]:
+    def load_n(self, states: FloorInitialStates) -> tuple[Tensor, Tensor]:
         """What the hands press with and what weight they bear, N: nothing, [m] each."""
-        nothing = torch.zeros(len(starts.kind))
+        nothing = torch.zeros(len(states.kind))
         return nothing, nothing

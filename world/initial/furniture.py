@@ -11,14 +11,14 @@ from torch import Tensor
 
 from world import random_streams, rotations
 from world.config import WorldConfig
-from world.initial.reference import KINDS, States, course, unit
+from world.initial.reference import KINDS, CharacterSampler, course, unit
 from world.motions.library import MotionLibrary
 from world.objects import clearance
 from world.objects.furniture_bank import Bank
 from world.scene.batch import Scenes
 from world.scene.target import Target
 
-__all__ = ["KINDS", "Starter", "Starts", "furniture_pose"]
+__all__ = ["KINDS", "FurnitureSampler", "FurnitureInitialStates", "furniture_pose"]
 
 #: Furniture of a clip's start: how far each candidate is pushed back, m, and how deep the character
 #: may stand in it, m.
@@ -29,7 +29,7 @@ _LOW_M = 0.65
 
 
 @dataclass(frozen=True)
-class Starts:
+class FurnitureInitialStates:
     """First states of m episodes, world frame, the character above the origin."""
 
     qpos: Tensor
@@ -48,21 +48,21 @@ class Starts:
     """[m] int64: the state's frame in the motion library; −1 for the rest pose."""
 
 
-class Starter:
-    """Draws the starts of a shard's episodes."""
+class FurnitureSampler:
+    """Draws the states of a shard's episodes."""
 
     def __init__(self, config: WorldConfig, library: MotionLibrary, bank: Bank, seed: int) -> None:
         self._config, self._bank, self._seed = config, bank, seed
-        self._states = States(config, library)
+        self._character = CharacterSampler(config, library)
 
-    def draw(self, scenes: Tensor, episodes: Tensor) -> Starts:
-        """The starts of the given scene ids [m] and episode numbers [m] (int64 both)."""
+    def draw(self, scenes: Tensor, episodes: Tensor) -> FurnitureInitialStates:
+        """The states of the given scene ids [m] and episode numbers [m] (int64 both)."""
         initial, bank = self._config.initial, self._bank
         u = random_streams.uniform(
             self._seed, random_streams.EPISODE, scenes, episodes, 10 + len(_PUSHED_BACK_M)
         )
         close = u[:, -1] < initial.front_fraction
-        drawn = self._states.draw(u, close)
+        drawn = self._character.draw(u, close)
         kind, frames, qpos, qvel = drawn.kind, drawn.frames, drawn.qpos, drawn.qvel
         from_clip = kind == 0
 
@@ -88,7 +88,7 @@ class Starter:
         offset = bank.clear_of(variant, offset, facing, before)
         point = torch.where(from_clip[:, None], frames.seat[:, :2] - frames.qpos[:, :2], offset)
         facing = torch.where(from_clip[:, None], frames.facing, facing)
-        starts = Starts(
+        states = FurnitureInitialStates(
             qpos=drawn.above_origin(),
             qvel=qvel,
             variant=variant,
@@ -104,60 +104,60 @@ class Starter:
         along = (frames.head - frames.seat)[:, :2]
         # the number for the distance is free where the place is the clip's
         raised = u[:, 5] < initial.raised_seat_fraction
-        starts = self._seated_freely(starts, frames.seat[:, 2], raised, along, u[:, 9:-1], rows)
+        states = self._seated_freely(states, frames.seat[:, 2], raised, along, u[:, 9:-1], rows)
         same = scenes == scenes[0]
         return replace(
-            starts,
-            variant=torch.where(same, starts.variant[0], starts.variant),
-            point=torch.where(same[:, None], starts.point[0], starts.point),
-            qpos=torch.where(same[:, None], starts.qpos[0], starts.qpos),
+            states,
+            variant=torch.where(same, states.variant[0], states.variant),
+            point=torch.where(same[:, None], states.point[0], states.point),
+            qpos=torch.where(same[:, None], states.qpos[0], states.qpos),
         )
 
-    def target(self, starts: Starts) -> Target:
-        """What the task knows of the furniture of `starts`."""
-        return self._bank.target(starts.variant, starts.point, starts.facing)
+    def target(self, states: FurnitureInitialStates) -> Target:
+        """What the task knows of the furniture of `states`."""
+        return self._bank.target(states.variant, states.point, states.facing)
 
-    def put(self, scenes: Scenes, ids: Tensor, starts: Starts) -> None:
-        """Set the scenes `ids` [m] up as `starts` has them; their models are there already."""
-        pose = furniture_pose(self._bank, starts)
-        scenes.set_down(ids, starts.qpos, starts.qvel, *pose)
+    def apply(self, scenes: Scenes, ids: Tensor, states: FurnitureInitialStates) -> None:
+        """Set the scenes `ids` [m] up as `states` has them; their models are there already."""
+        pose = furniture_pose(self._bank, states)
+        scenes.set_down(ids, states.qpos, states.qvel, *pose)
 
-    def load_n(self, starts: Starts) -> tuple[Tensor, Tensor]:
+    def load_n(self, states: FurnitureInitialStates) -> tuple[Tensor, Tensor]:
         """What the hands press with and what weight they bear, N: nothing, [m] each."""
-        nothing = torch.zeros(len(starts.kind))
+        nothing = torch.zeros(len(states.kind))
         return nothing, nothing
 
     def _seated_freely(
         self,
-        starts: Starts,
+        states: FurnitureInitialStates,
         height_m: Tensor,
         raised: Tensor,
         along: Tensor,
         u: Tensor,
         rows: Tensor,
-    ) -> Starts:
-        """The starts `rows` with furniture of the clip's height, or `raised` [m] bool of a greater
+    ) -> FurnitureInitialStates:
+        """The states `rows` with furniture of the clip's height, or `raised` [m] bool of a greater
         one, that the character does not stand in, nor sits or lies beside: the first of some
         candidates, pushed back more and more, or the best of them. along [m, 2] runs from hip to
         head.
         """
         if not len(rows):
-            return starts
+            return states
         bank, tries, n = self._bank, len(_PUSHED_BACK_M), len(rows)
-        back = starts.point.new_tensor(_PUSHED_BACK_M)
+        back = states.point.new_tensor(_PUSHED_BACK_M)
         # candidate by candidate: [tries, n], flat for the one call that measures them all
-        facing = starts.facing[rows].repeat(tries, 1)
-        left = _left(starts.facing[rows], along[rows]).repeat(tries)
+        facing = states.facing[rows].repeat(tries, 1)
+        left = _left(states.facing[rows], along[rows]).repeat(tries)
         own = height_m[rows].repeat(tries)
-        drawn = bank.point[starts.variant[rows], 2].repeat(tries)
+        drawn = bank.point[states.variant[rows], 2].repeat(tries)
         wanted = torch.where(raised[rows].repeat(tries), torch.maximum(own, drawn), own)
         variant = bank.of_height(wanted, u[rows].T.flatten(), left)
-        point = starts.point[rows].repeat(tries, 1) - back.repeat_interleave(n)[:, None] * facing
+        point = states.point[rows].repeat(tries, 1) - back.repeat_interleave(n)[:, None] * facing
         origin, yaw = bank.placed(variant, point, facing)
         # who lies is lifted with the surface: few clips' beds are as high as the catalogue's
-        height = starts.qpos[rows, 2].repeat(tries)
+        height = states.qpos[rows, 2].repeat(tries)
         lift = bank.lift(variant, height, own, raised[rows].repeat(tries))
-        centres = clearance.points(starts.qpos)[rows].repeat(tries, 1, 1)
+        centres = clearance.points(states.qpos)[rows].repeat(tries, 1, 1)
         centres = torch.cat((centres[..., :2], centres[..., 2:] + lift[:, None, None]), dim=2)
         depth = clearance.depth(centres, origin, yaw, bank, variant)
         root = torch.zeros_like(point)
@@ -168,16 +168,16 @@ class Starter:
         order = torch.arange(tries)[:, None] * 1e-6
         choice = torch.where(depth <= _TOLERATED_M, order - 1.0, depth).argmin(dim=0)
         taken = choice * n + torch.arange(n)
-        variants, points, qpos = starts.variant.clone(), starts.point.clone(), starts.qpos.clone()
+        variants, points, qpos = states.variant.clone(), states.point.clone(), states.qpos.clone()
         variants[rows], points[rows] = variant[taken], point[taken]
         qpos[rows, 2] += (lift + sunk)[taken]
-        return replace(starts, variant=variants, point=points, qpos=qpos)
+        return replace(states, variant=variants, point=points, qpos=qpos)
 
 
-def furniture_pose(bank: Bank, starts: Starts) -> tuple[Tensor, Tensor]:
-    """Origin [m, 3] (m) and yaw as cosine and sine [m, 2] of pieces whose place is where `starts`
+def furniture_pose(bank: Bank, states: FurnitureInitialStates) -> tuple[Tensor, Tensor]:
+    """Origin [m, 3] (m) and yaw as cosine and sine [m, 2] of pieces whose place is where `states`
     has it."""
-    return bank.placed(starts.variant, starts.point, starts.facing)
+    return bank.placed(states.variant, states.point, states.facing)
 
 
 def _left(facing: Tensor, along: Tensor) -> Tensor:

@@ -19,7 +19,7 @@ LIFT_M = 0.002
 
 
 @dataclass(frozen=True)
-class Drawn:
+class CharacterStates:
     """Initial states of m characters in the world frames of their clips, before they are placed."""
 
     kind: Tensor
@@ -46,7 +46,7 @@ class Drawn:
         return torch.where(self.rest, -1, self.frame)
 
 
-class States:
+class CharacterSampler:
     """Draws the initial states of characters."""
 
     def __init__(self, config: WorldConfig, library: MotionLibrary) -> None:
@@ -73,7 +73,7 @@ class States:
         )[:-1].to(torch.float32)
         self._standing = torch.from_numpy(character.standing_qpos()).to(torch.float32)
 
-    def draw(self, u: Tensor, close: Tensor | None = None) -> Drawn:
+    def draw(self, u: Tensor, close: Tensor | None = None) -> CharacterStates:
         """Return the states of uniform draws u [m, 4 or more]: kind, stage, frame, rest pose.
 
         close [m] bool: the near states whose furniture is so close that a walking character would
@@ -93,7 +93,7 @@ class States:
         rest = ~from_clip & (u[:, 3] < self._standing_fraction)
         qpos = torch.where(rest[:, None], self._standing, frames.qpos)
         qvel = torch.where(rest[:, None], torch.zeros_like(frames.qvel), frames.qvel)
-        return Drawn(kind, stage, frame, frames, rest, qpos, qvel)
+        return CharacterStates(kind, stage, frame, frames, rest, qpos, qvel)
 
 
 def course(qpos: Tensor, qvel: Tensor) -> Tensor:

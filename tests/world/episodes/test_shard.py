@@ -11,7 +11,7 @@ from world.config import InitialStates, WorldConfig
 from world.episodes.shard import Shard
 from world.errors import ClipError
 from world.furniture.catalogue import catalogue
-from world.initial.furniture import Starter, furniture_pose
+from world.initial.furniture import FurnitureSampler, furniture_pose
 from world.motions import load
 from world.motions.library import MotionLibrary
 from world.objects.furniture_bank import Bank, variants
@@ -90,9 +90,9 @@ def test_starts_are_where_they_say(library: MotionLibrary, bank: Bank) -> None:
     anywhere = replace(
         CONFIG, initial=InitialStates(0.3, 0.35, 0.35, ahead_fraction=0.0, front_fraction=0.0)
     )
-    starter = Starter(anywhere, library, bank, 0)
+    sampler = FurnitureSampler(anywhere, library, bank, 0)
     n = 4096
-    starts = starter.draw(torch.arange(n), torch.ones(n, dtype=torch.int64))
+    starts = sampler.draw(torch.arange(n), torch.ones(n, dtype=torch.int64))
     shares = torch.bincount(starts.kind, minlength=3) / n
     torch.testing.assert_close(shares, torch.tensor([0.3, 0.35, 0.35]), atol=0.03, rtol=0)
     assert starts.qpos[:, :2].abs().max() == 0
@@ -117,7 +117,7 @@ def test_starts_are_where_they_say(library: MotionLibrary, bank: Bank) -> None:
 def test_front_starts_stand_before_the_seat(library: MotionLibrary, bank: Bank) -> None:
     before = replace(CONFIG, initial=InitialStates(0, 1, 0, front_fraction=1.0))
     n = 2048
-    starts = Starter(before, library, bank, 0).draw(
+    starts = FurnitureSampler(before, library, bank, 0).draw(
         torch.arange(n), torch.ones(n, dtype=torch.int64)
     )
     distance = starts.point.norm(dim=1)
@@ -139,7 +139,7 @@ def test_some_far_starts_walk_on_towards_the_place(library: MotionLibrary, bank:
     only_far = replace(
         CONFIG, initial=InitialStates(0, 0, 1, ahead_fraction=1.0, standing_fraction=0.0)
     )
-    starts = Starter(only_far, library, bank, 0).draw(
+    starts = FurnitureSampler(only_far, library, bank, 0).draw(
         torch.arange(512), torch.ones(512, dtype=torch.int64)
     )
     speed = starts.qvel[:, :2].norm(dim=1)
@@ -178,5 +178,5 @@ def test_clips_without_a_seat_are_refused_for_clip_starts(bank: Bank) -> None:
     walking = [clip for clip in load.own_clips() if clip.seat is None]
     only = MotionLibrary(walking)
     with pytest.raises(ClipError, match="no clip uses a seat"):
-        Starter(CONFIG, only, bank, 0)
-    Starter(WorldConfig(initial=InitialStates(0, 1, 1)), only, bank, 0)
+        FurnitureSampler(CONFIG, only, bank, 0)
+    FurnitureSampler(WorldConfig(initial=InitialStates(0, 1, 1)), only, bank, 0)

@@ -15,7 +15,7 @@ from world.episodes.shard import Shard
 from world.errors import PieceError
 from world.furniture.catalogue import catalogue, find
 from world.furniture.usage import spots
-from world.initial.furniture import Starter
+from world.initial.furniture import FurnitureSampler
 from world.motions.library import MotionLibrary, StyleMixture, StyleSource
 from world.motions.synthetic.library import walking
 from world.motions.synthetic.lies import lying
@@ -249,7 +249,7 @@ def test_places_turn_with_the_pieces(bank: Bank) -> None:
 def test_standing_starts_are_clear_of_the_bed(library: MotionLibrary, bank: Bank) -> None:
     n = 1024
     config = WorldConfig(task="lie", initial=InitialStates(0, 1, 1))
-    starts = Starter(config, library, bank, 0).draw(torch.arange(n), torch.ones(n).long())
+    starts = FurnitureSampler(config, library, bank, 0).draw(torch.arange(n), torch.ones(n).long())
     outside = bank.beyond(starts.variant, torch.zeros(n, 2), starts.point, starts.facing)
     # those before it stand at 0.4 m and more from the edge, aslant by up to 60 degrees: 0.2 m
     assert outside.min() > 0.19
@@ -260,7 +260,7 @@ def test_standing_starts_are_clear_of_the_bed(library: MotionLibrary, bank: Bank
 def test_clip_starts_lie_on_the_bed_as_high_as_it_is(library: MotionLibrary, bank: Bank) -> None:
     n = 256
     config = WorldConfig(task="lie", initial=InitialStates(1, 0, 0, reference_stages=(0, 0, 1)))
-    starts = Starter(config, library, bank, 0).draw(torch.arange(n), torch.ones(n).long())
+    starts = FurnitureSampler(config, library, bank, 0).draw(torch.arange(n), torch.ones(n).long())
     body = features.body(starts.qpos, starts.qvel)
     place = bank.target(starts.variant, starts.point, starts.facing)
     assert place.head is not None
@@ -299,4 +299,4 @@ def test_the_shard_runs_and_tells_its_stages(library: MotionLibrary, bank: Bank)
     seen, goal = shard.observe()
     assert seen.shape == (32, 114)
     assert goal.shape == (32, Lie.goal.width)
-    assert torch.equal(seen, state(shard._scenes.body(), shard._place()))
+    assert torch.equal(seen, state(shard._scenes.body(), shard._target()))

@@ -11,7 +11,7 @@ from world.character import model as character
 from world.character.features import Body
 from world.config import InitialStates, WorldConfig
 from world.episodes.shard import Shard
-from world.initial.floor import FloorStarter
+from world.initial.floor import FloorSampler
 from world.motions import load
 from world.motions.library import MotionLibrary, StyleMixture, StyleSource
 from world.motions.uses.floor import FLOOR
@@ -129,9 +129,9 @@ def test_clips_are_learned_from_where_they_walk(library: MotionLibrary) -> None:
 
 def starts(library: MotionLibrary, mixture: InitialStates, n: int = 256) -> tuple[Body, Target]:
     config = WorldConfig(task="walk", initial=mixture)
-    starter = FloorStarter(config, library, FloorBank(), 0)
-    drawn = starter.draw(torch.arange(n), torch.ones(n, dtype=torch.int64))
-    return features.body(drawn.qpos, drawn.qvel), starter.target(drawn)
+    sampler = FloorSampler(config, library, FloorBank(), 0)
+    drawn = sampler.draw(torch.arange(n), torch.ones(n, dtype=torch.int64))
+    return features.body(drawn.qpos, drawn.qvel), sampler.target(drawn)
 
 
 def distance(body: Body, where: Target) -> Tensor:

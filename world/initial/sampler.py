@@ -8,7 +8,7 @@ from world.scene.batch import Scenes
 from world.scene.target import Target
 
 
-class Starts(Protocol):
+class InitialStateBatch(Protocol):
     """First states of m episodes; read only."""
 
     @property
@@ -37,13 +37,13 @@ class Starts(Protocol):
         ...
 
 
-Drawn = TypeVar("Drawn", bound=Starts)
+States = TypeVar("States", bound=InitialStateBatch)
 
 
-class AnyStarter(Protocol[Drawn]):
-    """Draws starts and sets scenes up with them."""
+class InitialStateSampler(Protocol[States]):
+    """Draws states and sets scenes up with them."""
 
-    def draw(self, scenes: Tensor, episodes: Tensor) -> Drawn: ...
-    def target(self, starts: Drawn) -> Target: ...
-    def put(self, scenes: Scenes, ids: Tensor, starts: Drawn) -> None: ...
-    def load_n(self, starts: Drawn) -> tuple[Tensor, Tensor]: ...
+    def draw(self, scenes: Tensor, episodes: Tensor) -> States: ...
+    def target(self, states: States) -> Target: ...
+    def apply(self, scenes: Scenes, ids: Tensor, states: States) -> None: ...
+    def load_n(self, states: States) -> tuple[Tensor, Tensor]: ...
