@@ -90,7 +90,7 @@ class _Seated:
     def reset(self) -> None:
         n = len(self.ids)
         yaw = torch.tensor([[1.0, 0.0]]).expand(n, 2)
-        self.scenes.set_down(self.ids, self._qpos, torch.zeros(n, NV), torch.zeros(n, 3), yaw)
+        self.scenes.set_state(self.ids, self._qpos, torch.zeros(n, NV), torch.zeros(n, 3), yaw)
 
 
 def _place(piece: Piece) -> Place:

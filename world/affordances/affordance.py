@@ -144,4 +144,4 @@ def stand(scenes: Scenes, origin: Tensor, yaw: Tensor) -> None:
     every = torch.arange(scenes.n)
     qpos = torch.from_numpy(character.standing_qpos()).expand(scenes.n, -1)
     qvel = torch.zeros(scenes.n, character.NV, dtype=torch.float64)
-    scenes.set_down(every, qpos, qvel, origin, yaw)
+    scenes.set_state(every, qpos, qvel, origin, yaw)

@@ -110,7 +110,7 @@ class Stacked:
         """See Arrangement."""
         every, layout = torch.arange(scenes.n), self._layout
         stand(scenes, layout.start, layout.start_yaw)
-        self._bank.put(scenes, every, every, layout)
+        self._bank.apply(scenes, every, every, layout)
         return self._bank.target(every, layout)
 
     def move(self, scenes: Scenes, ids: Tensor, point: Tensor, facing: Tensor) -> Target:

@@ -11,7 +11,7 @@ from torch import Tensor
 
 from world import random_streams, rotations
 from world.config import WorldConfig
-from world.initial.reference import LIFT_M, CharacterStates, CharacterSampler, course, unit
+from world.initial.reference import LIFT_M, CharacterSampler, CharacterStates, course, unit
 from world.motions.library import MotionLibrary
 from world.motions.uses.use import CONTACT, BoxFrames
 from world.objects import grasp
@@ -81,7 +81,7 @@ class BoxSampler:
         if bool(in_hand.any()):
             held = self._in_hand(qpos, qvel, self._bank.half[variant], u)
             layout = _where(in_hand, held, layout)
-            bent = grasp.holding(qpos, _box(self._bank.target(variant, layout)))
+            bent = grasp.holding_pose(qpos, _box(self._bank.target(variant, layout)))
             qpos = torch.where(in_hand[:, None], bent, qpos)
         return BoxInitialStates(qpos, qvel, variant, drawn.kind, drawn.named_frame(), layout)
 
@@ -92,8 +92,8 @@ class BoxSampler:
     def apply(self, scenes: Scenes, ids: Tensor, states: BoxInitialStates) -> None:
         """Set the scenes `ids` [m] up as `states` has them; their models are there already."""
         layout = states.layout
-        scenes.set_down(ids, states.qpos, states.qvel, layout.start, layout.start_yaw)
-        self._bank.put(scenes, ids, states.variant, layout)
+        scenes.set_state(ids, states.qpos, states.qvel, layout.start, layout.start_yaw)
+        self._bank.apply(scenes, ids, states.variant, layout)
 
     def load_n(self, states: BoxInitialStates) -> tuple[Tensor, Tensor]:
         """What each hand presses on the box with, and what the box weighs, N: [m] each; 0 where it
@@ -155,7 +155,7 @@ class BoxSampler:
         """Boxes held before upright characters, moving along with them; the stands that they were
         picked up from are behind."""
         heading = rotations.heading(qpos[:, 3:7])
-        position = grasp.before(qpos[:, :3], heading, half[:, 0])
+        position = grasp.held_centre(qpos[:, :3], heading, half[:, 0])
         behind = torch.cat((-_AWAY_M * heading, self._rest_height(half, u[:, 9])), dim=1)
         velocity = torch.cat((qvel[:, :3], torch.zeros_like(qvel[:, :3])), dim=1)
         rotation = rotations.from_heading(heading)

@@ -88,7 +88,7 @@ class FloorSampler:
     def apply(self, scenes: Scenes, ids: Tensor, states: FloorInitialStates) -> None:
         """Set the scenes `ids` [m] up as `states` has them."""
         pose = self._bank.placed(states.point, states.facing)
-        scenes.set_down(ids, states.qpos, states.qvel, *pose)
+        scenes.set_state(ids, states.qpos, states.qvel, *pose)
 
     def load_n(self, states: FloorInitialStates) -> tuple[Tensor, Tensor]:
         """What the hands press with and what weight they bear, N: nothing, [m] each."""

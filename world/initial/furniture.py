@@ -18,7 +18,7 @@ from world.objects.furniture_bank import Bank
 from world.scene.batch import Scenes
 from world.scene.target import Target
 
-__all__ = ["KINDS", "FurnitureSampler", "FurnitureInitialStates", "furniture_pose"]
+__all__ = ["KINDS", "FurnitureInitialStates", "FurnitureSampler", "furniture_pose"]
 
 #: Furniture of a clip's start: how far each candidate is pushed back, m, and how deep the character
 #: may stand in it, m.
@@ -120,7 +120,7 @@ class FurnitureSampler:
     def apply(self, scenes: Scenes, ids: Tensor, states: FurnitureInitialStates) -> None:
         """Set the scenes `ids` [m] up as `states` has them; their models are there already."""
         pose = furniture_pose(self._bank, states)
-        scenes.set_down(ids, states.qpos, states.qvel, *pose)
+        scenes.set_state(ids, states.qpos, states.qvel, *pose)
 
     def load_n(self, states: FurnitureInitialStates) -> tuple[Tensor, Tensor]:
         """What the hands press with and what weight they bear, N: nothing, [m] each."""

@@ -93,7 +93,7 @@ class Scenes:
         qvel = self._qvel if ids is None else self._qvel[ids]
         return features.body(qpos.to(torch.float32), qvel.to(torch.float32))
 
-    def set_down(
+    def set_state(
         self, ids: Tensor, qpos: Tensor, qvel: Tensor, origin: Tensor, yaw: Tensor
     ) -> None:
         """Write states qpos [m, 43], qvel [m, 34] and the furniture's origin [m, 3] and yaw [m, 2]

@@ -28,9 +28,9 @@ _SPEED_M_S = 0.9
 _AT_BOX_M, _AT_TARGET_M = 0.55, 0.5
 #: Of a box that is no less deep than the first, m, from its centre to the edge, one stands this far
 #: from the edge to pick it up, m.
-DEEP_M, GAP_M = 0.2, 0.16
+MIN_HALF_DEPTH_M, GAP_M = 0.2, 0.16
 #: Each metre that it is deeper at a face costs what so many on the way to another one do.
-COST_DEEP = 6.0
+DEPTH_COST = 6.0
 #: Who is so far from such a place, m, or turned away so, rad, earns nothing for it.
 _OFF_M, _OFF_RAD = 0.4, 1.0
 #: Lifted by this it counts as carried in full, m.
@@ -188,26 +188,26 @@ def _squared(body: Body, box: BoxState) -> Tensor:
     """[n] in [0, 1]: whether the character stands where the box is picked up from, before the
     nearest face and facing it: half for the place and half for the turn, linear in both."""
     feet = body.position[:, _FEET, :2].mean(dim=1)
-    ahead, spots = places_before(box)
+    ahead, spots = stand_poses(box)
     off = (spots - feet[:, None]).norm(dim=2)
-    face = (off + COST_DEEP * (depths(box) - DEEP_M).clamp_min(0.0)).argmin(dim=1)
+    face = (off + DEPTH_COST * (half_depths(box) - MIN_HALF_DEPTH_M).clamp_min(0.0)).argmin(dim=1)
     rows = torch.arange(len(face))
     cosine = (ahead[rows, face] * body.heading).sum(dim=1).clamp(-1.0, 1.0)
     stands = (1.0 - off[rows, face] / _OFF_M).clamp_min(0.0)
     return 0.5 * stands + 0.5 * (1.0 - torch.acos(cosine) / _OFF_RAD).clamp_min(0.0)
 
 
-def places_before(box: BoxState) -> tuple[Tensor, Tensor]:
+def stand_poses(box: BoxState) -> tuple[Tensor, Tensor]:
     """Of the four upright faces: the directions to look at them [n, 4, 2], and the places to stand
     before them [n, 4, 2], m."""
     axes = rotations.matrix(box.rotation)[:, :2, :2].transpose(1, 2)
     directions = torch.stack((axes[:, 0], -axes[:, 0], axes[:, 1], -axes[:, 1]), dim=1)
     directions = directions / directions.norm(dim=2, keepdim=True).clamp_min(1e-6)
-    away = depths(box).clamp_min(DEEP_M) + GAP_M
+    away = half_depths(box).clamp_min(MIN_HALF_DEPTH_M) + GAP_M
     return directions, box.position[:, None, :2] - directions * away[..., None]
 
 
-def depths(box: BoxState) -> Tensor:
+def half_depths(box: BoxState) -> Tensor:
     """[n, 4]: from the centre to each of these faces, m."""
     return box.half[:, (0, 0, 1, 1)]
 

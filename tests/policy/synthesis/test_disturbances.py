@@ -50,7 +50,7 @@ def thrown(seed: int, steps: int) -> tuple[np.ndarray, np.ndarray]:
     qpos = character.standing_qpos()
     qpos[2] += 0.002
     placed = bank.placed(here, point, facing)
-    scenes.set_down(here, torch.from_numpy(qpos)[None], torch.zeros(1, 34), *placed)
+    scenes.set_state(here, torch.from_numpy(qpos)[None], torch.zeros(1, 34), *placed)
     thrower = Thrower(what, scenes)
     roots, balls = [scenes.qpos[0, :3].clone()], [thrower.position[0]]
     for step in range(steps):

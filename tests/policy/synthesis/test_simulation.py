@@ -50,7 +50,7 @@ def by_hand(seconds: float) -> np.ndarray:
     place = bank.target(here, point, facing)
     qpos = character.standing_qpos()
     qpos[2] += 0.002
-    scenes.set_down(
+    scenes.set_state(
         here, torch.from_numpy(qpos)[None], torch.zeros(1, 34), *bank.placed(here, point, facing)
     )
     found = [scenes.qpos[0, :3].numpy().copy()]

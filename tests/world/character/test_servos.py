@@ -68,7 +68,7 @@ def test_random_actions_stay_finite() -> None:
     qpos = torch.from_numpy(character.standing_qpos()).expand(256, -1)
     ids, still = torch.arange(256), torch.zeros(256, 34)
     here = torch.tensor([[1.0, 0.0]]).expand(256, -1)
-    scenes.set_down(ids, qpos, still, torch.zeros(256, 3), here)
+    scenes.set_state(ids, qpos, still, torch.zeros(256, 3), here)
     fastest = 0.0
     for step in range(300):
         scenes.act(6.0 * random_streams.uniform(0, 99, ids, step, character.NU) - 3.0)

@@ -49,8 +49,8 @@ def test_a_box_on_its_stand_stays_there(bank: BoxBank) -> None:
     yaw = torch.tensor([[0.8, 0.6]]).expand(n, -1)
     layout = resting(there, yaw, there + torch.tensor([0.0, 3.0, 0.1]))
     none = torch.zeros(n, character.NV)
-    scenes.set_down(every, qpos, none, there, yaw)
-    bank.put(scenes, every, every, layout)
+    scenes.set_state(every, qpos, none, there, yaw)
+    bank.apply(scenes, every, every, layout)
     for _ in range(30):
         scenes.act(torch.zeros(n, 28))
     now = scenes.now(bank.target(every, layout))

@@ -17,7 +17,7 @@ def scenes(n: int = 3) -> Scenes:
     qpos = torch.from_numpy(character.standing_qpos()).repeat(n, 1)
     yaw = torch.tensor([[1.0, 0.0]]).repeat(n, 1)
     origin = torch.tensor([[2.0, 0.0, 0.0]]).repeat(n, 1)
-    found.set_down(torch.arange(n), qpos, torch.zeros(n, character.NV), origin, yaw)
+    found.set_state(torch.arange(n), qpos, torch.zeros(n, character.NV), origin, yaw)
     return found
 
 
@@ -49,7 +49,7 @@ def test_a_scene_that_blows_up_is_told_once_and_the_others_are_sound() -> None:
     found.qvel[1, 6:] = 1e12
     found.act(torch.zeros(3, 28))
     assert found.finite().tolist() == [True, False, True]
-    found.set_down(
+    found.set_state(
         torch.tensor([1]), torch.from_numpy(character.standing_qpos())[None],
         torch.zeros(1, character.NV), torch.tensor([[2.0, 0, 0]]), torch.tensor([[1.0, 0]]),
     )  # fmt: skip

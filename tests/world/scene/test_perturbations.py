@@ -64,7 +64,7 @@ def scenes() -> Scenes:
     every = torch.arange(3)
     far = torch.full((3, 2), 20.0)
     ahead = torch.tensor([[1.0, 0.0]]).repeat(3, 1)
-    made.set_down(every, STAND.repeat(3, 1), torch.zeros(3, 34), *bank.placed(every, far, ahead))
+    made.set_state(every, STAND.repeat(3, 1), torch.zeros(3, 34), *bank.placed(every, far, ahead))
     return made
 
 

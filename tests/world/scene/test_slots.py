@@ -57,7 +57,7 @@ def test_a_mixture_steps_and_changes_its_pieces() -> None:
     qpos = torch.from_numpy(np.stack([seated_pose.qpos(p.sit[0]) for p in bank.pieces]))
     ids = torch.arange(len(bank))
     upright = torch.tensor([[1.0, 0.0]]).expand(len(bank), 2)
-    scenes.set_down(ids, qpos, torch.zeros(len(bank), 34), torch.zeros(len(bank), 3), upright)
+    scenes.set_state(ids, qpos, torch.zeros(len(bank), 34), torch.zeros(len(bank), 3), upright)
     for _ in range(20):
         scenes.act(torch.zeros(len(bank), NU))
     assert bool(scenes.finite().all())

@@ -125,15 +125,15 @@ def upright(x: float, height: float) -> features.Body:
 
 
 @pytest.mark.parametrize("height", [0.45, 0.60, 0.76])
-@pytest.mark.parametrize("deep_m", [0.0, 0.6])
-def test_every_step_from_the_edge_to_lying_pays(height: float, deep_m: float) -> None:
+@pytest.mark.parametrize("half_depth_m", [0.0, 0.6])
+def test_every_step_from_the_edge_to_lying_pays(height: float, half_depth_m: float) -> None:
     """Also onto a table as high as the hip, and onto a bed whose place is a metre from its edge:
     where sitting on the edge paid no more than standing at it, it stood."""
     where = bed(height=height)
-    where = replace(where, corners=where.corners + torch.tensor([deep_m, 0.0, 0.0]))
+    where = replace(where, corners=where.corners + torch.tensor([half_depth_m, 0.0, 0.0]))
     on_the_way = [
-        standing(0.5 + deep_m + 0.32, 0.0),
-        upright(0.5 + deep_m - 0.15, height),
+        standing(0.5 + half_depth_m + 0.32, 0.0),
+        upright(0.5 + half_depth_m - 0.15, height),
         upright(0.15, height),
         on_the_back(height),
     ]

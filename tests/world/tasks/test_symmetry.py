@@ -57,7 +57,7 @@ def scene(
 ) -> tuple[Scenes, Target]:
     scenes = Scenes([bank.models[0]] * N, 0.35, 3.0)
     variant = torch.zeros(N, dtype=torch.int64)
-    scenes.set_down(torch.arange(N), qpos, qvel, *bank.placed(variant, point, facing))
+    scenes.set_state(torch.arange(N), qpos, qvel, *bank.placed(variant, point, facing))
     return scenes, bank.target(variant, point, facing)
 
 
