@@ -122,7 +122,7 @@ class Affordance(ABC):
         """A player's piece at its scale."""
         return self.sized(piece, scale)
 
-    def places(self, piece: Piece) -> int:
+    def use_point_count(self, piece: Piece) -> int:
         """How many points of use a piece offers."""
         return 1
 

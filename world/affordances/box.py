@@ -62,9 +62,9 @@ class CarriedBox(Affordance):
             raise ConfigError("--objects: carry draws a box for each trial; leave it out")
         return boxes(trials, seed, config.carry.weight_kg)
 
-    def arrange(self, setting: Setting) -> "Stacked":
+    def arrange(self, setting: Setting) -> "BoxArrangement":
         """See Affordance."""
-        return Stacked(setting)
+        return BoxArrangement(setting)
 
     def choices(self, objects: str) -> dict[str, Piece]:
         """The one box: its scale gives its size, and with it its weight."""
@@ -98,7 +98,7 @@ def _named(piece: Piece, scale: float) -> Piece:
     return replace(piece, name=f"box {_BANDS[band]:g}-{_BANDS[band + 1]:g}")
 
 
-class Stacked:
+class BoxArrangement:
     """Boxes on stands, with a stand to bring each to; an Arrangement."""
 
     def __init__(self, setting: Setting) -> None:

@@ -48,9 +48,9 @@ class Floor(Affordance):
             raise ConfigError(_NONE)
         return (MARKER,)
 
-    def arrange(self, setting: Setting) -> "Bare":
+    def arrange(self, setting: Setting) -> "FloorArrangement":
         """See Affordance."""
-        return Bare(setting)
+        return FloorArrangement(setting)
 
     def choices(self, objects: str) -> dict[str, Piece]:
         """The marker."""
@@ -61,7 +61,7 @@ class Floor(Affordance):
         return piece
 
 
-class Bare:
+class FloorArrangement:
     """An empty floor with a target on it; an Arrangement."""
 
     def __init__(self, setting: Setting) -> None:

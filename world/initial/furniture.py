@@ -14,7 +14,7 @@ from world.config import WorldConfig
 from world.initial.reference import KINDS, CharacterSampler, course, unit
 from world.motions.library import MotionLibrary
 from world.objects import clearance
-from world.objects.furniture_bank import Bank
+from world.objects.furniture_bank import FurnitureBank
 from world.scene.batch import Scenes
 from world.scene.target import Target
 
@@ -51,7 +51,9 @@ class FurnitureInitialStates:
 class FurnitureSampler:
     """Draws the states of a shard's episodes."""
 
-    def __init__(self, config: WorldConfig, library: MotionLibrary, bank: Bank, seed: int) -> None:
+    def __init__(
+        self, config: WorldConfig, library: MotionLibrary, bank: FurnitureBank, seed: int
+    ) -> None:
         self._config, self._bank, self._seed = config, bank, seed
         self._character = CharacterSampler(config, library)
 
@@ -174,7 +176,7 @@ class FurnitureSampler:
         return replace(states, variant=variants, point=points, qpos=qpos)
 
 
-def furniture_pose(bank: Bank, states: FurnitureInitialStates) -> tuple[Tensor, Tensor]:
+def furniture_pose(bank: FurnitureBank, states: FurnitureInitialStates) -> tuple[Tensor, Tensor]:
     """Origin [m, 3] (m) and yaw as cosine and sine [m, 2] of pieces whose place is where `states`
     has it."""
     return bank.placed(states.variant, states.point, states.facing)

@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 from console.play.setup import Pose, Setup
-from world.objects.targets import spots
+from world.objects.targets import use_points
 
 from tests.support.console.players import live, qpos, stock
 from world.errors import ConfigError
 
 
 def test_a_bed_has_a_side_of_its_own_choice() -> None:
-    both = [n for n, p in stock().pieces("lie").items() if len(spots(p, "lie")) == 2]
+    both = [n for n, p in stock().pieces("lie").items() if len(use_points(p, "lie")) == 2]
     beds = [n for n in both if n.startswith("bed")]  # single ones: a double bed has one side
     found = []
     for side in (0, 1):

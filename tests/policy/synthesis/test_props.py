@@ -4,7 +4,7 @@ import math
 
 import pytest
 import torch
-from policy.synthesis.props import Boxed, Furnished, props_of
+from policy.synthesis.props import Boxed, FurnitureArrangement, props_of
 
 from policy.errors import RequestError
 from rpc.v1 import policy_pb2 as pb
@@ -16,9 +16,11 @@ from world.scene.box import BOX_KG
 CARRY = tasks.make("carry")
 
 
-def begun(request: pb.SynthesizeRequest, task: tasks.Task) -> tuple[Furnished | Boxed, Scenes]:
+def begun(
+    request: pb.SynthesizeRequest, task: tasks.Task
+) -> tuple[FurnitureArrangement | Boxed, Scenes]:
     props = props_of(request, task)
-    assert isinstance(props, Furnished | Boxed)
+    assert isinstance(props, FurnitureArrangement | Boxed)
     scenes = Scenes([props.model], 0.35, 3.0)
     props.begin(scenes)
     return props, scenes

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 
 from world.character import model as character
-from world.furniture.piece import Place
+from world.furniture.piece import SeatTarget
 from world.objects import seated_pose
 
 
@@ -14,7 +14,7 @@ def test_seated_poses_are_in_the_joints_ranges_and_off_the_floor() -> None:
     low, high = character.target_bounds()
     for height in (0.2, 0.35, 0.45, 0.6, 0.8):
         for pose in seated_pose.poses():
-            place = Place((0.0, 0.0, height))
+            place = SeatTarget((0.0, 0.0, height))
             targets = seated_pose.targets(place, pose)
             assert (targets >= low - 1e-9).all()
             assert (targets <= high + 1e-9).all()
