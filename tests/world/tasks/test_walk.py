@@ -15,7 +15,7 @@ from world.initial.floor import FloorSampler
 from world.motions import load
 from world.motions.library import MotionLibrary, StyleMixture, StyleSource
 from world.motions.uses.floor import FLOOR
-from world.motions.uses.use import LEFT
+from world.motions.uses.use import EXCLUDED
 from world.objects.floor_bank import FloorBank
 from world.scene.batch import Scenes
 from world.scene.target import Target, state
@@ -113,7 +113,7 @@ def test_clips_are_learned_from_where_they_walk(library: MotionLibrary) -> None:
         used = FLOOR.read(clip)
         height = torch.from_numpy(clip.root_position_m[:, 2])
         assert bool((height[used.kept] > 0.72).all())
-        assert torch.equal(used.stage == LEFT, ~used.kept)
+        assert torch.equal(used.stage == EXCLUDED, ~used.kept)
         if clip.seat is not None:
             assert not used.kept[clip.seat.from_frame : clip.seat.to_frame].any()
     # the target of a frame is on the way of its clip
