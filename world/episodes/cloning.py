@@ -1,7 +1,8 @@
 """Pairs of observation and action that follow the clips, for behaviour cloning.
 
-A servo settles where kp (target − q) = kd q̇ + load, so that a motion is followed, load aside, by
-the target q[t+1] + (kd / kp) q̇[t+1]. Of loads, that of a box in the hands is allowed for.
+A servo settles where kp (set-point − q) = kd q̇ + load. Without load, a motion is therefore
+followed by the set-point q[t+1] + (kd / kp) q̇[t+1]. The load of a box in the hands is added;
+others are neglected.
 """
 
 import torch
@@ -16,8 +17,8 @@ from world.initial import squeeze
 from world.motions.library import MotionLibrary
 from world.objects.bank import ObjectBank
 
-#: Noise on the clip's states, so that the clone also answers states beside the clips: rad (or m),
-#: rad/s.
+#: Noise on the states of the clips, so that the clone also covers states near them: rad (or m),
+#: rad/s (or m/s).
 _POSITION_NOISE, _VELOCITY_NOISE = 0.03, 0.3
 
 
@@ -25,9 +26,9 @@ def pairs(
     config: WorldConfig, library: MotionLibrary, bank: ObjectBank, samples: int, seed: int
 ) -> tuple[Tensor, Tensor]:
     """Observations (state and goal) [m, 114 + G] of noised clip states, and actions [m, 28] that
-    follow.
+    follow the clips.
 
-    m is at most `samples`: states from the rest pose have no next frame and are left out.
+    m is at most `samples`: states in the rest pose have no next frame and are left out.
     """
     task = tasks.make(config.task)
     sampler = task.affordance.sampler(config, library, bank, seed)

@@ -1,6 +1,6 @@
-"""The shard: a range of scenes that step together, their episodes, rewards and resets.
+"""The shard: a range of scenes that step together, with their episodes, rewards and resets.
 
-Everything is torch over index sets; the only loops run over the few scenes whose furniture changes.
+All of it is torch over index sets; the only loops run over the few scenes whose object changes.
 """
 
 from dataclasses import dataclass
@@ -22,38 +22,38 @@ from world.scene.target import Target
 from world.tasks import HELD
 from world.teachers.teacher import Teacher
 
-#: Index sets are padded to whole multiples of this: vectorised and scalar tails of torch's
-#: functions may round differently, and a scene's numbers must not depend on how many others reset
-#: with it.
+#: Index sets are padded to multiples of this: torch's vectorised loops and their scalar tails may
+#: round differently, and the numbers of a scene must not depend on how many others reset with it.
 _LANES = 32
 
 
 @dataclass(frozen=True)
 class Step:
-    """What one control step gave; see Rollout for how it is used."""
+    """Results of one control step; see Rollout for their use."""
 
     reward: Tensor
     """[n]: weighted sum of the task's terms."""
     terms: Tensor
-    """[n, n_terms]: the unweighted terms."""
+    """[n, n_terms]: the unweighted reward terms."""
     fell: Tensor
-    """[n] bool: the character or its box fell, or the stall time-out expired."""
+    """[n] bool: terminal state: the character or its box fell, or the stall time-out expired."""
     timed_out: Tensor
-    """[n] bool: the clock ran out, or success was held long enough."""
+    """[n] bool: the episode is truncated, by its time limit or by success held."""
     finite: Tensor
-    """[n] bool: False where the simulation blew up; the sample is void."""
+    """[n] bool: False where the simulation became non-finite; the sample is invalid."""
     end_ids: Tensor
     """[K] int64: scenes whose episode ended in this step, ascending."""
     end_states: Tensor
-    """[K, 114]: their last states."""
+    """[K, 114]: last states of these."""
     end_goals: Tensor
-    """[K, G]."""
+    """[K, G]: last goals of these."""
     episodes: dict[str, Tensor]
-    """Of the K: return, length (steps), success, fall, stalled (the stall time-out expired), start
-    (index into KINDS), and stage_NAME of each stage of the task: whether the episode reached it;
-    float32."""
+    """[K] float32 each: return, length (control steps), success, fall, stalled (the stall time-out
+    expired), start (category of the initial state, index into KINDS), and for each stage of the
+    task stage_NAME: whether the episode reached it."""
     broken: Tensor
-    """[B, 43 + 34] float64: qpos and qvel of scenes that blew up, as they were before the step."""
+    """[B, 43 + 34] float64: qpos and qvel, before the step, of the scenes that became
+    non-finite."""
     teacher_action: Tensor | None = None
     """[n, 28]: the teacher's action in the state before the step, NaN where it labels nothing;
     none: no teacher."""
@@ -96,7 +96,7 @@ class Shard:
         self._teacher = teacher
         self._stall = StallTimeout(self.n, config.stall_s)
         self._reset(torch.arange(self.n))
-        # clocks start apart, so that not all scenes time out in the same step
+        # step counters are spread, so that not all scenes time out in the same step
         apart = random_streams.uniform(seed, random_streams.EPISODE, self._ids, 0, 16)[:, 15]
         self._steps[:] = (apart * self._length).long()
 
@@ -105,7 +105,7 @@ class Shard:
         return self._state, self._goal
 
     def step(self, action: Tensor) -> Step:
-        """One control step with actions [n, 28]; episodes that end start anew at once."""
+        """One control step with actions [n, 28]; scenes whose episode ends are reset at once."""
         before = torch.cat((self._scenes.qpos, self._scenes.qvel), dim=1)
         teacher_action = self._label()
         self._scenes.drive(self._scenes.targets(action))
@@ -114,10 +114,10 @@ class Shard:
         body = self._scenes.body()
         target = self._target()
         terms = self.task.reward_terms(body, target)
-        # a fixed order of additions: one matrix product would round by its number of rows
+        # a fixed order of additions: the rounding of a matrix product depends on its number of rows
         reward = (terms * self._weights).sum(dim=1)
         error = self.task.error_m(body, target)
-        # down where there is nothing to do down there: saves a third of early samples
+        # a low pelvis away from the object ends the episode: saves a third of early samples
         collapsed = ~self.task.low(body, target) & (body.root[:, 2] < self.config.early_pelvis_m)
         fell = self.task.fell(body, target) | collapsed
         stalled = self._stall.ends(body, target, error <= self.task.success_m) & ~fell
@@ -171,12 +171,12 @@ class Shard:
         return self._teacher.label(self._scenes, self._target(), self._variant, self.clock)
 
     def _target(self) -> Target:
-        """Where every scene's object is at this moment."""
+        """Present targets of all scenes."""
         assert self._targets is not None
         return self._scenes.now(self._targets)
 
     def _write_observations(self, body: Body, target: Target, ids: Tensor | None) -> None:
-        """Write states and goals of all scenes, or of `ids`."""
+        """Store states and goals of all scenes, or of `ids`."""
         state = tasks.state(body, target)
         goal = self.task.goal_features(body, target)
         if ids is None:
@@ -210,7 +210,7 @@ class Shard:
             self._teacher.reset(rows, now)
 
     def state_dict(self) -> dict[str, Tensor]:
-        """Everything that an exact continuation needs."""
+        """All that an exact continuation needs, by name."""
         own = {
             name: getattr(self, f"_{name}").clone() for name in (*_EPISODE_FIELDS, "state", "goal")
         }
@@ -223,17 +223,17 @@ class Shard:
         return own | physics | {"clock": torch.tensor(self.clock)}
 
     def load_state_dict(self, state: dict[str, Tensor]) -> None:
-        """Restore what `state_dict` gave; from here on the same numbers follow."""
+        """Restore what `state_dict` gave; the continuation is bit for bit the same."""
         state = state_keys.current(state)
         for name in (*_EPISODE_FIELDS, "state", "goal"):
-            # runs begun before there were stages lack these
+            # checkpoints older than the stages lack these
             if name in state or name != "stages":
                 setattr(self, f"_{name}", state[name].clone())
         assert self._targets is not None
         for name, value in self._targets.tensors().items():
             if name in state or name != "head":
                 value.copy_(state[name])
-        # nor did those know a stall time-out
+        # and these where they are older than the stall time-out
         if "stall_still" in state:
             self._stall.load_state_dict({k: state[f"stall_{k}"] for k in self._stall.state_dict()})
         if self._teacher is not None:

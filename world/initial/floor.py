@@ -1,7 +1,7 @@
-"""How an episode of walking states: in a clip's state with the target where the clip goes, or
-upright with a target anywhere near.
+"""Initial states of walking: reference states with the target where the clip goes, and upright
+states with a target anywhere.
 
-A start is a pure function of (seed, scene, episode).
+An initial state is a pure function of (seed, scene, episode).
 """
 
 from dataclasses import dataclass
@@ -20,18 +20,18 @@ from world.scene.target import Target
 
 @dataclass(frozen=True)
 class FloorInitialStates:
-    """First states of m episodes, world frame, the character above the origin."""
+    """Initial states of m episodes, world frame, the character above the origin."""
 
     qpos: Tensor
     """[m, 43]."""
     qvel: Tensor
     """[m, 34]."""
     variant: Tensor
-    """[m] int64: 0, the bank's one scene."""
+    """[m] int64: 0, the only scene of the bank."""
     point: Tensor
     """[m, 2]: the target on the floor, m."""
     facing: Tensor
-    """[m, 2]: cosine and sine of the heading asked for."""
+    """[m, 2]: cosine and sine of the target's facing."""
     kind: Tensor
     """[m] int64: index into world.initial.reference.KINDS."""
     frame: Tensor
@@ -39,21 +39,21 @@ class FloorInitialStates:
 
 
 class FloorSampler:
-    """Draws the states of a shard's episodes of walking."""
+    """Draws the initial states of walking; an InitialStateSampler."""
 
     def __init__(
         self, config: WorldConfig, library: MotionLibrary, bank: FloorBank, seed: int
     ) -> None:
-        """Raises ConfigError where the shares of the states make no sense, ClipError where clip
-        states are wanted and no clip walks."""
+        """Raises ConfigError for invalid fractions, ClipError where reference states are configured
+        and no clip walks."""
         self._config, self._bank, self._seed = config, bank, seed
         self._character = CharacterSampler(config, library)
 
     def draw(self, scenes: Tensor, episodes: Tensor) -> FloorInitialStates:
-        """The states of the given scene ids [m] and episode numbers [m] (int64 both)."""
+        """Initial states for scene ids [m] and episode numbers [m] (int64 both)."""
         config = self._config.initial
         u = random_streams.uniform(self._seed, random_streams.EPISODE, scenes, episodes, 10)
-        # right here: standing and turning are learned first, then the last steps
+        # close targets: standing and turning are learned first, then the last steps
         here = u[:, 9] < config.front_fraction
         drawn = self._character.draw(u, here)
         kind, qpos, qvel, frames = drawn.kind, drawn.qpos, drawn.qvel, drawn.frames
@@ -82,15 +82,15 @@ class FloorSampler:
         )
 
     def target(self, states: FloorInitialStates) -> Target:
-        """What the task knows of the targets of `states`."""
+        """Targets of `states`."""
         return self._bank.target(states.point, states.facing)
 
     def apply(self, scenes: Scenes, ids: Tensor, states: FloorInitialStates) -> None:
-        """Set the scenes `ids` [m] up as `states` has them."""
+        """Write `states` into the scenes `ids` [m]."""
         pose = self._bank.placed(states.point, states.facing)
         scenes.set_state(ids, states.qpos, states.qvel, *pose)
 
     def load_n(self, states: FloorInitialStates) -> tuple[Tensor, Tensor]:
-        """What the hands press with and what weight they bear, N: nothing, [m] each."""
+        """Force of each hand and weight that both bear, N: zeros, [m] each."""
         nothing = torch.zeros(len(states.kind))
         return nothing, nothing

@@ -1,5 +1,5 @@
 """Initial states of tasks with furniture: reference states with the clip's furniture, and upright
-states with furniture at any place.
+states with furniture anywhere.
 
 An initial state is a pure function of (seed, scene, episode).
 """
@@ -20,17 +20,17 @@ from world.scene.target import Target
 
 __all__ = ["KINDS", "FurnitureInitialStates", "FurnitureSampler", "furniture_pose"]
 
-#: Furniture of a clip's start: how far each candidate is pushed back, m, and how deep the character
-#: may stand in it, m.
+#: Furniture of a reference state: how far each candidate is pushed back, m, and how deep the
+#: character may penetrate it, m.
 _PUSHED_BACK_M = (0.0, 0.0, 0.0, 0.04, 0.04, 0.08)
 _TOLERATED_M = 0.015
-#: A pelvis below this is sat or lain down, m.
+#: A pelvis below this is sitting or lying, m.
 _LOW_M = 0.65
 
 
 @dataclass(frozen=True)
 class FurnitureInitialStates:
-    """First states of m episodes, world frame, the character above the origin."""
+    """Initial states of m episodes, world frame, the character above the origin."""
 
     qpos: Tensor
     """[m, 43]."""
@@ -39,9 +39,9 @@ class FurnitureInitialStates:
     variant: Tensor
     """[m] int64: the furniture, by number in the bank."""
     point: Tensor
-    """[m, 2]: the floor point below the place of use, m."""
+    """[m, 2]: the floor point below the use point, m."""
     facing: Tensor
-    """[m, 2]: cosine and sine of the place's facing."""
+    """[m, 2]: cosine and sine of the use point's facing."""
     kind: Tensor
     """[m] int64: index into KINDS."""
     frame: Tensor
@@ -49,7 +49,7 @@ class FurnitureInitialStates:
 
 
 class FurnitureSampler:
-    """Draws the states of a shard's episodes."""
+    """Draws the initial states of tasks with furniture; an InitialStateSampler."""
 
     def __init__(
         self, config: WorldConfig, library: MotionLibrary, bank: FurnitureBank, seed: int
@@ -58,7 +58,7 @@ class FurnitureSampler:
         self._character = CharacterSampler(config, library)
 
     def draw(self, scenes: Tensor, episodes: Tensor) -> FurnitureInitialStates:
-        """The states of the given scene ids [m] and episode numbers [m] (int64 both)."""
+        """Initial states for scene ids [m] and episode numbers [m] (int64 both)."""
         initial, bank = self._config.initial, self._bank
         u = random_streams.uniform(
             self._seed, random_streams.EPISODE, scenes, episodes, 10 + len(_PUSHED_BACK_M)
@@ -76,8 +76,8 @@ class FurnitureSampler:
         ahead = (kind == 2) & (u[:, 8] < initial.ahead_fraction)
         offset = distance * torch.where(ahead[:, None], onwards, bearing)
         facing = unit(u[:, 7])
-        # before the seat: most of them close to it and turned nearly as it faces, so that sitting
-        # down is found first, then turning round, then coming nearer
+        # in front of the seat: most of them close to it and near its facing, so that sitting down
+        # is learned first, then turning round, then the approach
         before = (kind == 1) & close
         turned = (2.0 * u[:, 7] - 1.0) * (2.0 * u[:, 7] - 1.0).abs() / 2.0
         facing_before = rotations.turn(rotations.heading(qpos[:, 3:7]), unit(turned))
@@ -99,12 +99,12 @@ class FurnitureSampler:
             kind=kind,
             frame=drawn.named_frame(),
         )
-        # a scene that stands in for padding is measured once, with the row that it repeats
+        # the rows of padding repeat the first one, and are computed once
         first = torch.arange(len(scenes)) == 0
         own = from_clip & (first | (scenes != scenes[0]))
         rows = torch.nonzero(own).flatten()
         along = (frames.head - frames.seat)[:, :2]
-        # the number for the distance is free where the place is the clip's
+        # the uniform number of the distance is unused in reference states
         raised = u[:, 5] < initial.raised_seat_fraction
         states = self._seated_freely(states, frames.seat[:, 2], raised, along, u[:, 9:-1], rows)
         same = scenes == scenes[0]
@@ -116,16 +116,16 @@ class FurnitureSampler:
         )
 
     def target(self, states: FurnitureInitialStates) -> Target:
-        """What the task knows of the furniture of `states`."""
+        """Targets of the furniture of `states`."""
         return self._bank.target(states.variant, states.point, states.facing)
 
     def apply(self, scenes: Scenes, ids: Tensor, states: FurnitureInitialStates) -> None:
-        """Set the scenes `ids` [m] up as `states` has them; their models are there already."""
+        """Write `states` into the scenes `ids` [m], which have their models already."""
         pose = furniture_pose(self._bank, states)
         scenes.set_state(ids, states.qpos, states.qvel, *pose)
 
     def load_n(self, states: FurnitureInitialStates) -> tuple[Tensor, Tensor]:
-        """What the hands press with and what weight they bear, N: nothing, [m] each."""
+        """Force of each hand and weight that both bear, N: zeros, [m] each."""
         nothing = torch.zeros(len(states.kind))
         return nothing, nothing
 
@@ -138,16 +138,16 @@ class FurnitureSampler:
         u: Tensor,
         rows: Tensor,
     ) -> FurnitureInitialStates:
-        """The states `rows` with furniture of the clip's height, or `raised` [m] bool of a greater
-        one, that the character does not stand in, nor sits or lies beside: the first of some
-        candidates, pushed back more and more, or the best of them. along [m, 2] runs from hip to
-        head.
+        """The states `rows` with furniture of the clip's height, or where raised [m] bool a higher
+        one. The choice is the first of some candidates, pushed back more and more, that the
+        character neither penetrates nor sits or lies beside; else the best of them. along [m, 2]
+        points from hip to head.
         """
         if not len(rows):
             return states
         bank, tries, n = self._bank, len(_PUSHED_BACK_M), len(rows)
         back = states.point.new_tensor(_PUSHED_BACK_M)
-        # candidate by candidate: [tries, n], flat for the one call that measures them all
+        # [tries, n], flattened so that one call evaluates all candidates
         facing = states.facing[rows].repeat(tries, 1)
         left = _left(states.facing[rows], along[rows]).repeat(tries)
         own = height_m[rows].repeat(tries)
@@ -156,7 +156,8 @@ class FurnitureSampler:
         variant = bank.of_height(wanted, u[rows].T.flatten(), left)
         point = states.point[rows].repeat(tries, 1) - back.repeat_interleave(n)[:, None] * facing
         origin, yaw = bank.placed(variant, point, facing)
-        # who lies is lifted with the surface: few clips' beds are as high as the catalogue's
+        # a lying character is lifted with the surface: few clips' beds are as high as the
+        # catalogue's
         height = states.qpos[rows, 2].repeat(tries)
         lift = bank.lift(variant, height, own, raised[rows].repeat(tries))
         centres = clearance.points(states.qpos)[rows].repeat(tries, 1, 1)
@@ -177,11 +178,10 @@ class FurnitureSampler:
 
 
 def furniture_pose(bank: FurnitureBank, states: FurnitureInitialStates) -> tuple[Tensor, Tensor]:
-    """Origin [m, 3] (m) and yaw as cosine and sine [m, 2] of pieces whose place is where `states`
-    has it."""
+    """Origin [m, 3] (m) and yaw as cosine and sine [m, 2] of the furniture of `states`."""
     return bank.placed(states.variant, states.point, states.facing)
 
 
 def _left(facing: Tensor, along: Tensor) -> Tensor:
-    """[m] bool: whether `along` [m, 2] points to the left of where `facing` [m, 2] looks."""
+    """[m] bool: whether `along` [m, 2] points to the left of `facing` [m, 2]."""
     return facing[:, 0] * along[:, 1] - facing[:, 1] * along[:, 0] > 0.0

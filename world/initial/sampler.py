@@ -1,4 +1,4 @@
-"""What a shard needs of the initial states of its episodes, whatever the object."""
+"""Protocols of initial states and their samplers, for any object."""
 
 from typing import Protocol, TypeVar
 
@@ -9,16 +9,16 @@ from world.scene.target import Target
 
 
 class InitialStateBatch(Protocol):
-    """First states of m episodes; read only."""
+    """Initial states of m episodes; read only."""
 
     @property
     def qpos(self) -> Tensor:
-        """[m, 43]."""
+        """[m, 43]: generalised coordinates of the characters."""
         ...
 
     @property
     def qvel(self) -> Tensor:
-        """[m, 34]."""
+        """[m, 34]: generalised velocities of the characters."""
         ...
 
     @property
@@ -28,7 +28,7 @@ class InitialStateBatch(Protocol):
 
     @property
     def kind(self) -> Tensor:
-        """[m] int64: index into world.initial.reference.KINDS."""
+        """[m] int64: category, index into world.initial.reference.KINDS."""
         ...
 
     @property
@@ -41,9 +41,20 @@ States = TypeVar("States", bound=InitialStateBatch)
 
 
 class InitialStateSampler(Protocol[States]):
-    """Draws states and sets scenes up with them."""
+    """Draws initial states and writes them into scenes."""
 
-    def draw(self, scenes: Tensor, episodes: Tensor) -> States: ...
-    def target(self, states: States) -> Target: ...
-    def apply(self, scenes: Scenes, ids: Tensor, states: States) -> None: ...
-    def load_n(self, states: States) -> tuple[Tensor, Tensor]: ...
+    def draw(self, scenes: Tensor, episodes: Tensor) -> States:
+        """Initial states for scene ids [m] and episode numbers [m] (int64 both)."""
+        ...
+
+    def target(self, states: States) -> Target:
+        """Targets [m] of `states`."""
+        ...
+
+    def apply(self, scenes: Scenes, ids: Tensor, states: States) -> None:
+        """Write `states` into the scenes `ids` [m]."""
+        ...
+
+    def load_n(self, states: States) -> tuple[Tensor, Tensor]:
+        """Force of each hand on an object in hand, and the weight that both bear, N: [m] each."""
+        ...
