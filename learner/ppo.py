@@ -146,8 +146,8 @@ class Learner:
         mirrored where the task's sides say so."""
         if self.symmetry is None:
             return raw, *actions
-        raw, right = self.symmetry.seen(raw)
-        return raw, *(self.symmetry.done(action, right) for action in actions)
+        raw, right = self.symmetry.canonical(raw)
+        return raw, *(self.symmetry.restored(action, right) for action in actions)
 
     def _seen(self, rollout: Rollout) -> Rollout:
         """The rollout as the networks saw it; densities stay, because all actions have one

@@ -108,7 +108,7 @@ class Shard:
         """One control step with actions [n, 28]; scenes whose episode ends are reset at once."""
         before = torch.cat((self._scenes.qpos, self._scenes.qvel), dim=1)
         teacher_action = self._label()
-        self._scenes.drive(self._scenes.targets(action))
+        self._scenes.drive(self._scenes.set_points(action))
         self.clock += 1
         finite = self._scenes.finite()
         body = self._scenes.body()

@@ -83,7 +83,7 @@ def drop(piece: Piece, seconds: float = 3.0, above_m: float = 0.02, which: int =
     place = piece.sit[which]
     pose = _balanced(model, data, piece, place, above_m)
     data.qpos[:] = seated_pose.qpos(place, above_m, pose)
-    data.ctrl[:] = seated_pose.targets(place, pose)
+    data.ctrl[:] = seated_pose.set_points(place, pose)
     steps = round(seconds / model.opt.timestep)
     deepest = fastest = 0.0
     for step in range(steps):

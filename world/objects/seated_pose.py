@@ -73,7 +73,7 @@ def qpos(place: SeatTarget, above_m: float = 0.02, pose: Pose = Pose()) -> np.nd
     return q
 
 
-def targets(place: SeatTarget, pose: Pose = Pose()) -> np.ndarray:
+def set_points(place: SeatTarget, pose: Pose = Pose()) -> np.ndarray:
     """Servo targets that hold the pose: [28] rad."""
     flexion = angles_rad(place.point_m[2], pose)
     result = []

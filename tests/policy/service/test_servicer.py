@@ -70,7 +70,7 @@ def test_targets_are_what_the_simulator_is_given(client: Stub) -> None:
     state, goal = observation(5, 50)
     reply = client.Act(pb.ActRequest(task="sit", state=state, goal=goal))
     scenes = Scenes(FurnitureBank([find("chair-test-000")]).models, 0.35, 3.0)
-    wanted = scenes.targets(torch.from_numpy(numbers(reply.action).copy())).numpy()
+    wanted = scenes.set_points(torch.from_numpy(numbers(reply.action).copy())).numpy()
     np.testing.assert_allclose(numbers(reply.target), wanted, atol=1e-6)
 
 
@@ -219,7 +219,7 @@ def test_describe_says_what_is_served(client: Stub) -> None:
     kp, kd = character.gains()
     assert [s.kp for s in policy.action.servos] == kp.tolist()
     assert [s.kd for s in policy.action.servos] == kd.tolist()
-    low, high = character.target_bounds()
+    low, high = character.set_point_bounds()
     np.testing.assert_allclose(policy.action.low_rad, low, rtol=1e-6)
     np.testing.assert_allclose(policy.action.high_rad, high, rtol=1e-6)
     widths = {"ball": 4, "hinge": 1}

@@ -40,7 +40,7 @@ def unlimited() -> mujoco.MjModel:
 def test_limited_targets_pull_with_the_limit(unlimited: mujoco.MjModel) -> None:
     """In MuJoCo: kp (target - length) - kd velocity, cut to the table's torques."""
     qpos, qvel = states(20)
-    low, high = character.target_bounds()
+    low, high = character.set_point_bounds()
     wanted = torch.from_numpy(np.random.default_rng(6).uniform(low, high, size=(20, 28)))
     given = servos.limited(wanted, qpos, qvel)
     kp, kd = character.gains()

@@ -24,12 +24,14 @@ def scenes(n: int = 3) -> Scenes:
 def test_actions_and_targets_are_inverse_within_the_bounds() -> None:
     found = scenes()
     action = torch.randn(3, 28, generator=torch.Generator().manual_seed(0)).clamp(-1, 1) * 0.5
-    torch.testing.assert_close(found.actions(found.targets(action.double())), action.double())
-    far = found.targets(torch.full((3, 28), 99.0, dtype=torch.float64))
-    _, high = character.target_bounds()
+    torch.testing.assert_close(found.actions(found.set_points(action.double())), action.double())
+    far = found.set_points(torch.full((3, 28), 99.0, dtype=torch.float64))
+    _, high = character.set_point_bounds()
     assert (far <= torch.from_numpy(high)).all()
-    neutral = torch.from_numpy(character.neutral_targets())
-    torch.testing.assert_close(found.targets(torch.zeros(3, 28, dtype=torch.float64))[0], neutral)
+    neutral = torch.from_numpy(character.neutral_set_points())
+    torch.testing.assert_close(
+        found.set_points(torch.zeros(3, 28, dtype=torch.float64))[0], neutral
+    )
 
 
 @pytest.mark.parametrize("yaw", [-3.0, -0.4, 0.0, 1.7, math.pi])

@@ -96,8 +96,8 @@ def test_the_mirrored_action_gives_the_mirrored_future(name: str) -> None:
         )
         action = 0.5 * random_streams.normal(5, torch.arange(N), step, 28)
         torch.testing.assert_close(
-            there.targets(reflect.action(action)),
-            reflect.action(here.targets(action)),
+            there.set_points(reflect.action(action)),
+            reflect.action(here.set_points(action)),
             atol=1e-6,
             rtol=0,
         )
@@ -130,7 +130,7 @@ def test_a_table_is_the_same_from_both_sides() -> None:
         body = features.body(q.float(), v.float())
         place = bank.target(torch.full((N,), variant), at, along)
         x = torch.cat((tasks.state(body, place), task.goal_features(body, place)), dim=1)
-        found, right = sides.seen(x)
+        found, right = sides.canonical(x)
         assert right is not None and bool((right == (variant == 0)).all())
         return found
 
@@ -159,8 +159,8 @@ def test_a_reflection_is_its_own_inverse_and_keeps_the_middle() -> None:
         x = torch.randn(5, len(reflect.observation.index))
         assert torch.equal(reflect.observation(reflect.observation(x)), x)
         assert sorted(reflect.observation.index.tolist()) == list(range(x.shape[1]))
-    neutral = torch.from_numpy(character.neutral_targets())
+    neutral = torch.from_numpy(character.neutral_set_points())
     torch.testing.assert_close(symmetry.actions()(neutral), neutral)
-    low, high = (torch.from_numpy(b) for b in character.target_bounds())
+    low, high = (torch.from_numpy(b) for b in character.set_point_bounds())
     mirrored = symmetry.actions()
     torch.testing.assert_close(torch.minimum(mirrored(low), mirrored(high)), low)

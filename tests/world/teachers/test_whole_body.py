@@ -135,7 +135,7 @@ def test_set_points_are_a_share_of_the_move_and_the_effort_by_the_stiffness() ->
     found = set_points(figure, move, effort, torch.tensor([0.5]).double())
     # a knee of 500 N·m/rad, bent by 0.2
     assert found[0, 17].item() == pytest.approx(0.2 + 0.05 + 25.0 / 500.0)
-    _, high = character.target_bounds()
+    _, high = character.set_point_bounds()
     far = set_points(figure, 100.0 * move, 1e6 * effort, torch.tensor([0.5]).double())
     assert far[0, 17].item() == pytest.approx(high[17])
 
