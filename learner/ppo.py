@@ -147,8 +147,8 @@ class Learner:
         """Observations [.., d] and their actions [.., 28] on the canonical side of the symmetry."""
         if self.symmetry is None:
             return raw, *actions
-        raw, right = self.symmetry.seen(raw)
-        return raw, *(self.symmetry.done(action, right) for action in actions)
+        raw, right = self.symmetry.canonical(raw)
+        return raw, *(self.symmetry.restored(action, right) for action in actions)
 
     def _canonical_rollout(self, rollout: Rollout) -> Rollout:
         """The rollout on the canonical side; log-densities stay, because all actions have one

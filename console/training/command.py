@@ -224,8 +224,8 @@ def begin(
         if theirs.task == mine.task:
             mine.require(theirs, str(path))
         else:
-            alike = tasks.make(command.task).alike
-            state = adopt(state, theirs, mine, alike, str(path))
+            equivalents = tasks.make(command.task).equivalents
+            state = adopt(state, theirs, mine, equivalents, str(path))
         learner.load_policy_state(state)
         other = "" if theirs.task == mine.task else f", of the task {theirs.task}"
         note(f"networks and normalisers from {path}{other}")

@@ -56,12 +56,12 @@ class Policy:
         returned too, says so; normalised."""
         right = None
         if self.symmetry is not None:
-            observation, right = self.symmetry.seen(observation)
+            observation, right = self.symmetry.canonical(observation)
         return normalise(observation, self.mean, self.std, self.clip), right
 
     def world_action(self, action: Tensor, right: Tensor | None) -> Tensor:
         """What is to be done where the actor said `action` [n, 28] to what `seen` gave."""
-        return action if self.symmetry is None else self.symmetry.done(action, right)
+        return action if self.symmetry is None else self.symmetry.restored(action, right)
 
 
 def _part(weights: Mapping[str, Tensor], prefix: str) -> dict[str, Tensor]:

@@ -104,7 +104,7 @@ class BoxArrangement:
 
     def begin(self, scenes: Scenes) -> None:
         """See Props."""
-        self._bank.put(scenes, _HERE, _HERE, self._layout)
+        self._bank.apply(scenes, _HERE, _HERE, self._layout)
 
     def target(self, scenes: Scenes) -> Target:
         """See Props."""

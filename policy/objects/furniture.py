@@ -24,7 +24,7 @@ from policy.objects.placement import (
 from rpc.v1 import policy_pb2 as pb
 from world.furniture.piece import Box, Piece
 from world.meshes import importing
-from world.meshes.build import Told
+from world.meshes.build import ImportOptions
 from world.scene.batch import Scenes
 from world.scene.model import Ball, compile_scene
 from world.scene.target import Target
@@ -46,7 +46,7 @@ def piece_of_mesh(furniture: pb.Furniture, gone: Cancelled = not_cancelled) -> P
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"mesh.{mesh.format}"
         path.write_bytes(mesh.data)
-        (outcome,) = importing.run(importing.jobs([path], Told()), 1, stopped=gone)
+        (outcome,) = importing.run(importing.jobs([path], ImportOptions()), 1, stopped=gone)
     piece = outcome.piece()
     if piece is None:
         raise RequestError(f"furniture.mesh: {outcome.refused}")

@@ -192,7 +192,7 @@ class Batcher:
                 for entry in entries
             ]
             action = action + served.sigma * torch.from_numpy(np.concatenate(noise))
-        targets = served.action_map.setpoints(action).numpy().tobytes()
+        targets = served.action_map.set_points(action).numpy().tobytes()
         actions = action.numpy().tobytes()
         version, start = served.version, 0
         for entry in entries:
