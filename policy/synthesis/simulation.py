@@ -61,7 +61,7 @@ class Simulation:
         self.scenes = Scenes([self.props.model], world.action_scale, world.action_clip)
         qpos, qvel = _start(request.start)
         here = torch.zeros(1, dtype=torch.int64)
-        self.scenes.set_down(
+        self.scenes.set_state(
             here,
             torch.from_numpy(qpos)[None],
             torch.from_numpy(qvel)[None],
