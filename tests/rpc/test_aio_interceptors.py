@@ -8,8 +8,9 @@ import pytest
 from google.protobuf.message import DecodeError
 from prometheus_client import CollectorRegistry
 
-from rpc.aio_interceptors import Watch, asking_for, forgiving, rewrapped
+from rpc.aio_interceptors import Watch, asking_for, rewrapped
 from rpc.errors import CodecError
+from rpc.malformed import forgiving
 
 
 class Aborted(Exception):

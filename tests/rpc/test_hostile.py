@@ -17,7 +17,7 @@ from rpc.malformed import LONGEST, public
 from rpc.server import Server, ServerConfig
 from rpc.v1 import style_pb2 as pb
 from rpc.v1 import style_pb2_grpc
-from tests.rpc.test_server import certificates
+from tests.support.rpc.certificates import certificates
 
 
 def test_words_for_callers_have_no_folders_and_an_end() -> None:
