@@ -20,8 +20,8 @@ from policy.checkpoints.reload import Source
 from policy.checkpoints.served import Served
 from policy.config import BatchConfig, PolicyServiceConfig, SynthesisConfig
 from policy.errors import RequestError
+from policy.objects import placement
 from policy.service.batching import Batcher, BatchMetrics
-from policy.synthesis import placement
 from rpc.v1 import policy_pb2 as pb
 from tests.support.paths import ROOT
 from tests.support.policy_cases import (

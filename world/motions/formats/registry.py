@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from world.errors import ChoiceError, ClipError
+from world.motions import npz
 from world.motions.formats import (
     acclaim,
     amass,
-    arrays,
     bvh,
     deepmimic,
     mimickit,
@@ -98,7 +98,7 @@ def detected(path: Path) -> str:
 
 def _fields(path: Path) -> tuple[str, ...]:
     if path.suffix.lower() == ".npz":
-        with refusing(ClipError, path, ".npz file"), arrays.opened(path) as file:
+        with refusing(ClipError, path, ".npz file"), npz.opened(path) as file:
             return tuple(file)
     return safe_pickle.keys(safe_pickle.load(path), path)
 
