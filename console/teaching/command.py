@@ -10,6 +10,7 @@ from console.commands.teaching import Practice, TeachCarry, TeachRecord, TeachTr
 from console.run import assembly
 from console.teaching import dagger, recording, trials
 from world.errors import ConfigError
+from world.tasks.carry import Carry
 
 
 def teach_command(command: TeachCarry) -> int:
@@ -67,8 +68,10 @@ def _check_practice(practice: Practice) -> None:
 
 def _carry_policy(path: Path) -> None:
     found = assembly.trained(path)
-    if found.task != "carry":
-        raise ConfigError(f"--walker {path} is a policy of {found.task}: choose one of carry")
+    if found.task != Carry.name:
+        raise ConfigError(
+            f"--walker {path} is a policy of {found.task}: choose one of {Carry.name}"
+        )
 
 
 def _above_zero(settings: object, *names: str) -> None:
