@@ -136,7 +136,7 @@ def test_a_box_in_hand_is_between_the_hands(library: MotionLibrary, bank: BoxBan
     config = replace(CONFIG, initial=InitialStates(0, 1, 0, standing_fraction=1.0), carry=carry)
     starter = BoxStarter(config, library, bank, 3)
     starts = starter.draw(torch.arange(24), torch.ones(24).long())
-    box = starter.place(starts).box
+    box = starter.target(starts).box
     assert box is not None
     # the arms do not reach round the largest boxes
     narrow = box.half[:, 1] < 0.25
