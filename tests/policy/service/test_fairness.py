@@ -76,18 +76,18 @@ def test_large_calls_are_read_one_at_a_time() -> None:
         from policy.service import requests
 
         seen: list[str] = []
-        real = requests.situations
+        real = requests.poses
 
         def noted(messages: object, task: object, first: int = 0) -> object:
             seen.append(f"part {first}")
             return real(messages, task, first)  # type: ignore[arg-type]
 
-        requests.situations = noted  # type: ignore[assignment]
+        requests.poses = noted  # type: ignore[assignment]
         try:
             with running([fixed(make())]) as found:
                 large = [pb.Situation(pose=pose(), furniture=chair())] * 32
                 service = found.service
-                waiting = [service._situations(large, SIT) for _ in range(3)]
+                waiting = [service._poses(large, SIT) for _ in range(3)]
 
                 async def tick() -> None:
                     for _ in range(14):
@@ -96,7 +96,7 @@ def test_large_calls_are_read_one_at_a_time() -> None:
 
                 await asyncio.gather(*waiting, tick())
         finally:
-            requests.situations = real
+            requests.poses = real
         return seen
 
     seen = asyncio.run(order())

@@ -104,7 +104,7 @@ def test_no_episode_starts_where_it_would_end(bank: BoxBank) -> None:
     n = 512
     generator = np.random.default_rng(0)
     low = carrying(generator, (0.24, 0.34, 0.2), (0.1, 0.1), 1.5, 0.6)
-    library = MotionLibrary([low, walking(generator, 1.0)], affordance="carry")
+    library = MotionLibrary([low, walking(generator, 1.0)], use=BOX)
     config = replace(CONFIG, initial=InitialStates(1, 0, 0, reference_stages=(1, 1, 1)))
     starter = BoxStarter(config, library, bank, 0)
     starts = starter.draw(torch.arange(n), torch.ones(n).long())
