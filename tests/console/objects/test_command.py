@@ -134,7 +134,7 @@ def test_list(capsys: pytest.CaptureFixture[str]) -> None:
         (["check", "nowhere.obj"], 1, "no such file or folder"),
         (["import", "x.obj", "--up", "+z", "--front", "-z"], 2, "choose two different axes"),
         (["import", "x.obj", "--unit", "cm", "--height", "1"], 2, "choose one"),
-        (["import", "x.obj", "--height", "-1"], 2, "above 0"),
+        (["import", "x.obj", "--height", "-1"], 2, "height -1: must be 0.01 to 100"),
         (["import", "x.obj", "--category", "throne"], 2, "choose one of armchair"),
         (["import", "x.obj", "--sit", "1,2"], 2, "give X,Y,Z,YAW"),
         (["show"], 2, "--sheet FILE.png, --html FILE.html or both"),
