@@ -7,6 +7,7 @@ import threading
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from typing import Any
 from wsgiref.simple_server import WSGIServer
 
 import grpc
@@ -188,7 +189,7 @@ def serve_metrics(address: str, registry: CollectorRegistry) -> WSGIServer:
     except OSError as error:
         raise RpcError(f"metrics: cannot listen on {address}: {error.strerror}") from error
     # a thread for each connection: one that asks nothing is closed
-    handler = server.RequestHandlerClass
+    handler: Any = server.RequestHandlerClass
     bounded = type("BoundedHandler", (handler,), {"timeout": METRICS_S})
     server.RequestHandlerClass = bounded  # pyright: ignore[reportAttributeAccessIssue]
     return server
