@@ -89,9 +89,9 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "idle_s": ((0.1, 1e5),), "stalled_s": ((0.1, 1e5),), "poll_s": ((0.05, 3600),),
     },
     "Synthesize": {
-        "place": ((0, 1000),), "scale": ((0.1, 10),), "stand_m": ((0, 10),),
+        "place": ((0, 1000),), "scale": ((0.2, 5),), "stand_m": ((0, 10),),
         "box_kg": ((0.01, 1000),),
-        "seconds": ((0.1, 3600),), "seed": (_SEED,), "tries": ((1, 1e4),),
+        "seconds": ((1 / 30, 600),), "seed": (_SEED,), "tries": ((1, 1e4),),
     },
     "Bench": {
         "scenes": ((1, 1e6),), "threads": (_THREADS,), "seconds": ((0.1, 1e6),),
@@ -136,7 +136,7 @@ def said(kind: type, field: str) -> str:
     spans = BOUNDS.get(kind.__name__, {}).get(field)
     if spans is None:
         return ""
-    return ", ".join(f"{low:.10g} to {high:.10g}" for low, high in spans)
+    return ", ".join(f"{low:.6g} to {high:.10g}" for low, high in spans)
 
 
 def hold(command: Any, prefix: str = "--") -> None:
