@@ -34,21 +34,21 @@ class StyleClient:
     def __init__(
         self,
         config: ChannelConfig,
-        say: Callable[[str], None] | None = None,
+        report: Callable[[str], None] | None = None,
         half: bool = False,
         lost: Callable[[], str | None] | None = None,
         training: str = "",
     ) -> None:
         """Connect, waiting for the service if need be.
 
-        say: gets one line when the service is away, and one when it is back.
+        report: gets one line when the service is away, and one when it is back.
         half: send states as float16.
         lost: why the service will never come back, None as long as it may.
         training: id that every call shows: from Restore on, the service takes no other's.
         Raises RpcError if the service cannot be reached.
         """
         metadata = [(TRAINING, training)] if training else []
-        self._channel = Channel(config, "style service", say, lost, metadata)
+        self._channel = Channel(config, "style service", report, lost, metadata)
         self._stub = style_pb2_grpc.StyleStub(self._channel.grpc)
         self._half = half
         self._last: list[pb.ScoreChunk] = []

@@ -81,13 +81,13 @@ def build(spec: ServiceSpec) -> tuple[Discriminator, Journal | None]:
 class StyleProcess:
     """A running service; `address` is where. A dead one is started again, at the same address."""
 
-    def __init__(self, spec: ServiceSpec, say: Callable[[str], None] | None = None) -> None:
+    def __init__(self, spec: ServiceSpec, report: Callable[[str], None] | None = None) -> None:
         """Start and wait until it serves.
 
-        say: gets one line for every restart.
+        report: gets one line for every restart.
         Raises StyleError with the service's own line if it cannot start.
         """
-        self._say = say or (lambda line: None)
+        self._report = report or (lambda line: None)
         self._stopping = threading.Event()
         #: Why there will be no next life; None as long as there is hope.
         self.lost: str | None = None
@@ -129,7 +129,7 @@ class StyleProcess:
                 self.lost = f"style service: ended {LIVES} times in a minute (status {code})"
                 _kill(self._keeper)
                 return
-            self._say(f"style service ended (status {code}): starting it again")
+            self._report(f"style service ended (status {code}): starting it again")
             try:
                 self.pid = self._again()["pid"]
             except StyleError as error:
@@ -150,9 +150,9 @@ class StyleProcess:
         return life
 
 
-def start_process(spec: ServiceSpec, say: Callable[[str], None] | None = None) -> StyleProcess:
+def start_process(spec: ServiceSpec, report: Callable[[str], None] | None = None) -> StyleProcess:
     """See StyleProcess."""
-    return StyleProcess(spec, say)
+    return StyleProcess(spec, report)
 
 
 class _Silent(StyleError):

@@ -23,7 +23,7 @@ class SynthesisConfig:
     """Simulations at a time; what comes beyond is refused."""
     max_s: float = 60.0
     """Longest simulated time of one."""
-    ahead: int = 8
+    buffer_frames: int = 8
     """Frames made before the client must take some."""
 
 

@@ -44,7 +44,7 @@ class ChannelConfig:
     """The token itself, where no file has it."""
     deadline_s: float = 120.0
     """Longest time for one call."""
-    patience_s: float = 900.0
+    retry_s: float = 900.0
     """Longest time that a call waits for a service that is away, retries included."""
     allow_insecure_remote: bool = False
     """Show the token to another machine without TLS."""
@@ -60,15 +60,15 @@ class Channel:
         self,
         config: ChannelConfig,
         name: str,
-        say: Callable[[str], None] | None = None,
+        report: Callable[[str], None] | None = None,
         lost: Callable[[], str | None] | None = None,
         metadata: Sequence[tuple[str, str]] = (),
     ) -> None:
-        """`name`: what to call the service; `say`: gets one line per outage and per return; `lost`:
+        """`name`: what to call the service; `report`: gets one line per outage and per return; `lost`:
         why the service will never come back, None as long as it may; `metadata`: shown with each
         call."""
         self.config, self.name = config, name
-        self._say = say or (lambda line: None)
+        self._report = report or (lambda line: None)
         self._lost = lost or (lambda: None)
         self._metadata: Metadata = list(metadata)
         secure = config.tls or bool(config.tls_ca or config.tls_cert)
@@ -111,7 +111,7 @@ class Channel:
         """
         began, pause, away = time.monotonic(), FIRST_PAUSE_S, False
         while True:
-            left = self.config.patience_s - (time.monotonic() - began)
+            left = self.config.retry_s - (time.monotonic() - began)
             try:
                 reply = attempt(min(self.config.deadline_s, max(left, 0.1)), self._metadata)
             except grpc.RpcError as error:
@@ -125,23 +125,23 @@ class Channel:
                 if reason := self._lost():
                     raise UnreachableError(reason) from error
                 waited = time.monotonic() - began
-                if waited + pause >= self.config.patience_s:
+                if waited + pause >= self.config.retry_s:
                     raise UnreachableError(
                         f"{self.name} at {self.config.address} did not answer for {waited:.0f} s "
-                        f"({_first_line(details)}): start it, or raise patience_s "
-                        f"({self.config.patience_s:g})"
+                        f"({_first_line(details)}): start it, or raise retry_s "
+                        f"({self.config.retry_s:g})"
                     ) from error
                 if not away:
-                    self._say(
+                    self._report(
                         f"{self.name} at {self.config.address} is away: waiting up to "
-                        f"{self.config.patience_s:g} s"
+                        f"{self.config.retry_s:g} s"
                     )
                 away = True
                 time.sleep(pause)
                 pause = min(2 * pause, LAST_PAUSE_S)
                 continue
             if away:
-                self._say(f"{self.name} is back after {time.monotonic() - began:.1f} s")
+                self._report(f"{self.name} is back after {time.monotonic() - began:.1f} s")
             return reply
 
     def close(self) -> None:

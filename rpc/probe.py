@@ -9,7 +9,7 @@ from rpc.channel import Channel, ChannelConfig
 from rpc.errors import RpcError
 
 
-def ask_health(config: ChannelConfig, service: str = "", timeout_s: float = 5.0) -> float:
+def check_health(config: ChannelConfig, service: str = "", timeout_s: float = 5.0) -> float:
     """Seconds that a healthy service took to say so; one call, not repeated.
 
     service: full name (`rpc.v1.Style`); empty: the server as a whole.

@@ -31,14 +31,14 @@ class Source:
 class Follower:
     """The version of one policy that is served, and the watch over its checkpoint."""
 
-    def __init__(self, source: Source, say: Callable[[str], None] | None = None) -> None:
+    def __init__(self, source: Source, report: Callable[[str], None] | None = None) -> None:
         """Load the first version.
 
-        say: gets one line for every reload and refusal. Raises InhabitError where the first cannot
+        report: gets one line for every reload and refusal. Raises InhabitError where the first cannot
         be served.
         """
         self.source = source
-        self._say = say or (lambda line: None)
+        self._report = report or (lambda line: None)
         path = source.find()
         self._seen = signature(path)
         self.served = source.load(path).check()
@@ -76,7 +76,7 @@ class Follower:
         if served.digest == self.served.digest:
             self.last_refusal = ""
             return False
-        self._say(f"{self.source.name}: {self.served.version} -> {served.version} ({path})")
+        self._report(f"{self.source.name}: {self.served.version} -> {served.version} ({path})")
         self.served, self.last_refusal = served, ""
         self.reloads += 1
         if self._reloads is not None:
@@ -113,7 +113,7 @@ class Follower:
     def _refuse(self, why: str) -> bool:
         if why != self.last_refusal:
             self.last_refusal = why
-            self._say(f"{self.source.name}: still serving {self.served.version}: {why}")
+            self._report(f"{self.source.name}: still serving {self.served.version}: {why}")
             if self._refusals is not None:
                 self._refusals.inc()
         return False

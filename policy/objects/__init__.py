@@ -39,12 +39,12 @@ def props_of(
     task: Task,
     balls: Sequence[Ball] = (),
     piece: Piece | None = None,
-    gone: Cancelled = not_cancelled,
+    cancelled: Cancelled = not_cancelled,
 ) -> Props:
     """The object of a request; RequestError names what is missing or wrong.
 
     balls: projectiles that its scene has besides. piece: the furniture, at its scale, in the place
-    of the request's shape. gone: whether the client gave up.
+    of the request's shape. cancelled: whether the client gave up.
     """
     require(request, task)
-    return adapter(task).props(request, task, balls, piece, gone)
+    return adapter(task).props(request, task, balls, piece, cancelled)

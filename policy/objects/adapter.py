@@ -40,7 +40,7 @@ class Props(Protocol):
         """Put it elsewhere: furniture to position [3] m, or the box's first stand below it."""
         ...
 
-    def spot(self) -> tuple[Tensor, Tensor]:
+    def use_point(self) -> tuple[Tensor, Tensor]:
         """The floor below the place of use, or below the box's first place, [1, 2] m, and where it
         faces [1, 2] (cosine, sine)."""
         ...
@@ -79,9 +79,9 @@ class Adapter(Protocol):
         task: Task,
         balls: Sequence[Ball],
         piece: Piece | None,
-        gone: Cancelled = not_cancelled,
+        cancelled: Cancelled = not_cancelled,
     ) -> Props:
         """The object of a request; RequestError names what is wrong. balls: projectiles that its
         scene has besides. piece: the furniture, at its scale, in the place of the request's
-        shape. gone: whether the client gave up."""
+        shape. cancelled: whether the client gave up."""
         ...

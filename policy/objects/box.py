@@ -81,7 +81,7 @@ class BoxAdapter:
         task: Task,
         balls: Sequence[Ball],
         piece: Piece | None,
-        gone: Cancelled = not_cancelled,
+        cancelled: Cancelled = not_cancelled,
     ) -> "BoxArrangement":
         """See Adapter."""
         return BoxArrangement(request.box, balls)
@@ -115,7 +115,7 @@ class BoxArrangement:
         turned = torch.tensor([[np.cos(yaw), np.sin(yaw)]])
         scenes.move_furniture(_HERE, torch.from_numpy(position)[None], turned)
 
-    def spot(self) -> tuple[Tensor, Tensor]:
+    def use_point(self) -> tuple[Tensor, Tensor]:
         """See Props."""
         return self._layout.start[:, :2], self._layout.start_yaw
 

@@ -43,7 +43,7 @@ class FloorAdapter:
         task: Task,
         balls: Sequence[Ball],
         piece: Piece | None,
-        gone: Cancelled = not_cancelled,
+        cancelled: Cancelled = not_cancelled,
     ) -> "FloorArrangement":
         """See Adapter."""
         return FloorArrangement(*_where(request.furniture), balls)
@@ -87,7 +87,7 @@ class FloorArrangement:
         self._set(torch.from_numpy(position[:2]).float()[None], yaw)
         self.begin(scenes)
 
-    def spot(self) -> tuple[Tensor, Tensor]:
+    def use_point(self) -> tuple[Tensor, Tensor]:
         """See Props."""
         return self._point, self._facing
 

@@ -26,7 +26,7 @@ class PlacedFurniture:
     """A piece of furniture, the place of it that is meant, and where it stands."""
 
     piece: Piece
-    spot: UsePoint
+    use_point: UsePoint
     """In the piece's frame."""
     position: Numbers
     """[3]: of the piece's frame, world, m."""
@@ -34,8 +34,8 @@ class PlacedFurniture:
     """Of the piece's frame, rad."""
 
     def moved(self, position: Numbers, yaw: float) -> "PlacedFurniture":
-        """The same, standing elsewhere."""
-        return PlacedFurniture(self.piece, self.spot, position, yaw)
+        """The same, placed_furniture elsewhere."""
+        return PlacedFurniture(self.piece, self.use_point, position, yaw)
 
 
 @lru_cache(maxsize=512)
@@ -47,7 +47,9 @@ def piece_of(name: str, scale: float) -> Piece:
         raise RequestError(f"furniture.piece: {error}") from error
 
 
-def standing(furniture: pb.Furniture, task: Task, anywhere: bool = False) -> PlacedFurniture:
+def placed_furniture(
+    furniture: pb.Furniture, task: Task, anywhere: bool = False
+) -> PlacedFurniture:
     """The furniture of a message.
 
     anywhere: position and rotation may be left out: the origin, facing +x.
@@ -56,19 +58,19 @@ def standing(furniture: pb.Furniture, task: Task, anywhere: bool = False) -> Pla
     if shape == "piece":
         scale = furniture.scale if furniture.HasField("scale") else 1.0
         piece = piece_of(furniture.piece, number(scale, "furniture.scale", *SCALES))
-        spot = _spot(piece, task, furniture.place)
+        use_point = _use_point(piece, task, furniture.place)
     elif shape == "custom":
-        piece, spot = custom(furniture.custom, task)
+        piece, use_point = custom(furniture.custom, task)
     else:
         raise RequestError(
             "furniture: must have a piece (of the catalogue) or a custom shape (a mesh in "
             "Synthesize only)"
         )
-    return placed(furniture, piece, spot, anywhere)
+    return place(furniture, piece, use_point, anywhere)
 
 
-def placed(
-    furniture: pb.Furniture, piece: Piece, spot: UsePoint, anywhere: bool = False
+def place(
+    furniture: pb.Furniture, piece: Piece, use_point: UsePoint, anywhere: bool = False
 ) -> PlacedFurniture:
     """The piece where the message has it."""
     position, yaw = np.zeros(3), 0.0
@@ -76,7 +78,7 @@ def placed(
         position = vector(furniture.position, "furniture.position", 3)
     if furniture.rotation or not anywhere:
         yaw = upright(furniture.rotation, "furniture.rotation")
-    return PlacedFurniture(piece, spot, position, yaw)
+    return PlacedFurniture(piece, use_point, position, yaw)
 
 
 MAX_BOXES = 64
@@ -114,11 +116,11 @@ def fill_target(row: Numbers, where: PlacedFurniture) -> None:
     def world(points: Numbers | Vector) -> Numbers:
         return turned(points, where.yaw) + where.position
 
-    heading = where.yaw + where.spot.facing_rad
-    row[COLUMNS["point"]] = world(where.spot.point_m)
-    row[COLUMNS["head"]] = world(where.spot.head_m)
+    heading = where.yaw + where.use_point.facing_rad
+    row[COLUMNS["point"]] = world(where.use_point.point_m)
+    row[COLUMNS["head"]] = world(where.use_point.head_m)
     row[COLUMNS["facing"]] = np.cos(heading), np.sin(heading)
-    row[COLUMNS["corners"]] = world(where.spot.corners(where.piece)).ravel()
+    row[COLUMNS["corners"]] = world(where.use_point.corners(where.piece)).ravel()
 
 
 def turned(points: Numbers | Vector, yaw: float) -> Numbers:
@@ -130,10 +132,10 @@ def turned(points: Numbers | Vector, yaw: float) -> Numbers:
 
 def mesh_use_point(piece: Piece, furniture: pb.Furniture, task: Task) -> UsePoint:
     """The place that is meant of a piece made from a mesh."""
-    return _spot(piece, task, furniture.place)
+    return _use_point(piece, task, furniture.place)
 
 
-def _spot(piece: Piece, task: Task, index: int) -> UsePoint:
+def _use_point(piece: Piece, task: Task, index: int) -> UsePoint:
     try:
         found = use_points(piece, task.affordance.name)
     except InhabitError as error:

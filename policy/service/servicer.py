@@ -262,7 +262,7 @@ async def serving(
     sources: Sequence[Source],
     server_config: ServerConfig,
     config: PolicyServiceConfig | None = None,
-    say: Callable[[str], None] | None = None,
+    report: Callable[[str], None] | None = None,
 ) -> AsyncIterator[tuple[AioServer, PolicyService]]:
     """A started server of policies; it is drained at the end.
 
@@ -274,7 +274,7 @@ async def serving(
         raise ConfigError(f"policies {', '.join(names)}: each needs a name of its own, NAME=RUN")
     server = AioServer(server_config, ERRORS)
     service = PolicyService(
-        [Follower(s, say) for s in sources], config or PolicyServiceConfig(), server
+        [Follower(s, report) for s in sources], config or PolicyServiceConfig(), server
     )
     server.add(policy_pb2_grpc.add_PolicyServicer_to_server, service)
     await server.start([NAME])
@@ -292,10 +292,10 @@ async def serve(
     sources: Sequence[Source],
     server_config: ServerConfig,
     config: PolicyServiceConfig | None = None,
-    say: Callable[[str], None] | None = None,
+    report: Callable[[str], None] | None = None,
     started: Callable[[AioServer, PolicyService], None] = lambda server, service: None,
 ) -> None:
     """Serve until SIGTERM or SIGINT, then drain; `started` is called when it serves."""
-    async with serving(sources, server_config, config, say) as (server, service):
+    async with serving(sources, server_config, config, report) as (server, service):
         started(server, service)
         await server.wait()

@@ -87,7 +87,7 @@ class Disturbances:
         self._force = scenes.batch.bind("xfrc_applied")
         self._throws = throws
         self._thrower = None if throws is None else Thrower(throws, scenes)
-        self._mover = None if displacement is None else Mover(displacement, *props.spot())
+        self._mover = None if displacement is None else Mover(displacement, *props.use_point())
         self.balls_thrown = 0
 
     @property

@@ -39,11 +39,11 @@ class Simulation:
         served: Served,
         max_s: float,
         piece: Piece | None = None,
-        gone: Callable[[], bool] = lambda: False,
+        cancelled: Callable[[], bool] = lambda: False,
     ) -> None:
         """Compile the scene and set the character down.
 
-        piece: the furniture, at its scale, in the place of the request's shape. gone: whether
+        piece: the furniture, at its scale, in the place of the request's shape. cancelled: whether
         nobody waits for it any more, asked while it is long in the making. Raises RequestError
         for what cannot be simulated, naming the field.
         """
@@ -56,7 +56,7 @@ class Simulation:
         self._seed = request.seed if request.HasField("seed") else None
         throws, displacement = thrown(request, self.steps), displaced(request)
         self.balls = balls_of(throws)
-        self.props = props_of(request, self._task, self.balls, piece, gone)
+        self.props = props_of(request, self._task, self.balls, piece, cancelled)
         world = served.world
         self.scenes = Scenes([self.props.model], world.action_scale, world.action_clip)
         qpos, qvel = _start(request.start)

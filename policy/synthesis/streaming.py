@@ -35,32 +35,34 @@ class Synthesis:
 
         A client that gives up ends what is being made for it, and is counted until it has ended.
         """
-        gone = threading.Event()
-        make = functools.partial(Simulation, request, served, self._config.max_s, gone=gone.is_set)
-        simulation = await self._whole(make, gone)
+        cancelled = threading.Event()
+        make = functools.partial(
+            Simulation, request, served, self._config.max_s, cancelled=cancelled.is_set
+        )
+        simulation = await self._run(make, cancelled)
         yield pb.SynthesizeReply(header=header(simulation, served))
-        some = functools.partial(self._some, simulation.frames(), gone)
-        while part := await self._whole(some, gone):
+        some = functools.partial(self._next_replies, simulation.frames(), cancelled)
+        while part := await self._run(some, cancelled):
             for reply in part:
                 yield reply
 
-    async def _whole(self, work: Callable[[], Made], gone: threading.Event) -> Made:
+    async def _run(self, work: Callable[[], Made], cancelled: threading.Event) -> Made:
         """What work on a thread gives; cancelled, it tells the work and waits for its end."""
         future = asyncio.get_running_loop().run_in_executor(self._threads, work)
         try:
             return await asyncio.shield(future)
         except asyncio.CancelledError:
-            gone.set()
+            cancelled.set()
             await asyncio.wait([future])
             if not future.cancelled():
                 future.exception()  # nobody is there to be told
             raise
 
-    def _some(
-        self, frames: Iterator[pb.SynthesizeReply], gone: threading.Event
+    def _next_replies(
+        self, frames: Iterator[pb.SynthesizeReply], cancelled: threading.Event
     ) -> list[pb.SynthesizeReply]:
         made: list[pb.SynthesizeReply] = []
-        while len(made) < self._config.ahead and not gone.is_set():
+        while len(made) < self._config.buffer_frames and not cancelled.is_set():
             frame = next(frames, None)
             if frame is None:
                 break

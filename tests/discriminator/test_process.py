@@ -24,7 +24,7 @@ def test_killed_and_back_it_goes_on_exactly(tmp_path: Path) -> None:
     service = ServiceConfig(state=str(tmp_path / "style"))
     process = start_process(replace(SPEC, service=service), said.append)
     waiting: list[str] = []
-    config = ChannelConfig(process.address, deadline_s=20, patience_s=60)
+    config = ChannelConfig(process.address, deadline_s=20, retry_s=60)
     client = StyleClient(config, waiting.append)
     try:
         for k in range(8):

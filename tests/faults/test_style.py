@@ -33,7 +33,7 @@ class Served:
         service = ServiceConfig(state=str(folder / "style"))
         self.process: StyleProcess = start_process(replace(spec, service=service))
         self.proxy = Proxy(self.process.address)
-        config = ChannelConfig(self.proxy.address, patience_s=200)
+        config = ChannelConfig(self.proxy.address, retry_s=200)
         self.client = StyleClient(config, self.said.append)
         self.here = Discriminator(SMALL, Mocap(), 0)
         self.iterations = 0
