@@ -1,4 +1,4 @@
-"""A point of the floor in messages: the position and rotation of a furniture without a shape."""
+"""Floor targets in messages: position and rotation of a Furniture without a shape."""
 
 from collections.abc import Sequence
 
@@ -50,7 +50,7 @@ class FloorAdapter:
 
 
 def _where(message: pb.Furniture) -> tuple[Numbers, float]:
-    """The target's position [3] m, and the yaw that the character should face, rad."""
+    """Position [3], m, of the target, and its heading, rad."""
     if message.WhichOneof("shape") is not None:
         raise RequestError(
             "furniture: this task needs no furniture; leave the shape out, position and rotation "
@@ -103,5 +103,5 @@ class FloorArrangement:
         return [x, y, 0.0], [float(np.cos(self._yaw / 2)), 0.0, 0.0, float(np.sin(self._yaw / 2))]
 
     def boxes(self) -> tuple[Box, ...]:
-        """The marker's."""
+        """Boxes of the marker."""
         return MARKER.boxes

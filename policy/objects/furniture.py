@@ -31,12 +31,15 @@ from world.scene.target import Target
 from world.tasks import Task
 
 _HERE = torch.zeros(1, dtype=torch.int64)
-#: Mesh formats that arrive in one piece.
+#: Mesh formats that consist of one file.
 FORMATS = ("obj", "stl", "ply", "glb")
 
 
 def piece_of_mesh(furniture: pb.Furniture, cancelled: Cancelled = not_cancelled) -> Piece:
-    """The piece that a mesh gives, made in a process of its own within bounds, or known already."""
+    """Piece of a mesh, decomposed in a bounded process of its own or read from the cache.
+
+    Raises RequestError where the mesh is refused.
+    """
     mesh = furniture.mesh
     if mesh.format not in FORMATS:
         raise RequestError(
@@ -87,7 +90,7 @@ class FurnitureAdapter:
 
 
 def target_of(rows: Tensor) -> Target:
-    """The targets of situations [n, POSE_WIDTH]."""
+    """Targets of pose rows [n, POSE_WIDTH]."""
     corners = rows[:, COLUMNS["corners"]].unflatten(1, (8, 3))
     point, facing, head = (rows[:, COLUMNS[name]] for name in ("point", "facing", "head"))
     return Target(point, facing, corners, head)
@@ -101,7 +104,7 @@ class FurnitureArrangement:
         self._row = torch.zeros(1, POSE_WIDTH)
         try:
             self.model = compile_scene(where.piece, balls)
-        except ValueError as error:  # MuJoCo's own word on a model that it does not take
+        except ValueError as error:  # MuJoCo's error for a model that it does not compile
             raise RequestError(f"furniture: cannot be simulated: {error}") from error
 
     def begin(self, scenes: Scenes) -> None:

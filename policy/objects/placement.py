@@ -1,4 +1,4 @@
-"""Furniture of messages: which piece, where it stands, and which of its places is meant."""
+"""Furniture of messages: the piece, its position and its use point."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,31 +16,30 @@ from world.furniture.usage import UsePoint, usage, use_points
 from world.tasks import Task
 
 SCALES = (0.2, 5.0)
-#: Sizes and offsets within a piece of furniture, m; edges thinner than this have no volume to speak
-#: of.
+#: Bounds of a piece of furniture, m: largest coordinate, and least half edge of a box.
 _LARGE_M, _THIN_M = 20.0, 5e-4
 
 
 @dataclass(frozen=True)
 class PlacedFurniture:
-    """A piece of furniture, the place of it that is meant, and where it stands."""
+    """A piece of furniture at its position, with one of its use points."""
 
     piece: Piece
     use_point: UsePoint
-    """In the piece's frame."""
+    """Use point in the piece's frame."""
     position: Numbers
-    """[3]: of the piece's frame, world, m."""
+    """[3]: origin of the piece's frame in the world, m."""
     yaw: float
-    """Of the piece's frame, rad."""
+    """Yaw of the piece's frame, rad."""
 
     def moved(self, position: Numbers, yaw: float) -> "PlacedFurniture":
-        """The same, placed_furniture elsewhere."""
+        """The same furniture at another position [3], m, and yaw, rad."""
         return PlacedFurniture(self.piece, self.use_point, position, yaw)
 
 
 @lru_cache(maxsize=512)
 def piece_of(name: str, scale: float) -> Piece:
-    """A piece of the catalogue at a scale; RequestError names what there is."""
+    """Piece of the catalogue at a scale; RequestError for an unknown name."""
     try:
         return catalogue.find(name).scaled(scale)
     except InhabitError as error:
@@ -50,9 +49,9 @@ def piece_of(name: str, scale: float) -> Piece:
 def placed_furniture(
     furniture: pb.Furniture, task: Task, anywhere: bool = False
 ) -> PlacedFurniture:
-    """The furniture of a message.
+    """Furniture of a message; RequestError names a wrong field.
 
-    anywhere: position and rotation may be left out: the origin, facing +x.
+    anywhere: position and rotation are optional; their defaults are the origin, facing +x.
     """
     shape = furniture.WhichOneof("shape")
     if shape == "piece":
@@ -72,7 +71,7 @@ def placed_furniture(
 def place(
     furniture: pb.Furniture, piece: Piece, use_point: UsePoint, anywhere: bool = False
 ) -> PlacedFurniture:
-    """The piece where the message has it."""
+    """The piece at the position and rotation of the message."""
     position, yaw = np.zeros(3), 0.0
     if furniture.position or not anywhere:
         position = vector(furniture.position, "furniture.position", 3)
@@ -82,11 +81,11 @@ def place(
 
 
 MAX_BOXES = 64
-"""Boxes of one custom shape."""
+"""Most boxes of one custom shape."""
 
 
 def custom(shape: pb.Shape, task: Task) -> tuple[Piece, UsePoint]:
-    """A piece of the caller's own, of its boxes or of one box round all of it, and its place."""
+    """Piece and use point of a custom shape, made of its boxes or of its bounding box."""
     where = "furniture.custom"
     if len(shape.boxes) > MAX_BOXES:
         raise RequestError(f"{where}.boxes: {len(shape.boxes)}, must be at most {MAX_BOXES}")
@@ -111,7 +110,7 @@ def custom(shape: pb.Shape, task: Task) -> tuple[Piece, UsePoint]:
 
 
 def fill_target(row: Numbers, where: PlacedFurniture) -> None:
-    """Write what a task must know of furniture into a row: world frame."""
+    """Write the target of furniture into a pose row, in the world frame."""
 
     def world(points: Numbers | Vector) -> Numbers:
         return turned(points, where.yaw) + where.position
@@ -124,14 +123,14 @@ def fill_target(row: Numbers, where: PlacedFurniture) -> None:
 
 
 def turned(points: Numbers | Vector, yaw: float) -> Numbers:
-    """Points [..., 3] turned about z by yaw, rad."""
+    """Points [..., 3] rotated about z by yaw, rad."""
     cos, sin = np.cos(yaw), np.sin(yaw)
     turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
     return np.asarray(points) @ turn.T
 
 
 def mesh_use_point(piece: Piece, furniture: pb.Furniture, task: Task) -> UsePoint:
-    """The place that is meant of a piece made from a mesh."""
+    """Use point of a piece made from a mesh, by the index `place` of the message."""
     return _use_point(piece, task, furniture.place)
 
 
