@@ -36,7 +36,9 @@ class Journal:
         try:
             return load_file(self._path)
         except (SafetensorError, OSError) as error:
-            raise StyleError(f"state {self._path}: {error}; remove it to start from scratch") from error
+            raise StyleError(
+                f"state {self._path}: {error}; remove it to start from scratch"
+            ) from error
 
     def training(self) -> str:
         """Id of the training that the state belongs to; empty without one."""
