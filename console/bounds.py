@@ -82,7 +82,7 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "max_rows": ((1, 65536),), "max_wait_s": ((0, 10),), "max_queued_rows": ((1, 1e7),),
     },
     "SynthesisConfig": {
-        "max_at_a_time": ((1, 1024),), "max_s": ((0.1, 3600),), "ahead": ((1, 1e4),),
+        "max_at_a_time": ((1, 1024),), "max_s": ((0.1, 3600),), "buffer_frames": ((1, 1e4),),
     },
     "PolicyServiceConfig": {
         "max_rows": ((1, 1e6),), "max_poses": ((1, 65536),), "max_streams": ((1, 1e6),),
