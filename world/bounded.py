@@ -181,7 +181,7 @@ def _child(end: Connection, work: Callable[..., Any], task: Task, advice: str) -
 
 
 def limit(bounds: Bounds) -> None:
-    """Apply the bounds to this process; they cannot be removed."""
+    """Apply the bounds to this process."""
     cpu_s = max(1, round(bounds.cpu_s))
     resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 5))
     pages = int(Path("/proc/self/statm").read_text().split()[0])

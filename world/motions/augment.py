@@ -1,4 +1,4 @@
-"""More motions out of one: the same clip a little faster or slower."""
+"""Augmentation of clips: other playback speeds."""
 
 from dataclasses import replace
 from typing import TypeVar
@@ -9,21 +9,20 @@ from world.errors import ConfigError
 from world.motions.clip import Clip, continuous
 from world.motions.objects import Bed, BoxTrack, Seat
 
-#: How much faster or slower a motion may be made before it is another one: people walk, sit and
-#: lift at such a range of paces without doing it differently.
+#: Least and greatest playback speed: people walk, sit and lift the same way in this range.
 SPEEDS = (0.8, 1.25)
 
 SeatOrBed = TypeVar("SeatOrBed", Seat, Bed)
 
 
 def at_speed(clip: Clip, speed: float) -> Clip:
-    """The clip `speed` times as fast, at its own frame rate, its objects with it.
+    """The clip at a playback speed, at its own frame rate, with its objects.
 
-    Poses stay as they are, velocities are multiplied by `speed`. ConfigError outside SPEEDS.
+    Poses are unchanged, velocities are multiplied by `speed`. Raises ConfigError outside SPEEDS.
     """
     low, high = SPEEDS
     if not low <= speed <= high:
-        raise ConfigError(f"a motion's speed is {speed:g}; small time scaling is {low} to {high}")
+        raise ConfigError(f"playback speed {speed:g}: choose {low} to {high}")
     frames = max(2, int(np.floor((clip.frames - 1) / speed)) + 1)
     at = np.minimum(np.arange(frames) * speed, clip.frames - 1)
     return replace(
@@ -36,7 +35,7 @@ def at_speed(clip: Clip, speed: float) -> Clip:
 
 
 def _at(clip: Clip, at: np.ndarray) -> Clip:
-    """The clip at frames [n] that need not be whole, between its neighbours."""
+    """The clip at fractional frames [n], interpolated."""
     low = np.minimum(at.astype(int), clip.frames - 2)
     share = (at - low).astype(np.float32)[:, None, None]
 
@@ -44,7 +43,7 @@ def _at(clip: Clip, at: np.ndarray) -> Clip:
         return (values[low] * (1 - share) + values[low + 1] * share).astype(np.float32)
 
     rotation = np.stack([continuous(clip.local_rotation[:, b]) for b in range(15)], axis=1)
-    # neighbouring frames are a few degrees apart: the normalised chord is the arc to 1e-5
+    # adjacent frames differ by a few degrees: the normalised chord is the arc to 1e-5
     rotation = between(rotation)
     ghost = clip.ghost
     return replace(

@@ -1,4 +1,4 @@
-"""Where one can sit and lie on a piece of furniture, found from its geometry alone."""
+"""Targets for sitting and lying, found from the geometry of a piece alone."""
 
 import numpy as np
 
@@ -7,8 +7,8 @@ from world.furniture.affordance.seats import LEVEL_M, PELVIS, seen
 
 
 def level(relief: Relief, spot_m: tuple[float, float], heading: float, near_m: float) -> float:
-    """Height that carries a pelvis at the spot, m: the median of what is about near_m high, or of
-    everything below the pelvis where nothing is."""
+    """Height of the surface below a pelvis at the point, m: the median of heights near near_m, or
+    of all below the pelvis where there are none."""
     below = seen(relief, np.array([spot_m]), PELVIS, heading)[0]
     near = below[np.abs(below - near_m) < 2 * LEVEL_M]
     return float(np.median(near if len(near) * 2 > len(below) else below))

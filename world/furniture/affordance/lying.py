@@ -1,5 +1,5 @@
-"""Finds where one can lie: a stretch that carries trunk and legs, with a place for the head at its
-upper end, where there is a headboard, a pillow, an arm or nothing."""
+"""Finds lying targets: a stretch that carries trunk and legs, with room for the head at its upper
+end, at a headboard, a pillow, an arm or nothing."""
 
 import math
 
@@ -11,15 +11,15 @@ from world.furniture.affordance.seats import Zone, seen, standing_out
 from world.furniture.piece import HIP_TO_HEAD_M, Lying, SeatTarget
 
 HEIGHTS_M = (0.10, 0.92)
-"""Heights at which a surface can be lain on."""
+"""Least and greatest height of a surface for lying."""
 DIRECTIONS = 16
-"""Headings tried, every 22.5 degrees."""
+"""Number of candidate headings, every 22.5 degrees."""
 WIDEST_M = 1.6
-"""An edge farther from the hip than this is not looked for."""
+"""Greatest distance of an edge from the hip."""
 FROM_EDGE_M = 0.26
-"""From the edge to the pelvis of who sits there, the better half of the thighs on the bed."""
+"""Distance from the edge to a sitting character's pelvis, with most of the thighs on the bed."""
 LEVEL_M = 0.08
-"""How far upholstery may be from its median and still carry."""
+"""Greatest deviation of a carrying surface from its median."""
 
 Array = NDArray[np.float64]
 
@@ -32,10 +32,10 @@ BELOW_FEET = Zone((-1.45, -0.90), (-0.16, 0.16))
 
 
 def find(relief: Relief, front_rad: float = 0.0) -> Lying | None:
-    """The best place to lie, piece frame; None where nothing is long and wide enough.
+    """The best lying target, piece frame; None where nothing is long and wide enough.
 
-    front_rad: heading of the piece's front, away from which the head of a bed lies where the
-    geometry does not say.
+    front_rad: heading of the piece's front; the head is at the other end where the geometry does
+    not decide.
     """
     x, y = relief.centres()
     low, high = HEIGHTS_M
@@ -62,8 +62,8 @@ def find(relief: Relief, front_rad: float = 0.0) -> Lying | None:
 
 
 def edges(relief: Relief, lie: Lying) -> tuple[SeatTarget, ...]:
-    """Where one sits on a bed before lying down so: on its long edges, facing out, beside the hip;
-    the nearer edge first, and none where something stands there or the floor is too far down."""
+    """Seat targets on a bed with this lying target: on its long edges, facing out, beside the hip;
+    the nearer edge first, none where something blocks it or the drop is too small for the legs."""
     hip, head = np.array(lie.hip_m), np.array(lie.head_m)
     along = math.atan2(head[1] - hip[1], head[0] - hip[0])
     found = []
@@ -87,13 +87,14 @@ def edges(relief: Relief, lie: Lying) -> tuple[SeatTarget, ...]:
 
 
 def _scored(relief: Relief, spots: Array, heading: float, front_rad: float) -> Array:
-    """Scores [n] of hips at the spots, the head towards the heading; −inf where one cannot lie."""
+    """Scores [n] of hips at the points, with the head towards the heading; −inf where lying is
+    impossible."""
     trunk = seen(relief, spots, TRUNK, heading)
     height = np.median(trunk, axis=1)[:, None]
     carried = (np.abs(trunk - height) < LEVEL_M).mean(axis=1)
     thighs = (np.abs(seen(relief, spots, THIGHS, heading) - height) < LEVEL_M).mean(axis=1)
     below = seen(relief, spots, SHINS, heading) - height
-    # over the arm of a short sofa, or over the end, legs hang or rest
+    # the legs may hang or rest over the arm of a short sofa, or over its end
     shins = (np.abs(below) < LEVEL_M).mean(axis=1)
     barred = (below > 0.30).mean(axis=1)
     head = seen(relief, spots, HEAD, heading) - height
@@ -135,7 +136,7 @@ def _highest(relief: Relief, spots: Array, zone: Zone, heading: float) -> Array:
 
 
 def _centred(relief: Relief, spots: Array, heading: float, height: Array) -> Array:
-    """How evenly upholstery runs on to both sides [n], up to 0.45 m: 1 in the middle."""
+    """Symmetry [n] of the surface's extent to both sides, up to 0.45 m: 1 in the middle."""
     reach = np.arange(CELL_M, 0.45, 2 * CELL_M)
     across = np.array([-math.sin(heading), math.cos(heading)])
     runs = []

@@ -1,5 +1,5 @@
-"""Finds where one can sit: a patch that carries a pelvis, room for thighs and shins in front of it,
-for the trunk above it, and, where there is one, a back behind it."""
+"""Finds seat targets: a patch that carries a pelvis, with room for thighs and shins in front and
+for the trunk above, and a back behind where there is one."""
 
 import math
 from dataclasses import dataclass
@@ -11,19 +11,20 @@ from world.furniture.affordance.relief import CELL_M, Relief
 from world.furniture.piece import SeatTarget
 
 HEIGHTS_M = (0.12, 0.92)
-"""Heights at which a surface can be a seat."""
+"""Least and greatest height of a seat."""
 DIRECTIONS = 24
-"""Headings tried, every 15 degrees."""
+"""Number of candidate headings, every 15 degrees."""
 STEP_M = 0.04
-"""Grain at which a body's footprint is looked at."""
+"""Grid step of a body's zones."""
 LEVEL_M = 0.045
-"""How far from its median a seat's surface may be and still carry."""
+"""Greatest deviation of a carrying surface from its median."""
 APART_M = 0.55
-"""Distance of two places beside each other."""
+"""Distance of two targets beside each other."""
 KEPT = 0.80
-"""Share of the best place's score that another place must have."""
+"""Least score of another target, as a fraction of the best one's."""
 AS_HIGH_M = 0.10
-"""How far another place may be from the best one's height: seats are level, arms stand above."""
+"""Greatest difference of another target's height from the best one's: seats are level, arms
+higher."""
 
 Array = NDArray[np.float64]
 
@@ -52,9 +53,9 @@ SIDES = (Zone((-0.10, 0.25), (0.24, 0.44)), Zone((-0.10, 0.25), (-0.44, -0.24)))
 
 
 def find(relief: Relief, front_rad: float = 0.0) -> tuple[SeatTarget, ...]:
-    """Places to sit, best first, piece frame; none where nothing carries and leaves room.
+    """Seat targets, best first, piece frame; empty where nothing carries and leaves room.
 
-    front_rad: heading of the piece's front, which decides only where the geometry does not.
+    front_rad: heading of the piece's front, used where the geometry does not decide.
     """
     x, y = relief.centres()
     flat = _flat(relief)
@@ -71,7 +72,7 @@ def find(relief: Relief, front_rad: float = 0.0) -> tuple[SeatTarget, ...]:
 
 
 def _flat(relief: Relief) -> NDArray[np.bool_]:
-    """Cells at a seat's height; every second one of each axis, to halve the work twice."""
+    """Cells at a seat's height; every second one of each axis, for a quarter of the work."""
     low, high = HEIGHTS_M
     flat = (relief.height_m > low) & (relief.height_m < high)
     flat[1::2] = False
@@ -86,7 +87,7 @@ def _turned(zone: Zone, heading: float) -> Array:
 
 
 def seen(relief: Relief, spots: Array, zone: Zone, heading: float, raw: bool = False) -> Array:
-    """[n, k]: heights in a zone about each spot."""
+    """[n, k]: heights in a zone about each point."""
     at = spots[:, None] + _turned(zone, heading)
     return relief.at(at[..., 0], at[..., 1], raw)
 
@@ -94,7 +95,8 @@ def seen(relief: Relief, spots: Array, zone: Zone, heading: float, raw: bool = F
 def standing_out(
     relief: Relief, spots: Array, zone: Zone, heading: float, height: Array, by_m: float
 ) -> Array:
-    """Share of a zone's lines along the heading on which anything is by_m above `height` [n]."""
+    """[n]: fraction of a zone's lines along the heading on which a surface is by_m above `height`
+    [n]."""
     risen = seen(relief, spots, zone, heading) - height[:, None] > by_m
     across = zone.points()[:, 1]
     lines = [risen[:, across == line].any(axis=1) for line in np.unique(across)]
@@ -102,7 +104,7 @@ def standing_out(
 
 
 def _scored(relief: Relief, spots: Array, heading: float, front_rad: float) -> tuple[Array, Array]:
-    """Scores [n], −inf where one cannot sit facing so, and seat heights [n] m."""
+    """Scores [n], −inf where sitting with this heading is impossible, and seat heights [n] m."""
     pelvis = seen(relief, spots, PELVIS, heading)
     height = np.median(pelvis, axis=1)
     above = pelvis - height[:, None]
@@ -128,9 +130,9 @@ def _scored(relief: Relief, spots: Array, heading: float, front_rad: float) -> t
     sides = [seen(relief, spots, side, heading) - height[:, None] for side in SIDES]
     left, right = ((side > 0.10).any(axis=1) for side in sides)
     arms = left & right
-    # with a back one sits against it, without in the middle of what carries
+    # with a back the target is near it, without one in the middle of the carrying surface
     away = np.where(back > 0.25, np.minimum(np.abs(gap - 0.18) / 0.10, 1.5), 0.75)
-    # furniture faces along its sides; and without a back, along its front
+    # furniture faces along its sides, and without a back along its front
     turn = heading - front_rad
     prior = 0.3 * math.cos(4 * turn) + np.where(back > 0.25, 0.15, 0.7) * math.cos(turn)
     score = (
@@ -152,8 +154,8 @@ def _scored(relief: Relief, spots: Array, heading: float, front_rad: float) -> t
 def _back(
     relief: Relief, spots: Array, heading: float, height: Array
 ) -> tuple[Array, Array, Array]:
-    """How much of the width behind each spot rises as a back does [n], how far behind [n] m, and
-    the slope of its line across the heading [n]."""
+    """Of a back behind each point: fraction of the width that it covers [n], distance [n] m, and
+    slope of its line across the heading [n]."""
     zone = BACK.points()
     behind = seen(relief, spots, BACK, heading) - height[:, None]
     risen = behind > 0.14
@@ -172,7 +174,7 @@ def _back(
 
 
 def _centred(pelvis: Array, relief: Relief, spots: Array, heading: float, height: Array) -> Array:
-    """How evenly the surface runs on to both sides [n]: 1 in the middle of a seat."""
+    """Symmetry [n] of the surface's extent to both sides: 1 in the middle of a seat."""
     reach = np.arange(CELL_M, 0.5, CELL_M)
     across = np.array([-math.sin(heading), math.cos(heading)])
     runs = []
@@ -192,7 +194,7 @@ def _picked(
     height: Array,
     front_rad: float,
 ) -> tuple[SeatTarget, ...]:
-    """The best place, and those beside it that are nearly as good and face as it does."""
+    """The best target, and those beside it with a similar score and the same facing."""
     order = np.argsort(-score, axis=None, kind="stable")
     best = float(score.flat[order[0]])
     if not math.isfinite(best):
@@ -217,7 +219,7 @@ def _picked(
 
 
 def _refined(relief: Relief, spot: Array, heading: float, height: float) -> SeatTarget:
-    """The place with the height of the surface itself, slits left out."""
+    """The target at the height of the surface itself, without slits."""
     raw = seen(relief, spot[None], PELVIS, heading, raw=True)[0]
     near = raw[np.abs(raw - height) < LEVEL_M]
     z = float(np.median(near)) if len(near) else height

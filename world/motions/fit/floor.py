@@ -1,4 +1,4 @@
-"""A raw clip at 30 Hz, on a floor under its feet."""
+"""Resampling of raw clips to 30 Hz, and correction of their floor height."""
 
 from dataclasses import replace
 
@@ -20,7 +20,7 @@ def resampled(clip: Clip, fps: int = character.CONTROL_HZ) -> Clip:
     position = clip.root_position_m.astype(np.float64)
     position = position[low] + share[:, None] * (position[low + 1] - position[low])
     rotation = np.stack([continuous(clip.local_rotation[:, b]) for b in range(15)], axis=1)
-    # neighbouring frames are a few degrees apart: the normalised chord is the arc to 1e-5
+    # adjacent frames differ by a few degrees: the normalised chord is the arc to 1e-5
     rotation = rotation[low] + share[:, None, None] * (rotation[low + 1] - rotation[low])
     rotation /= np.linalg.norm(rotation, axis=-1, keepdims=True)
     ghost = clip.ghost
@@ -43,12 +43,12 @@ def _rolling_min(x: np.ndarray, half: int) -> np.ndarray:
 
 
 def floor_mended(clip: Clip) -> Clip:
-    """The clip moved so that its supporting foot stands on z = 0: clips drift by up to 8 cm in
+    """The clip shifted so that its supporting foot is at z = 0: clips drift by up to 8 cm in
     height.
 
-    The shift follows the lowest sole, smoothed over about 0.2 s; where both feet leave the ground
-    (seated with raised feet, in flight) it stays at the clip's own level. A clip that was
-    retargeted stands on its floor already and stays as it is.
+    The shift follows the lowest sole, smoothed over about 0.2 s; where both feet are in the air
+    (seated with raised feet, in flight) it is the clip's own level. A retargeted clip is on its
+    floor already and is unchanged.
     """
     if clip.ghost is not None:
         return clip
