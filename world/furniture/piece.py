@@ -63,8 +63,8 @@ class SeatTarget:
     facing_rad: float = 0.0
     """Heading of a seated character about +z; 0 is +x, the piece's front."""
     rests_at: tuple[float, ...] | None = None
-    """Those of TEST_SCALES at which a ragdoll let down here came to rest; None: not tried, as of
-    the package's own pieces, whose tests do that."""
+    """The TEST_SCALES at which a dropped ragdoll rests here; None: not tested, as for the package's
+    own pieces, whose unit tests do that."""
 
 
 @dataclass(frozen=True)

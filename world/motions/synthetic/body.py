@@ -36,9 +36,9 @@ from world.motions.synthetic.skeleton import (
 )
 
 STANDING_M = 0.878
-"""Pelvis height at rest: knees bent by about 8 degrees."""
+"""Pelvis height when standing: knees bent by about 8 degrees."""
 REACH = 0.996
-"""Share of its full length that a leg uses while walking."""
+"""Greatest extension of a leg in walking, as a fraction of its length."""
 
 
 @dataclass(frozen=True)
@@ -52,9 +52,9 @@ class Manner:
     lean_rad: float = 0.03
     """Trunk lean at 1 m/s."""
     sway_m: float = 0.0
-    """Standard deviation of the weight's shifting from foot to foot: for standing only."""
+    """Standard deviation of the weight shift from foot to foot; for standing only."""
     seed: int = 0
-    """Of the slow wander of trunk, head and weight."""
+    """Seed of the slow drift of trunk, head and weight."""
 
 
 @dataclass(frozen=True)
@@ -75,8 +75,8 @@ class Motion:
 def perform(
     guide: Guide, manner: Manner, overlay: Overlay | None = None, lift: Lift | None = None
 ) -> Motion:
-    """The whole body along a guide, standing where the guide stands, with an overlay on top, or
-    with a box that it lifts and carries."""
+    """The motion of the whole body along a guide, with an overlay such as sitting, or with a box
+    that it lifts and carries."""
     frames = len(guide.yaw_rad)
     times = np.arange(frames) / RATE_HZ
     overlay = overlay or nothing(frames)
@@ -118,7 +118,7 @@ def perform(
 
 
 def sway(yaw_rad: Array, manner: Manner) -> Array:
-    """Slow shifts [T, 2] of the centre of pressure while standing, mostly sideways."""
+    """Slow shifts [T, 2] m of the centre of pressure in standing, mostly sideways."""
     drift = np.random.default_rng(manner.seed + 1)
     frames = len(yaw_rad)
     across, along = (timing.wander(drift, frames, 0.6, RATE_HZ) for _ in range(2))
@@ -131,8 +131,8 @@ def sway(yaw_rad: Array, manner: Manner) -> Array:
 def pelvis_path(
     upright_m: Array, feet: Feet, rotation: Array, overlay: Overlay, squat_m: Array
 ) -> Array:
-    """Pelvis origin [T, 3]: as high as both legs reach, no higher than standing, less the depth of
-    a squat; or on a seat."""
+    """Pelvis origin [T, 3] m: as high as both legs reach, at most at standing height, less the
+    depth of a squat; or on a seat."""
     caps = [np.full(len(upright_m), STANDING_M)]
     for side in (0, 1):
         arm = turn(rotation, OFFSETS_M[(9, 12)[side]])
@@ -198,7 +198,7 @@ def legs(local: Array, root: Array, feet: Feet, yaw: Array) -> None:
 
 
 def hold(local: Array, root: Array, lift: Lift, box: tuple[Array, Array], times_s: Array) -> None:
-    """Both hands on a box, or on their way, written into `local` over the arms that hang."""
+    """Arms with both hands on a box, or between it and hanging, written into `local`."""
     for side in (0, 1):
         upper = 3 + 3 * side
         hand, grip = carrying.hands_on(lift, *box, times_s, side)
@@ -211,7 +211,7 @@ def hold(local: Array, root: Array, lift: Lift, box: tuple[Array, Array], times_
 def arms(
     local: Array, root: Array, feet: Feet, yaw: Array, overlay: Overlay, manner: Manner
 ) -> None:
-    """Arm swing against the legs, or hands on the thighs, written into `local`."""
+    """Arms that swing against the legs, or with hands on the thighs, written into `local`."""
     ahead = heading(yaw)
     for side in (0, 1):
         swung = np.sum((feet.ankle_m[1 - side] - feet.ankle_m[side]) * ahead, -1)

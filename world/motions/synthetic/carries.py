@@ -1,4 +1,4 @@
-"""Clips that carry: walk up to a box, take it, walk off with it, put it down and leave."""
+"""Carrying clips: walk to a box, pick it up, carry it, put it down and leave."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from world.motions.synthetic.footsteps import RATE_HZ, Guide
 from world.motions.synthetic.rotations import Array
 from world.motions.synthetic.walker import EVERY, clip, landed, manner, steer
 
-#: How long a guide waits for the box to be taken or put down, s.
+#: Time for which the guide stands while the box is picked up or put down, s.
 WAIT_S = 4.4
 
 
@@ -21,13 +21,13 @@ def carrying(
     distance_m: float,
     turn_rad: float,
 ) -> Clip:
-    """One box from one stand to another.
+    """A clip that carries a box from one stand to another.
 
     Args:
         size_m: the box's depth, width between the hands and height.
-        heights_m: of both stands, what the box stands on.
-        distance_m: how far it is carried, about.
-        turn_rad: how far the body turns with it, on the spot, before it walks off.
+        heights_m: of the tops of both stands.
+        distance_m: approximate distance of carrying.
+        turn_rad: turn on the spot with the box before walking.
     """
     walker = manner(generator)
     speed = generator.uniform(0.8, 1.3)
@@ -81,7 +81,7 @@ def carrying(
 
 
 def at_box(guide: Guide, time_s: float, size_m: Point, height_m: float) -> tuple[Array, float]:
-    """Centre [3] and yaw of a box that stands before the guide at a time."""
+    """Centre [3] m and yaw of a box in front of the guide at a time."""
     position, yaw = guide.at(time_s)
     centre_m = height_m + 0.5 * size_m[2]
     ahead = free_m(centre_m) + 0.5 * size_m[0]
