@@ -66,14 +66,14 @@ def local_rotations(qpos: Tensor) -> Tensor:
 def _level_parents() -> tuple[Tensor, ...]:
     """For each level, indices of its bodies' parents in the level above."""
     above: tuple[int, ...] = (0,)
-    places = []
+    parents = []
     for level in _LEVELS:
-        places.append(torch.tensor([above.index(character.PARENTS[body]) for body in level]))
+        parents.append(torch.tensor([above.index(character.PARENTS[body]) for body in level]))
         above = level
-    return tuple(places)
+    return tuple(parents)
 
 
-_PARENT_PLACES = _level_parents()
+_PARENT_INDICES = _level_parents()
 _LEVEL_IDS = tuple(torch.tensor(level) for level in _LEVELS)
 #: Bodies in order of their levels, and index of each body in that order.
 _BY_LEVEL = [0, *(body for level in _LEVELS for body in level)]
@@ -88,9 +88,9 @@ def forward(root_position: Tensor, local: Tensor) -> tuple[Tensor, Tensor]:
     offset = offsets(local.device).to(local.dtype)[..., None]
     position, rotation = root_position[:, None, :, None], local[:, :1]
     positions, matrices = [position], [rotation]
-    for level, places in zip(_LEVEL_IDS, _PARENT_PLACES, strict=True):
-        parent = rotation.index_select(1, places)
-        position = position.index_select(1, places) + parent @ offset[level]
+    for level, parents in zip(_LEVEL_IDS, _PARENT_INDICES, strict=True):
+        parent = rotation.index_select(1, parents)
+        position = position.index_select(1, parents) + parent @ offset[level]
         rotation = parent @ local.index_select(1, level)
         positions.append(position)
         matrices.append(rotation)

@@ -100,11 +100,11 @@ def build(dimensions: Dimensions) -> Piece:
     boxes = [mattress, *carried, *_boards(d, frame)]
     own = half_y - _OWN_M if d.width_m > _SINGLE_M else 0.0
     lie = Lying((_PILLOW_M + HIP_TO_HEAD_M, own, d.height_m), (_PILLOW_M, own, d.height_m))
-    places = [
+    targets = [
         SeatTarget((half_x, side * (half_y - _SIT_M), d.height_m), side * math.pi / 2)
         for side in (1, -1)
     ]
-    return assemble("bed", boxes, places, d.mass_kg, lie)
+    return assemble("bed", boxes, targets, d.mass_kg, lie)
 
 
 def _boards(d: Dimensions, frame: seats.Seat) -> list[Box]:

@@ -58,14 +58,14 @@ def catalogue(
     """
     names = classes or (SEATS if affordance is None else usage(affordance).classes)
     total = COUNTS.get(split, 0) if count is None else count
-    _known("split", split, list(SPLITS))
+    _check_choice("split", split, list(SPLITS))
     turns = [_affording(name, split, seed, affordance) for name in names]
     return tuple(next(turns[i % len(names)]) for i in range(total))
 
 
 def whole(split: Split, seed: int = 0) -> tuple[Piece, ...]:
     """All WHOLE pieces of a split, of all seven classes."""
-    _known("split", split, list(SPLITS))
+    _check_choice("split", split, list(SPLITS))
     return catalogue(split, WHOLE[split], seed, tuple(REGISTRY))
 
 
@@ -81,7 +81,7 @@ def find(name: str, seed: int = 0) -> Piece:
             f"choose a class of {', '.join(sorted(REGISTRY))} and a split of {', '.join(SPLITS)}"
         )
     category, split, index = parts.groups()
-    _known("split", split, list(SPLITS))
+    _check_choice("split", split, list(SPLITS))
     return _piece(category, "train" if split == "train" else "test", int(index), seed)
 
 
@@ -98,13 +98,13 @@ def _affording(category: str, split: Split, seed: int, affordance: str | None) -
 
 
 def _piece(category: str, split: Split, index: int, seed: int) -> Piece:
-    _known("furniture class", category, list(REGISTRY))
+    _check_choice("furniture class", category, list(REGISTRY))
     # The class enters by its name, so that adding one changes no piece of another.
     key = (seed, zlib.crc32(category.encode()), SPLITS.index(split), index)
     piece = REGISTRY[category](np.random.default_rng(key), split, index)
     return replace(piece, name=f"{category}-{split}-{index:03d}", seed=seed)
 
 
-def _known(kind: str, name: str, choices: list[str]) -> None:
+def _check_choice(kind: str, name: str, choices: list[str]) -> None:
     if name not in choices:
         raise ChoiceError(kind, name, choices)

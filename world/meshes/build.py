@@ -10,7 +10,7 @@ from world.errors import PieceError
 from world.furniture import affordance
 from world.furniture.affordance import lying, seats
 from world.furniture.affordance.relief import Relief, relief
-from world.furniture.affordance.seats import Zone, seen
+from world.furniture.affordance.seats import Zone, zone_heights
 from world.furniture.piece import Hull, Lying, Piece, SeatTarget
 from world.meshes import decompose, resting
 from world.meshes.classes import DENSITY_KG_M3, category_of
@@ -97,7 +97,7 @@ def _cut(
 def _faults(piece: Piece, error: float | None) -> int:
     """Number of scales at which the ragdoll does not rest on the first seat, plus 1 where the error
     of its height is above COARSE_M."""
-    missed = sum(len(slips_at(place)) for place in piece.sit[:1])
+    missed = sum(len(slips_at(target)) for target in piece.sit[:1])
     return missed + int(error is not None and abs(error) > COARSE_M)
 
 
@@ -130,7 +130,7 @@ def located(
     if options.sit is None:
         parts = _levelled(parts, sit)
     solid = _solid(parts)
-    levelled_sit = tuple(_onto(solid, place) for place in _fitting(solid, sit))
+    levelled_sit = tuple(_onto(solid, target) for target in _fitting(solid, sit))
     error = levelled_sit[0].point_m[2] - sit[0].point_m[2] if sit else None
     piece = Piece(
         name,
@@ -170,37 +170,37 @@ def _levelled(parts: tuple[Hull, ...], sit: tuple[SeatTarget, ...]) -> tuple[Hul
 
 def _fitting(solid: Relief, sit: tuple[SeatTarget, ...]) -> tuple[SeatTarget, ...]:
     """The targets that the hulls leave room for, and always the first one."""
-    found = [_moved(solid, place) for place in sit]
+    found = [_moved(solid, target) for target in sit]
     return tuple(
-        moved or place
-        for index, (place, moved) in enumerate(zip(sit, found, strict=True))
+        moved or target
+        for index, (target, moved) in enumerate(zip(sit, found, strict=True))
         if moved is not None or index == 0
     )
 
 
-def _moved(solid: Relief, place: SeatTarget) -> SeatTarget | None:
+def _moved(solid: Relief, target: SeatTarget) -> SeatTarget | None:
     """The target with the least shift along its facing by which the pelvis is clear of the hulls of
     a back and the thighs are carried; None without one."""
-    x, y, z = place.point_m
-    cos, sin = math.cos(place.facing_rad), math.sin(place.facing_rad)
+    x, y, z = target.point_m
+    cos, sin = math.cos(target.facing_rad), math.sin(target.facing_rad)
     steps = round(SHIFTED_M / STEP_M)
     for step in sorted(range(-steps, steps + 1), key=lambda k: (abs(k), -k)):
         point = (x + STEP_M * step * cos, y + STEP_M * step * sin)
-        height = affordance.level(solid, point, place.facing_rad, z)
+        height = affordance.level(solid, point, target.facing_rad, z)
         at = np.array([point])
-        behind = seen(solid, at, ROOM, place.facing_rad)[0] - height
-        below = seen(solid, at, CARRYING, place.facing_rad)[0] - height
+        behind = zone_heights(solid, at, ROOM, target.facing_rad)[0] - height
+        below = zone_heights(solid, at, CARRYING, target.facing_rad)[0] - height
         carried = (np.abs(below) < UNEVEN_M).mean()
         if abs(height - z) <= MOST_OFF_M and behind.max() < RISEN_M and carried > 0.85:
-            return replace(place, point_m=(*point, z))
+            return replace(target, point_m=(*point, z))
     return None
 
 
-def _onto(solid: Relief, place: SeatTarget) -> SeatTarget:
+def _onto(solid: Relief, target: SeatTarget) -> SeatTarget:
     """The target at the height of the hulls' surface, where that is near."""
-    x, y, z = place.point_m
-    level = affordance.level(solid, (x, y), place.facing_rad, z)
-    return replace(place, point_m=(x, y, level if abs(level - z) <= MOST_OFF_M else z))
+    x, y, z = target.point_m
+    level = affordance.level(solid, (x, y), target.facing_rad, z)
+    return replace(target, point_m=(x, y, level if abs(level - z) <= MOST_OFF_M else z))
 
 
 def _lying_onto(solid: Relief, lie: Lying) -> Lying:

@@ -78,8 +78,8 @@ def lowered(hull: Hull, top_m: float) -> Hull | None:
     if not above.any():
         return hull
     upper, lower = points[above], points[~above]
-    share = (top_m - lower[:, None, 2]) / (upper[None, :, 2] - lower[:, None, 2])
-    cut = lower[:, None] + share[..., None] * (upper[None] - lower[:, None])
+    fraction = (top_m - lower[:, None, 2]) / (upper[None, :, 2] - lower[:, None, 2])
+    cut = lower[:, None] + fraction[..., None] * (upper[None] - lower[:, None])
     pressed = np.column_stack((upper[:, :2], np.full(len(upper), top_m)))
     return closed(np.concatenate((lower, cut.reshape(-1, 3), pressed)))
 

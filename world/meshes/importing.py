@@ -99,7 +99,7 @@ def run(
     outcomes: dict[int, Outcome] = {}
     waiting: list[tuple[int, Job, str]] = []
     for index, job in enumerate(work):
-        ready, digest = _known(job)
+        ready, digest = _cached_outcome(job)
         if ready is None:
             waiting.append((index, job, digest))
         else:
@@ -175,7 +175,7 @@ def _distinct(found: list[Job]) -> list[Job]:
     return result
 
 
-def _known(job: Job) -> tuple[Outcome | None, str]:
+def _cached_outcome(job: Job) -> tuple[Outcome | None, str]:
     """The outcome where it is refused or cached, else None with the digests of the inputs."""
     if job.refused:
         return Outcome(job.name, None, job.refused), ""
@@ -210,8 +210,8 @@ def _processes(
     bounds = bounded.Bounds(CPU_S, WALL_S, MEMORY_BYTES)
     tasks = [bounded.Task(job.name, (job, digest), bounds) for _, job, digest in waiting]
     libraries = ("trimesh", "vhacdx", "scipy.spatial")
-    for place, result in bounded.run(tasks, _made, workers, ADVICE, libraries, stopped):
-        index, job, _ = waiting[place]
+    for position, result in bounded.run(tasks, _made, workers, ADVICE, libraries, stopped):
+        index, job, _ = waiting[position]
         yield index, Outcome(job.name, result.value, result.refused)
 
 

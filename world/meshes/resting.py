@@ -20,16 +20,16 @@ SAME_SEAT_M = 0.04
 def confirmed(piece: Piece, solid: Relief) -> Piece:
     """The piece with the targets on which a ragdoll rests at every scale, each with the least shift
     needed; without such a target, the one of most scales. `solid`: relief of the hulls."""
-    tried = [_settled(piece, solid, place) for place in piece.sit]
-    whole = [place for place in tried if not slips_at(place)]
-    best = sorted(tried, key=lambda place: len(slips_at(place)))[:1]  # the first of equals
+    tried = [_settled(piece, solid, target) for target in piece.sit]
+    whole = [target for target in tried if not slips_at(target)]
+    best = sorted(tried, key=lambda target: len(slips_at(target)))[:1]  # the first of equals
     return replace(piece, sit=tuple(whole or best))
 
 
 def require(piece: Piece) -> None:
     """Raise PieceError where the ragdoll rests on no seat target at any scale, and there is no
     lying target."""
-    if piece.sit and piece.lie is None and not any(place.rests_at for place in piece.sit):
+    if piece.sit and piece.lie is None and not any(target.rests_at for target in piece.sit):
         raise PieceError(
             f"{piece.name}: a seated ragdoll slides or tips off this {piece.category} at every "
             "scale, so that it has no place to sit; give --sit for another"
@@ -38,13 +38,13 @@ def require(piece: Piece) -> None:
 
 def tested(piece: Piece) -> Piece:
     """The piece with its targets unmoved, and the scales at which a ragdoll rests on them."""
-    return replace(piece, sit=tuple(_dropped(piece, place) for place in piece.sit))
+    return replace(piece, sit=tuple(_dropped(piece, target) for target in piece.sit))
 
 
-def _settled(piece: Piece, solid: Relief, place: SeatTarget) -> SeatTarget:
+def _settled(piece: Piece, solid: Relief, target: SeatTarget) -> SeatTarget:
     """The target with the least shift at which a ragdoll rests at all scales, else the best one."""
     best: SeatTarget | None = None
-    for moved in _moves(solid, place):
+    for moved in _moves(solid, target):
         found = _dropped(piece, moved)
         if not slips_at(found):
             return found
@@ -54,18 +54,18 @@ def _settled(piece: Piece, solid: Relief, place: SeatTarget) -> SeatTarget:
     return best
 
 
-def _moves(solid: Relief, place: SeatTarget) -> Iterator[SeatTarget]:
+def _moves(solid: Relief, target: SeatTarget) -> Iterator[SeatTarget]:
     """The target, then shifted ones on the same seat, nearest first."""
-    yield place
-    x, y, z = place.point_m
-    cos, sin = math.cos(place.facing_rad), math.sin(place.facing_rad)
+    yield target
+    x, y, z = target.point_m
+    cos, sin = math.cos(target.facing_rad), math.sin(target.facing_rad)
     for step in MOVES_M:
         for along, across in ((step, 0.0), (-step, 0.0), (0.0, step), (0.0, -step)):
             point = (x + along * cos - across * sin, y + along * sin + across * cos)
-            height = affordance.level(solid, point, place.facing_rad, z)
+            height = affordance.level(solid, point, target.facing_rad, z)
             if abs(height - z) <= SAME_SEAT_M:
-                yield replace(place, point_m=(*point, height))
+                yield replace(target, point_m=(*point, height))
 
 
-def _dropped(piece: Piece, place: SeatTarget) -> SeatTarget:
-    return replace(place, rests_at=rests_at(piece, place))
+def _dropped(piece: Piece, target: SeatTarget) -> SeatTarget:
+    return replace(target, rests_at=rests_at(piece, target))

@@ -37,10 +37,10 @@ def at_speed(clip: Clip, speed: float) -> Clip:
 def _at(clip: Clip, at: np.ndarray) -> Clip:
     """The clip at fractional frames [n], interpolated."""
     low = np.minimum(at.astype(int), clip.frames - 2)
-    share = (at - low).astype(np.float32)[:, None, None]
+    fraction = (at - low).astype(np.float32)[:, None, None]
 
     def between(values: np.ndarray) -> np.ndarray:
-        return (values[low] * (1 - share) + values[low + 1] * share).astype(np.float32)
+        return (values[low] * (1 - fraction) + values[low + 1] * fraction).astype(np.float32)
 
     rotation = np.stack([continuous(clip.local_rotation[:, b]) for b in range(15)], axis=1)
     # adjacent frames differ by a few degrees: the normalised chord is the arc to 1e-5
@@ -62,11 +62,11 @@ def _seat_or_bed(thing: SeatOrBed, speed: float, frames: int) -> SeatOrBed:
 
 def _box(box: BoxTrack, at: np.ndarray) -> BoxTrack:
     low = np.minimum(at.astype(int), len(box.pose) - 2)
-    share = (at - low)[:, None]
+    fraction = (at - low)[:, None]
     here, there = box.pose[low], box.pose[low + 1]
     sign = np.where((here[:, 3:] * there[:, 3:]).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
     there = np.concatenate((there[:, :3], sign * there[:, 3:]), axis=1)
-    pose = here * (1 - share) + there * share
+    pose = here * (1 - fraction) + there * fraction
     pose[:, 3:] /= np.linalg.norm(pose[:, 3:], axis=1, keepdims=True)
     nearest = np.minimum(np.rint(at).astype(int), len(box.held) - 1)
     return replace(box, pose=pose.astype(np.float32), held=box.held[nearest])

@@ -66,7 +66,7 @@ class MotionLibrary:
         self.facing = torch.cat([u.facing for u in uses])
         #: The boxes of the clips, frame by frame; valid where has_seat holds.
         self.box = use.boxes(uses)
-        has_seat = torch.cat([torch.full((len(u.stage),), u.known) for u in uses])
+        has_seat = torch.cat([torch.full((len(u.stage),), u.has_object) for u in uses])
         has_next = torch.cat([torch.arange(c.frames) < c.frames - 1 for c in both])
         second = torch.cat([torch.arange(c.frames) // c.fps for c in both])
         held_out = second % _HELD_OUT_EVERY == _HELD_OUT_EVERY // 2
@@ -122,11 +122,11 @@ def _leaving(stage: Tensor) -> Tensor:
     return torch.arange(len(stage)) > last
 
 
-def _mostly(wanted: Tensor, other: Tensor, share: float = 0.8) -> Tensor:
-    """Both index sets, with `wanted` repeated to about the fraction `share` of them."""
+def _mostly(wanted: Tensor, other: Tensor, fraction: float = 0.8) -> Tensor:
+    """Both index sets, with `wanted` repeated to about the fraction `fraction` of them."""
     if not len(wanted):
         return other
-    repeats = max(1, round(share / (1 - share) * len(other) / len(wanted)))
+    repeats = max(1, round(fraction / (1 - fraction) * len(other) / len(wanted)))
     return torch.cat((other, wanted.repeat(repeats)))
 
 
@@ -135,13 +135,13 @@ class StyleSource:
 
     def __init__(self, library: MotionLibrary, seed: int, mixture: StyleMixture) -> None:
         self._library, self._seed, self._mixture = library, seed, mixture
-        shares = [mixture.locomotion]
-        stage_shares = (mixture.approach, mixture.transition, mixture.seated)
-        shares += [
-            share if len(frames) else 0.0
-            for share, frames in zip(stage_shares, library.stages, strict=True)
+        fractions = [mixture.locomotion]
+        stage_fractions = (mixture.approach, mixture.transition, mixture.seated)
+        fractions += [
+            fraction if len(frames) else 0.0
+            for fraction, frames in zip(stage_fractions, library.stages, strict=True)
         ]
-        total = torch.tensor(shares, dtype=torch.float64)
+        total = torch.tensor(fractions, dtype=torch.float64)
         self._edges = (total / total.sum()).cumsum(0).to(torch.float32)
         self._pools = (library.upright, *library.stages)
 

@@ -155,9 +155,9 @@ def past_limits(clip: Clip) -> tuple[float, float, str]:
         for axis in range(len(joint.range_deg))
     ]
     worst = int(excess.max(axis=0).argmax())
-    share = float((excess > _LIMIT_SLACK_RAD).any(axis=1).mean())
+    fraction = float((excess > _LIMIT_SLACK_RAD).any(axis=1).mean())
     most = max(0.0, float(excess.max()))
-    return share, most, names[worst] if most > _LIMIT_SLACK_RAD else ""
+    return fraction, most, names[worst] if most > _LIMIT_SLACK_RAD else ""
 
 
 def discontinuities(clip: Clip) -> list[float]:

@@ -157,7 +157,7 @@ def boxes(config: CarryConfig) -> tuple[Piece, ...]:
                     f"carry.weight-kg {lightest} {heaviest}: choose weights above 0 kg, the "
                     "lighter first"
                 )
-            share = (index * 0.6180339887498949) % 1.0
-            mass = lightest + (heaviest - lightest) * share
+            fraction = (index * 0.6180339887498949) % 1.0
+            mass = lightest + (heaviest - lightest) * fraction
         found.append(box_scene.box(scale, mass))
     return tuple(found)

@@ -51,22 +51,22 @@ class Rest:
         )
 
 
-def scales(place: SeatTarget) -> tuple[float, ...]:
+def scales(target: SeatTarget) -> tuple[float, ...]:
     """The TEST_SCALES at which a piece is tested, by the height of its seat target."""
-    return tuple(scale for scale in TEST_SCALES if scale * place.point_m[2] <= HIGHEST_M)
+    return tuple(scale for scale in TEST_SCALES if scale * target.point_m[2] <= HIGHEST_M)
 
 
-def slips_at(place: SeatTarget) -> tuple[float, ...]:
+def slips_at(target: SeatTarget) -> tuple[float, ...]:
     """The tested scales at which the ragdoll does not rest; empty for an untested seat target."""
-    tried = () if place.rests_at is None else scales(place)
-    return tuple(scale for scale in tried if scale not in (place.rests_at or ()))
+    tried = () if target.rests_at is None else scales(target)
+    return tuple(scale for scale in tried if scale not in (target.rests_at or ()))
 
 
-def rests_at(piece: Piece, place: SeatTarget) -> tuple[float, ...]:
+def rests_at(piece: Piece, target: SeatTarget) -> tuple[float, ...]:
     """The scales at which a ragdoll rests on this seat target after 3 s and after 10 s."""
     found = []
-    for scale in scales(place):
-        sized = replace(piece, sit=(place,)).scaled(scale)
+    for scale in scales(target):
+        sized = replace(piece, sit=(target,)).scaled(scale)
         if all(drop(sized, seconds).rests for seconds in (_SOON_S, _LONG_S)):
             found.append(scale)
     return tuple(found)
@@ -79,10 +79,10 @@ def drop(piece: Piece, seconds: float = 3.0, above_m: float = 0.02, which: int =
     model.actuator_forcelimited[:] = True
     data = mujoco.MjData(model)
     furniture = model.body(FURNITURE_BODY).id
-    place = piece.sit[which]
-    pose = _balanced(model, data, piece, place, above_m)
-    data.qpos[:] = seated_pose.qpos(place, above_m, pose)
-    data.ctrl[:] = seated_pose.set_points(place, pose)
+    target = piece.sit[which]
+    pose = _balanced(model, data, piece, target, above_m)
+    data.qpos[:] = seated_pose.qpos(target, above_m, pose)
+    data.ctrl[:] = seated_pose.set_points(target, pose)
     steps = round(seconds / model.opt.timestep)
     deepest = fastest = 0.0
     for step in range(steps):
@@ -93,7 +93,7 @@ def drop(piece: Piece, seconds: float = 3.0, above_m: float = 0.02, which: int =
             deepest = max(deepest, _deepest(model, data, furniture))
     deepest = max(deepest, _inside(data, piece))
     finite = bool(np.isfinite(data.qpos).all()) and int(data.warning.number.sum()) == 0
-    x, y, z = place.point_m
+    x, y, z = target.point_m
     root = data.qpos[:3]
     return Rest(
         float(root[2] - seated_pose.THIGH_M - z),
@@ -106,14 +106,14 @@ def drop(piece: Piece, seconds: float = 3.0, above_m: float = 0.02, which: int =
 
 
 def _balanced(
-    model: mujoco.MjModel, data: mujoco.MjData, piece: Piece, place: SeatTarget, above_m: float
+    model: mujoco.MjModel, data: mujoco.MjData, piece: Piece, target: SeatTarget, above_m: float
 ) -> seated_pose.Pose:
     """The pose of least penetration whose centre of mass is above the thighs, for balance."""
     furniture = model.body(FURNITURE_BODY).id
-    ahead = np.array([np.cos(place.facing_rad), np.sin(place.facing_rad)])
+    ahead = np.array([np.cos(target.facing_rad), np.sin(target.facing_rad)])
     found: list[tuple[float, seated_pose.Pose]] = []
     for pose in seated_pose.poses():
-        data.qpos[:] = seated_pose.qpos(place, above_m, pose)
+        data.qpos[:] = seated_pose.qpos(target, above_m, pose)
         mujoco.mj_forward(model, data)
         within = max(_deepest(model, data, furniture), _inside(data, piece))
         inside = max(0.0, within - _FREE_M)

@@ -52,12 +52,12 @@ def angles_rad(height_m: float, pose: Pose = Pose()) -> dict[str, float]:
     }
 
 
-def qpos(place: SeatTarget, above_m: float = 0.02, pose: Pose = Pose()) -> np.ndarray:
+def qpos(target: SeatTarget, above_m: float = 0.02, pose: Pose = Pose()) -> np.ndarray:
     """qpos [43] float64, piece's frame, of the character seated above a seat target, its thighs
     above_m above the surface."""
     q = character.standing_qpos()
-    x, y, z = place.point_m
-    yaw = place.facing_rad / 2
+    x, y, z = target.point_m
+    yaw = target.facing_rad / 2
     q[:3] = x, y, z + THIGH_M + above_m
     q[3:7] = math.cos(yaw), 0.0, 0.0, math.sin(yaw)
     flexion, address = angles_rad(z, pose), 7
@@ -72,9 +72,9 @@ def qpos(place: SeatTarget, above_m: float = 0.02, pose: Pose = Pose()) -> np.nd
     return q
 
 
-def set_points(place: SeatTarget, pose: Pose = Pose()) -> np.ndarray:
+def set_points(target: SeatTarget, pose: Pose = Pose()) -> np.ndarray:
     """Set-points [28] rad that hold the pose."""
-    flexion = angles_rad(place.point_m[2], pose)
+    flexion = angles_rad(target.point_m[2], pose)
     result = []
     for joint in character.JOINTS:
         angle = flexion.get(joint.name.split("_")[-1], 0.0)

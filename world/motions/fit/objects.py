@@ -3,18 +3,18 @@
 from world.motions.clip import Clip
 from world.motions.fit.bed import with_beds
 from world.motions.fit.box import with_box
-from world.motions.fit.floor import floor_mended, resampled
+from world.motions.fit.floor import floor_corrected, resampled
 from world.motions.fit.seat import with_seats
 
 
-def known(clip: Clip) -> list[str]:
+def annotated(clip: Clip) -> list[str]:
     """The annotated objects of a clip: of `seat`, `bed`, `box`."""
     return [kind for kind in ("seat", "bed", "box") if getattr(clip, kind) is not None]
 
 
 def grounded(clip: Clip) -> Clip:
     """A raw clip at 30 Hz on the floor; an annotated one is unchanged."""
-    return clip if known(clip) else floor_mended(resampled(clip))
+    return clip if annotated(clip) else floor_corrected(resampled(clip))
 
 
 def with_any(clip: Clip) -> list[Clip]:
@@ -22,7 +22,7 @@ def with_any(clip: Clip) -> list[Clip]:
 
     An annotated clip is unchanged.
     """
-    if known(clip):
+    if annotated(clip):
         return [clip]
     ready = grounded(clip)
     carried = with_box(ready)

@@ -181,8 +181,8 @@ def resampled(position: Array, rotation: Array, fps: float, to_fps: int) -> tupl
     count = max(2, int(np.floor((frames - 1) * to_fps / fps + 1e-6)) + 1)
     at = np.minimum(np.arange(count) * fps / to_fps, frames - 1)
     low = np.minimum(at.astype(int), frames - 2)
-    share = (at - low)[:, None, None]
-    moved = position[low] * (1 - share) + position[low + 1] * share
+    fraction = (at - low)[:, None, None]
+    moved = position[low] * (1 - fraction) + position[low + 1] * fraction
     turned = np.empty((count, *rotation.shape[1:]))
     for joint in range(rotation.shape[1]):
         arc = Slerp(np.arange(frames), Rotation.from_matrix(rotation[:, joint]))
@@ -336,9 +336,11 @@ def _limb(
         own = np.einsum("t,tji,tj->i", straight, turn, parent[:, :, 1])
     axis = _unit(turn @ _unit(own))
     # the plane of the limb, where it is bent enough to define one
-    share = np.clip((sine - 0.25) / 0.45, 0, 1)[:, None]
-    share = share * share * (3 - 2 * share) * (np.sum(axis * normal, axis=-1) > 0)[:, None]
-    left = axis * (1 - share) + _unit(normal) * share
+    fraction = np.clip((sine - 0.25) / 0.45, 0, 1)[:, None]
+    fraction = (
+        fraction * fraction * (3 - 2 * fraction) * (np.sum(axis * normal, axis=-1) > 0)[:, None]
+    )
+    left = axis * (1 - fraction) + _unit(normal) * fraction
     upper = _frame(left, -first)
     flexion = np.arccos(np.clip(np.sum(first * second, axis=-1), -1, 1))
     hinged = Rotation.from_rotvec(np.stack([0 * flexion, -bend * flexion, 0 * flexion], -1))

@@ -114,13 +114,13 @@ def _levelled(foot: Array, flat: Array) -> Array:
         ahead = foot[start:stop, :2, 0].mean(axis=0)
         yaw = np.arctan2(ahead[1], ahead[0])
         wanted[start:stop] = Rotation.from_euler("z", yaw).as_matrix()
-    share = _eased(flat)
+    fraction = _eased(flat)
     # elsewhere a foot blends towards its nearest standing rotation
     near = _nearest_in(flat)
     if near is None:
         return foot
     turned = Rotation.from_matrix(np.swapaxes(foot, -1, -2) @ wanted[near]).as_rotvec()
-    return foot @ Rotation.from_rotvec(turned * share[:, None]).as_matrix()
+    return foot @ Rotation.from_rotvec(turned * fraction[:, None]).as_matrix()
 
 
 def _eased(mask: Array) -> Array:
@@ -180,9 +180,9 @@ def _shift(ankle: Array, foot: Array, heel: Array, toe: Array, flat: Array) -> A
     held = np.concatenate((zero, shift[known], zero))
     joined = np.stack([np.interp(frames, at, column) for column in held.T], axis=-1)
     smooth = gaussian_filter1d(joined, 1.0, axis=0, mode="nearest")
-    share = np.where(flat, 0.0, 1.0)[:, None]
+    fraction = np.where(flat, 0.0, 1.0)[:, None]
     # exact where the foot is flat, smoothed elsewhere
-    return joined * (1 - share) + smooth * share
+    return joined * (1 - fraction) + smooth * fraction
 
 
 def _median(points: Array, mask: Array) -> Array:

@@ -32,7 +32,7 @@ from world.motions.synthetic.skeleton import (
     SIDES,
     THIGH_M,
     centre_of_mass,
-    place,
+    forward,
 )
 
 STANDING_M = 0.878
@@ -104,7 +104,7 @@ def perform(
         if lift:
             box = carrying.track(lift, root, yaw, times)
             hold(local, root, lift, box, times)
-        positions, rotations = place(root, local)
+        positions, rotations = forward(root, local)
         centre_m = centre_of_mass(positions, rotations)
         if box:
             centre_m = (MASSES_KG.sum() * centre_m + load * box[0]) / (MASSES_KG.sum() + load)
@@ -113,7 +113,7 @@ def perform(
         shift = np.stack([np.interp(times, times[free], shift[free, i]) for i in (0, 1)], -1)
         offset = timing.smooth(shift, 0.12 if lift else 0.3, RATE_HZ)
     if box and lift:
-        box = (carrying.where_held(lift, box[0], place(root, local)[0], times), box[1])
+        box = (carrying.where_held(lift, box[0], forward(root, local)[0], times), box[1])
     return Motion(root, local, feet, centre, box)
 
 
@@ -144,8 +144,8 @@ def pelvis_path(
     low = timing.lower_envelope(np.min(caps, 0), 0.055, RATE_HZ)
     standing = np.concatenate([upright_m, low[:, None]], -1)
     back = depth**1.25
-    share = np.stack([back, back, depth], -1)
-    return standing + share * (overlay.seat_root_m - standing)
+    fraction = np.stack([back, back, depth], -1)
+    return standing + fraction * (overlay.seat_root_m - standing)
 
 
 def trunk(

@@ -55,16 +55,18 @@ def carrying(
     starts = []
     for before, after in ((ends[1], ends[2]), (ends[5], ends[6])):
         starts.append(max(landed(guide, walker.habits, after - 1.0), before + 0.7) + 0.15)
-    places = [at_box(guide, start, size_m, h) for start, h in zip(starts, heights_m, strict=True)]
+    box_poses = [
+        at_box(guide, start, size_m, h) for start, h in zip(starts, heights_m, strict=True)
+    ]
     lift = Lift(
         size_m=size_m,
         mass_kg=generator.uniform(2.0, 6.0),
         take_s=starts[0],
         put_s=starts[1],
-        from_m=places[0][0],
-        from_rad=places[0][1],
-        to_m=places[1][0],
-        to_rad=places[1][1],
+        from_m=box_poses[0][0],
+        from_rad=box_poses[0][1],
+        to_m=box_poses[1][0],
+        to_rad=box_poses[1][1],
         above_m=generator.uniform(0.13, 0.20),
         down_s=generator.uniform(0.95, 1.2),
         up_s=generator.uniform(1.05, 1.3),

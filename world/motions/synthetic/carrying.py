@@ -119,8 +119,8 @@ def bend(lift: Lift, times_s: Array) -> Array:
     """Depth of the bend, [T]."""
     t = lift
     first, second = (
-        bend_for(float(place[2]), free_m(float(place[2])) + 0.5 * t.size_m[0])
-        for place in (t.from_m, t.to_m)
+        bend_for(float(centre[2]), free_m(float(centre[2])) + 0.5 * t.size_m[0])
+        for centre in (t.from_m, t.to_m)
     )
     return timing.through(
         times_s,
@@ -155,13 +155,13 @@ def track(lift: Lift, root_m: Array, yaw_rad: Array, times_s: Array) -> tuple[Ar
     carried = calm + x * ahead + y * aside + [0.0, 0.0, z]
     lifting, lowering = t.grasp_s + 0.1, t.release_s - 0.1
     knots = [(lifting, 0.0), (t.lifted_s - 0.05, 1.0), (t.put_s, 1.0), (lowering, 0.0)]
-    share = timing.through(times_s, knots)
+    fraction = timing.through(times_s, knots)
     middle = 0.5 * (t.lifted_s + t.put_s)
     rest = np.where((times_s < middle)[:, None], t.from_m, t.to_m)
     turned = np.where(times_s < middle, t.from_rad, t.to_rad)
     turned = calm_yaw + np.angle(np.exp(1j * (turned - calm_yaw)))
-    centre = rest + share[:, None] * (carried - rest)
-    yaw = turned + share * (calm_yaw - turned)
+    centre = rest + fraction[:, None] * (carried - rest)
+    yaw = turned + fraction * (calm_yaw - turned)
     return centre, yaw
 
 

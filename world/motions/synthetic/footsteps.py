@@ -106,7 +106,7 @@ def clear_of(
     return float(max(APART_M + skew - apart @ outward, 0.0) * beside), outward
 
 
-def pace(guide: Guide, time_s: float) -> tuple[float, float, float]:
+def step_timing(guide: Guide, time_s: float) -> tuple[float, float, float]:
     """Step period (s), fraction of it in double support, and speed (m/s) from a time on."""
     (before, yaw_before), (after, yaw_after) = guide.at(time_s), guide.at(time_s + 0.7)
     speed = float(np.linalg.norm(after - before)) / 0.7
@@ -119,16 +119,16 @@ def pace(guide: Guide, time_s: float) -> tuple[float, float, float]:
 def plan(guide: Guide, habits: Habits) -> list[Stance]:
     """The footsteps along a guide; they end with both feet beneath its last position."""
     duration = len(guide.yaw_rad) / RATE_HZ
-    spots = [foothold(guide, 0.0, side, 0.0, habits) for side in (0, 1)]
+    footholds = [foothold(guide, 0.0, side, 0.0, habits) for side in (0, 1)]
     landed, stances = [-np.inf, -np.inf], []
     time, walking, side = 0.3, False, habits.first_side
     while time < duration:
-        period, double, speed = pace(guide, time)
+        period, double, speed = step_timing(guide, time)
         swing = period * (1 - double)
         middle = time + swing + period * double + 0.5 * swing
         wanted = [foothold(guide, middle, s, speed, habits) for s in (0, 1)]
-        moves = [np.linalg.norm(wanted[s][0] - spots[s][0]) for s in (0, 1)]
-        turns = [wanted[s][1] - spots[s][1] for s in (0, 1)]
+        moves = [np.linalg.norm(wanted[s][0] - footholds[s][0]) for s in (0, 1)]
+        turns = [wanted[s][1] - footholds[s][1] for s in (0, 1)]
         if not walking:
             if max(moves) < 0.08 and max(map(abs, turns)) < 0.2:
                 time += 0.02
@@ -141,13 +141,13 @@ def plan(guide: Guide, habits: Habits) -> list[Stance]:
             time += 0.02
             continue
         if moves[side] >= 0.01 or abs(turns[side]) >= 0.02:
-            stances.append(Stance(side, *spots[side], landed[side], time))
+            stances.append(Stance(side, *footholds[side], landed[side], time))
             ankle, yaw = wanted[side]
-            out = np.clip(SIDES[side] * (yaw - spots[1 - side][1]), -TOE_IN_RAD, TOE_APART_RAD)
-            yaw = spots[1 - side][1] + SIDES[side] * float(out)
-            missing, outward = clear_of(ankle, yaw, side, *spots[1 - side])
-            spots[side], landed[side] = (ankle + missing * outward, yaw), time + swing
+            out = np.clip(SIDES[side] * (yaw - footholds[1 - side][1]), -TOE_IN_RAD, TOE_APART_RAD)
+            yaw = footholds[1 - side][1] + SIDES[side] * float(out)
+            missing, outward = clear_of(ankle, yaw, side, *footholds[1 - side])
+            footholds[side], landed[side] = (ankle + missing * outward, yaw), time + swing
             time += period
         side = 1 - side
-    stances += [Stance(side, *spots[side], landed[side], np.inf) for side in (0, 1)]
+    stances += [Stance(side, *footholds[side], landed[side], np.inf) for side in (0, 1)]
     return sorted(stances, key=lambda stance: (stance.side, stance.land_s))

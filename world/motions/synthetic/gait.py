@@ -161,7 +161,7 @@ def pressure(stances: list[Stance], times_s: Array) -> Array:
     ]
     swings.sort()
 
-    def spot(side: int, time: float, ahead_m: float) -> Array:
+    def foot_point(side: int, time: float, ahead_m: float) -> Array:
         stance = next(
             s for s in stances if s.side == side and s.land_s <= time and time <= s.lift_s
         )
@@ -170,7 +170,7 @@ def pressure(stances: list[Stance], times_s: Array) -> Array:
         return stance.ankle_m + np.array([ahead_m * c - inward * n, ahead_m * n + inward * c])
 
     def both(time: float) -> Array:
-        return 0.5 * (spot(0, time, 0.035) + spot(1, time, 0.035))
+        return 0.5 * (foot_point(0, time, 0.035) + foot_point(1, time, 0.035))
 
     knots.append((-10.0, both(times_s[0])))
     previous_end = -10.0
@@ -182,8 +182,8 @@ def pressure(stances: list[Stance], times_s: Array) -> Array:
         reach = float(np.clip(reach, -0.5, 1.0))
         middle, roll = 0.035 + 0.04 * reach, 0.06 * reach
         knots += [
-            (start, spot(side, start, middle - roll)),
-            (end, spot(side, end, middle + roll)),
+            (start, foot_point(side, start, middle - roll)),
+            (end, foot_point(side, end, middle + roll)),
         ]
         previous_end = end
     knots.append((previous_end + middle_s, both(1e9)))

@@ -80,7 +80,7 @@ class Lying:
         """Time at which the body sits on the edge again."""
         return self.up_from_s + self.up_s
 
-    def share(self, times_s: Array, begin: float, end: float) -> Array:
+    def fraction(self, times_s: Array, begin: float, end: float) -> Array:
         """[T], 0 seated to 1 lying: a move between two fractions of lying down, mirrored in time on
         getting up."""
         down, up = self.down_s, self.up_s
@@ -100,14 +100,14 @@ def lie_down(motion: Motion, lying: Lying, seat_m: Array, facing_rad: float) -> 
     root, local = motion.root_m.copy(), motion.local.copy()
     ahead, left = heading(np.array(facing_rad)), heading(np.array(facing_rad + 0.5 * np.pi))
 
-    turned = lying.share(times, 0.16, 0.92)
-    leaned = lying.share(times, 0.12, 1.0)
-    moved = lying.share(times, 0.15, 0.85)
-    sunk = lying.share(times, 0.3, 1.0)
+    turned = lying.fraction(times, 0.16, 0.92)
+    leaned = lying.fraction(times, 0.12, 1.0)
+    moved = lying.fraction(times, 0.15, 0.85)
+    sunk = lying.fraction(times, 0.3, 1.0)
     goal = seat_m - lying.inward_m * ahead + side * lying.along_m * left
     goal += np.array([0.0, 0.0, ROOT_ABOVE_BED_M])
-    share = np.stack([moved, moved, sunk], -1)
-    root = root + share * (goal - root)
+    fraction = np.stack([moved, moved, sunk], -1)
+    root = root + fraction * (goal - root)
 
     yaw = facing_rad - side * 0.5 * np.pi * turned
     pitch = -(0.5 * np.pi - RISE_RAD) * leaned
@@ -115,7 +115,7 @@ def lie_down(motion: Motion, lying: Lying, seat_m: Array, facing_rad: float) -> 
     base = blend(transpose(_yaw(facing_rad, frames)) @ motion.local[:, 0], _same(frames), leaned)
     local[:, 0] = about("z", yaw) @ about("y", pitch) @ base
     curl = 0.30 * _hump(leaned)
-    aside = side * 0.22 * _hump(lying.share(times, 0.0, 0.8))
+    aside = side * 0.22 * _hump(lying.fraction(times, 0.0, 0.8))
     local[:, 1] = (
         about("x", aside) @ about("y", curl) @ blend(motion.local[:, 1], _same(frames), leaned)
     )
@@ -140,9 +140,9 @@ def _same(frames: int) -> Array:
     return np.tile(np.eye(3), (frames, 1, 1))
 
 
-def _hump(share: Array) -> Array:
+def _hump(fraction: Array) -> Array:
     """A profile that is 0 at both ends of a move and 1 half-way."""
-    return 4.0 * share * (1.0 - share)
+    return 4.0 * fraction * (1.0 - fraction)
 
 
 def _legs(
@@ -161,9 +161,9 @@ def _legs(
         thigh = (9, 12)[side]
         # the leg on the pillow's side moves first: the other one would block it
         first = (side == 0) == head_right
-        late = 0.0 if first else 0.07
-        lifted = lying.share(times_s, 0.16 + late, 0.54 + late)
-        along = lying.share(times_s, 0.45 + late, 0.97)
+        delay = 0.0 if first else 0.07
+        lifted = lying.fraction(times_s, 0.16 + delay, 0.54 + delay)
+        along = lying.fraction(times_s, 0.45 + delay, 0.97)
         forward, across = heading(yaw), heading(yaw + 0.5 * np.pi)
         knee = lying.knees_m[side]
         stretched = np.sqrt(0.80**2 - (1.9 * knee) ** 2) if knee else 0.815
@@ -210,8 +210,8 @@ def _arms(
     the other one follows; both rest beside the hips or on the belly."""
     frames = len(times_s)
     torso = local[:, 0] @ local[:, 1]
-    prop = lying.share(times_s, 0.0, 0.25)
-    home = lying.share(times_s, 0.40, 0.85)
+    prop = lying.fraction(times_s, 0.0, 0.25)
+    home = lying.fraction(times_s, 0.40, 0.85)
     for side in (0, 1):
         upper = 3 + 3 * side
         props = (side == 1) == lying.head_left
@@ -222,13 +222,13 @@ def _arms(
         hand = root + turn(local[:, 0], np.tile(resting, (frames, 1)))
         hand[:, 2] = np.maximum(hand[:, 2], seat_m[2] + 0.045)
         if props:
-            spot = seat_m - 0.10 * ahead + 0.38 * headward + [0.0, 0.0, 0.045]
-            hand = spot + home[:, None] * (hand - spot)
+            point = seat_m - 0.10 * ahead + 0.38 * headward + [0.0, 0.0, 0.045]
+            hand = point + home[:, None] * (hand - point)
             weight = prop
         else:
-            weight = lying.share(times_s, 0.0, 0.55)
+            weight = lying.fraction(times_s, 0.0, 0.55)
             # clear of the rising thigh
-            clear = _hump(lying.share(times_s, 0.05, 0.95))
+            clear = _hump(lying.fraction(times_s, 0.05, 0.95))
             out = turn(local[:, 0], np.tile([0.05, SIDES[side] * 0.22, 0.12], (frames, 1)))
             hand = hand + clear[:, None] * out
         outward = turn(torso, np.tile([0.5, -SIDES[side] * 1.0, 0.0], (frames, 1)))

@@ -50,8 +50,8 @@ def approach(
     bend = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0]))
     bend += first_yaw - bend[0]
     course = np.interp(along, length, bend)
-    share = timing.minimum_jerk((times - turn_start) / turn_s)
-    return position, (1 - share) * course + share * (first_yaw + change)
+    fraction = timing.minimum_jerk((times - turn_start) / turn_s)
+    return position, (1 - fraction) * course + fraction * (first_yaw + change)
 
 
 def seated(

@@ -65,7 +65,7 @@ SIDES = (-1.0, 1.0)
 """Sign of y of the right and the left side, always in that order."""
 
 
-def place(root_m: Array, local: Array) -> tuple[Array, Array]:
+def forward(root_m: Array, local: Array) -> tuple[Array, Array]:
     """World positions [T, 15, 3] and rotations [T, 15, 3, 3] of all bodies.
 
     Args:

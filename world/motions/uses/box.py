@@ -64,7 +64,7 @@ class BoxUse(ClipUse):
             has_put=torch.full((clip.frames,), int(edges[-1]) < clip.frames),
             has_picked=torch.full((clip.frames,), int(edges[0]) > 0),
         )
-        return replace(nothing, known=True, stage=stage, box=box)
+        return replace(nothing, has_object=True, stage=stage, box=box)
 
     def boxes(self, uses: Sequence[Use]) -> BoxFrames | None:
         """See ClipUse."""

@@ -49,7 +49,12 @@ class FloorUse(StandingObjectUse):
         nothing = use_at(clip, None, None, 0.0, stage)
         kept = torch.from_numpy(on_foot)
         return replace(
-            nothing, known=bool(on_foot.any()), point=point, head=point, facing=heading, kept=kept
+            nothing,
+            has_object=bool(on_foot.any()),
+            point=point,
+            head=point,
+            facing=heading,
+            kept=kept,
         )
 
     def with_object(self, clip: Clip, target: Target, run: tuple[int, int]) -> Clip:

@@ -12,7 +12,7 @@ from torch import Tensor
 from world.character import features
 from world.character.features import Body
 from world.motions.clip import Clip
-from world.motions.fit.objects import grounded, known
+from world.motions.fit.objects import annotated, grounded
 from world.motions.mixture import StyleMixture
 from world.scene.target import Target
 
@@ -54,7 +54,7 @@ class BoxFrames:
 class Use:
     """The object that a clip of T frames uses."""
 
-    known: bool
+    has_object: bool
     """Whether the clip has the object of the task; else all is 0."""
     point: Tensor
     """[T, 3]: use point, clip's world, m."""
@@ -112,12 +112,12 @@ class ClipUse(ABC):
 
     def accepts(self, clip: Clip) -> bool:
         """Whether the annotated objects of a clip are this use's; True without annotation."""
-        return not self.kind or not known(clip) or getattr(clip, self.kind) is not None
+        return not self.kind or not annotated(clip) or getattr(clip, self.kind) is not None
 
     def prepare(self, clip: Clip) -> list[Clip]:
         """The parts of a raw clip at 30 Hz, on the floor, each with one object; empty for a clip
         that is annotated with another use's objects."""
-        if known(clip):
+        if annotated(clip):
             return [clip] if self.accepts(clip) else []
         return self.fit(grounded(clip))
 
