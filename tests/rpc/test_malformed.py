@@ -12,9 +12,9 @@ def test_bytes_that_are_no_message_are_told_when_they_are_looked_at() -> None:
     def parse(data: bytes) -> str:
         raise DecodeError("truncated")
 
-    request = defer_parse_errors(grpc.unary_unary_rpc_method_handler(print, parse)).request_deserializer(
-        b"x"
-    )
+    request = defer_parse_errors(
+        grpc.unary_unary_rpc_method_handler(print, parse)
+    ).request_deserializer(b"x")
     with pytest.raises(CodecError, match=r"^message: cannot be parsed \(truncated\)$"):
         request.batch  # noqa: B018
 
