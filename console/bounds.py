@@ -103,12 +103,12 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
     },
     "Doctor": {"seconds": ((0, 3600),)},
     "Practice": {
-        "steps": ((1, 1e5),), "scenes": ((1, 1e6),), "noise": ((0, 10),), "in_hand": (_SHARE,),
-        "near": (_SHARE,), "lifted": (_SHARE,), "skew": ((0.001, 1000),), "seed": (_SEED,),
+        "steps": ((1, 1e5),), "scenes": ((1, 1e6),), "noise": ((0, 10),), "in_hand": (_FRACTION,),
+        "near": (_FRACTION,), "lifted": (_FRACTION,), "skew": ((0.001, 1000),), "seed": (_SEED,),
     },
     "TeachCarry": {
         "minutes": ((0.001, 1e6),), "batches": (_COUNT,), "workers": (_THREADS,),
-        "batch": ((1, 1e7),), "rate": (_SHARE,), "spell": ((0.001, 1e6),), "first": ((1, 1e8),),
+        "batch": ((1, 1e7),), "rate": (_FRACTION,), "spell": ((0.001, 1e6),), "first": ((1, 1e8),),
         "capacity": ((1, 1e8),), "hidden": ((1, 16384),),
     },
     "TeachTry": {
