@@ -62,7 +62,7 @@ def policy(folder: Path) -> None:
 
 def echo(folder: Path) -> None:
     """gRPC itself: no interceptors, no policy."""
-    actions = loading.served("sit", folder).servos.offset.numel()
+    actions = loading.served("sit", folder).action_map.offset.numel()
 
     async def main() -> None:
         server = grpc.aio.server(options=[("grpc.so_reuseport", 0)])

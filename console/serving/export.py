@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from console.commands import Export
 from console.serving import loading
 from policy.checkpoints.served import ACTIONS, STATE_WIDTH, Served
+from policy.messages import description
 from policy.model.networks import hidden_widths
-from policy.service import description
 from world.errors import InhabitError
 
 OPSET = 17

@@ -36,8 +36,8 @@ from learner.loop import Loop
 from learner.ppo import Learner
 from policy.checkpoints.format import Manifest, read, read_manifest
 from policy.checkpoints.run_checkpoints import RunCheckpoints, read_newest
+from policy.checkpoints.transfer import adopt
 from policy.errors import CheckpointError
-from policy.model.transfer import adopt
 from world import tasks
 from world.episodes.cloning import pairs
 from world.errors import ConfigError

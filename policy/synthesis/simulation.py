@@ -8,8 +8,8 @@ from torch import Tensor
 
 from policy.checkpoints.served import Served
 from policy.fields import Numbers, number
+from policy.messages.requests import coordinates, noise
 from policy.objects import props_of
-from policy.service.requests import coordinates, noise
 from policy.synthesis.disturbances import Disturbances, balls_of, displaced, thrown
 from rpc.v1 import policy_pb2 as pb
 from world import rotations

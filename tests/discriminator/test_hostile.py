@@ -203,7 +203,7 @@ def test_a_slow_client_is_ended_in_all() -> None:
     """One message a moment, never silent for long: the sum is bounded."""
 
     def drops() -> Iterator[pb.ScoreChunk]:
-        head = pb.ScoreHeader(batch=9, steps=4, scenes=16, width=7, format=1)
+        head = pb.ScoreHeader(batch=9, steps=4, scenes=16, width=7, format=pb.NUMBER_FORMAT_FLOAT32)
         yield pb.ScoreChunk(header=head)
         for _ in range(200):
             time.sleep(0.2)

@@ -122,7 +122,9 @@ def test_lockstep_refuses_what_was_begun_ahead_and_takes_the_rest(tmp_path):
     finished(looped(tmp_path / "ahead", points(), overlapped(2)))
     kept = read(resolve(tmp_path / "ahead"), layout=LAYOUT).state
     loop = looped(tmp_path / "on", points(), LoopConfig(iterations=3))
-    with pytest.raises(TrainingError, match=r"begun ahead \(--overlap\): resume with --overlap"):
+    with pytest.raises(
+        TrainingError, match=r"begun ahead \(--lag\.overlap\): resume with --lag\.overlap"
+    ):
         loop.load_state_dict(kept)
     loop.close()
     loop.fleet.close()

@@ -1,16 +1,14 @@
-"""Handlers on an event loop: bytes that are no message, statuses, counts and the token."""
+"""Handlers on an event loop: statuses, counts and the token."""
 
 import asyncio
 from typing import Any
 
 import grpc
 import pytest
-from google.protobuf.message import DecodeError
 from prometheus_client import CollectorRegistry
 
 from rpc.aio_interceptors import CallWatch, require_token, rewrap
 from rpc.errors import CodecError
-from rpc.malformed import defer_parse_errors
 
 
 class Aborted(Exception):
@@ -46,16 +44,6 @@ def test_a_handler_keeps_its_kind_and_codecs() -> None:
     assert found.request_streaming and not found.response_streaming
     assert (found.request_deserializer, found.response_serializer) == (str, int)
     assert asyncio.run(found.stream_unary(3, None)) == 8
-
-
-def test_bytes_that_are_no_message_are_told_when_they_are_looked_at() -> None:
-    def parse(data: bytes) -> str:
-        raise DecodeError("truncated")
-
-    handler = defer_parse_errors(grpc.unary_unary_rpc_method_handler(doubled, parse))
-    request = handler.request_deserializer(b"x")
-    with pytest.raises(CodecError, match=r"^message: cannot be parsed \(truncated\)$"):
-        request.batch  # noqa: B018
 
 
 def test_the_token_is_compared_whole() -> None:

@@ -1,4 +1,4 @@
-"""Junk, words for callers, silent connections, and certificates that do not hold."""
+"""Junk, silent connections, and certificates that do not hold."""
 
 import datetime
 import socket
@@ -13,20 +13,10 @@ from rpc import server as servers
 from rpc.channel import Channel, ChannelConfig
 from rpc.credentials import server_credentials
 from rpc.errors import RpcError, UnreachableError
-from rpc.malformed import LONGEST, redact
 from rpc.server import Server, ServerConfig
 from rpc.v1 import style_pb2 as pb
 from rpc.v1 import style_pb2_grpc
-from tests.rpc.test_server import certificates
-
-
-def test_words_for_callers_have_no_folders_and_an_end() -> None:
-    said = "cannot read /srv/runs/sit-1/checkpoints/000002/policy.safetensors: gone\nline two"
-    assert redact(said) == "cannot read policy.safetensors: gone line two"
-    assert redact("FileNotFoundError: '/home/ada/x.npz'") == "FileNotFoundError: 'x.npz'"
-    for plain in ("at most 3 rad/s", "style/loss is nan", "1/2 of 3/4", "network/layers.0.weight"):
-        assert redact(plain) == plain
-    assert len(redact("x" * 10_000_000)) == LONGEST + 3
+from tests.support.rpc.certificates import certificates
 
 
 class Echo(style_pb2_grpc.StyleServicer):

@@ -53,7 +53,7 @@ def test_what_is_told_makes_another_piece(tmp_path: Path) -> None:
     path = written(tmp_path, ".obj")
     (job,) = importing.jobs([path], told(Meshes()))
     (other,) = importing.jobs([path], told(Meshes(sit="0,0,0.4,90")))
-    keys = [importing._known(j)[1] for j in (job, other)]
+    keys = [importing._cached_outcome(j)[1] for j in (job, other)]
     assert keys[0] != keys[1]
     assert keys[0].split(":")[1] == keys[1].split(":")[1]
 
@@ -134,7 +134,7 @@ def test_list(capsys: pytest.CaptureFixture[str]) -> None:
         (["check", "nowhere.obj"], 1, "no such file or folder"),
         (["import", "x.obj", "--up", "+z", "--front", "-z"], 2, "choose two different axes"),
         (["import", "x.obj", "--unit", "cm", "--height", "1"], 2, "choose one"),
-        (["import", "x.obj", "--height", "-1"], 2, "above 0"),
+        (["import", "x.obj", "--height", "-1"], 2, "height -1: must be 0.01 to 100"),
         (["import", "x.obj", "--category", "throne"], 2, "choose one of armchair"),
         (["import", "x.obj", "--sit", "1,2"], 2, "give X,Y,Z,YAW"),
         (["show"], 2, "--sheet FILE.png, --html FILE.html or both"),

@@ -9,7 +9,7 @@ import torch
 
 from console.serving.export import ExportError, compare, export, model_of
 from policy.checkpoints.served import Served
-from policy.service import description
+from policy.messages import description
 from tests.support.policy_cases import WIDTH, make, observation
 
 onnxruntime = pytest.importorskip("onnxruntime")

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from console.recording import format as recording
-from console.recording import video
 from console.synthesis import files as motion_files
+from console.video import rendering
 from tests.support.console.syntheses import command, made
 from tests.support.policy_cases import make
 from world.motions import load
 
 
-@pytest.mark.skipif(video.choose_gl() is None, reason="nothing draws offscreen here")
+@pytest.mark.skipif(rendering.choose_gl() is None, reason="nothing draws offscreen here")
 def test_a_film_has_every_frame_and_its_balls(tmp_path: Path) -> None:
     flags = command("sit", "low-stool-test-000", seconds=0.5, perturb="projectiles", seed=1)
     motion = made(make(), replace(flags, to_the_end=True))
@@ -27,10 +27,10 @@ def test_a_film_has_every_frame_and_its_balls(tmp_path: Path) -> None:
     take = recording.read(states).takes[0]
     there = np.isfinite(take.balls[-1, :, 0])
     assert motion.summary.balls_thrown == 15 and there.any()
-    look = video.Look(width=160, height=120, distance_m=8.0)
+    look = rendering.Look(width=160, height=120, distance_m=8.0)
 
     def red(shown: recording.Take) -> int:
-        (image,) = video.draw(shown, look, [len(take) - 1], 1.0)
+        (image,) = rendering.draw(shown, look, [len(take) - 1], 1.0)
         r, g, b = np.moveaxis(image.astype(int), -1, 0)
         return int(((r > 90) & (r > 2 * g) & (r > 2 * b)).sum())
 
@@ -44,7 +44,7 @@ def test_furniture_that_moves_moves_in_the_recording(tmp_path: Path) -> None:
     np.testing.assert_allclose(take.mocap_pos[0], [0.1, 0.2, 0.0], atol=1e-6)
     yaw = 2 * np.arctan2(take.mocap_quat[0, 3], take.mocap_quat[0, 0])
     assert np.rad2deg(yaw) == pytest.approx(30.0)
-    shift = np.linalg.norm(motion.places[-1].point[0, :2] - motion.places[0].point[0, :2])
+    shift = np.linalg.norm(motion.targets[-1].point[0, :2] - motion.targets[0].point[0, :2])
     assert motion.summary.displaced and 0.5 - 1e-3 <= shift <= 1.5 + 1e-3
 
 

@@ -5,9 +5,9 @@ import pytest
 import torch
 
 from policy.errors import RequestError
+from policy.messages import requests
 from policy.objects import adapter
 from policy.objects.columns import POSE_WIDTH
-from policy.service import requests
 from policy.service.poses import observations
 from policy.synthesis.simulation import Simulation
 from rpc.v1 import policy_pb2 as pb
@@ -27,7 +27,7 @@ def point(x: float, y: float, yaw: float = 0.0) -> pb.Furniture:
 
 def test_a_situation_gives_the_observation_of_training() -> None:
     message = pb.Situation(pose=policy_cases.pose(10.0, -3.0), furniture=point(11.0, -1.0, 0.7))
-    data, rows = requests.poses([message], WALK, 4)
+    data, rows = requests.poses([message], WALK)
     found = torch.frombuffer(bytearray(data), dtype=torch.float32).view(rows, POSE_WIDTH)
     qpos = torch.from_numpy(policy_cases.character.standing_qpos()).float()[None]
     body = features.body(qpos, torch.zeros(1, 34))

@@ -20,8 +20,8 @@ from policy.checkpoints.reload import Source
 from policy.checkpoints.served import Served
 from policy.config import BatchConfig, PolicyServiceConfig, SynthesisConfig
 from policy.errors import RequestError
+from policy.objects import placement
 from policy.service.batching import Batcher, BatchMetrics
-from policy.synthesis import placement
 from rpc.v1 import policy_pb2 as pb
 from tests.support.paths import ROOT
 from tests.support.policy_cases import (
@@ -73,21 +73,21 @@ def test_large_calls_are_read_one_at_a_time() -> None:
     """However many there are, a frame of a stream waits for one part of one of them."""
 
     async def order() -> list[str]:
-        from policy.service import requests
+        from policy.messages import requests
 
         seen: list[str] = []
-        real = requests.situations
+        real = requests.poses
 
         def noted(messages: object, task: object, first: int = 0) -> object:
             seen.append(f"part {first}")
             return real(messages, task, first)  # type: ignore[arg-type]
 
-        requests.situations = noted  # type: ignore[assignment]
+        requests.poses = noted  # type: ignore[assignment]
         try:
             with running([fixed(make())]) as found:
                 large = [pb.Situation(pose=pose(), furniture=chair())] * 32
                 service = found.service
-                waiting = [service._situations(large, SIT) for _ in range(3)]
+                waiting = [service._poses(large, SIT) for _ in range(3)]
 
                 async def tick() -> None:
                     for _ in range(14):
@@ -96,7 +96,7 @@ def test_large_calls_are_read_one_at_a_time() -> None:
 
                 await asyncio.gather(*waiting, tick())
         finally:
-            requests.situations = real
+            requests.poses = real
         return seen
 
     seen = asyncio.run(order())

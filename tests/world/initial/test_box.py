@@ -104,7 +104,7 @@ def test_no_episode_starts_where_it_would_end(bank: BoxBank) -> None:
     n = 512
     generator = np.random.default_rng(0)
     low = carrying(generator, (0.24, 0.34, 0.2), (0.1, 0.1), 1.5, 0.6)
-    library = MotionLibrary([low, walking(generator, 1.0)], affordance="carry")
+    library = MotionLibrary([low, walking(generator, 1.0)], use=BOX)
     config = replace(CONFIG, initial=InitialStates(1, 0, 0, reference_stages=(1, 1, 1)))
     sampler = BoxSampler(config, library, bank, 0)
     states = sampler.draw(torch.arange(n), torch.ones(n).long())
@@ -136,7 +136,7 @@ def test_a_box_in_hand_is_between_the_hands(library: MotionLibrary, bank: BoxBan
     config = replace(CONFIG, initial=InitialStates(0, 1, 0, standing_fraction=1.0), carry=carry)
     sampler = BoxSampler(config, library, bank, 3)
     states = sampler.draw(torch.arange(24), torch.ones(24).long())
-    box = sampler.place(states).box
+    box = sampler.target(states).box
     assert box is not None
     # the arms do not reach round the largest boxes
     narrow = box.half[:, 1] < 0.25

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from policy.errors import RequestError
+from policy.messages import requests
 from policy.objects.columns import COLUMNS, POSE_WIDTH
-from policy.service import requests
 from rpc.v1 import policy_pb2 as pb
 from tests.support.policy_cases import SIT, WIDTH, chair, observation, pose
 from world.character import model as character
@@ -55,8 +55,10 @@ def test_what_is_wrong_is_named_by_field() -> None:
     ):
         with pytest.raises(RequestError, match=re.escape(said)):
             requests.pose(message, SIT, "s")
-    with pytest.raises(RequestError, match=r"^situations: 0 rows, must be 1 to 4$"):
-        requests.poses([], SIT, 4)
+    for rows in (0, 5):
+        said = rf"^situations: {rows} rows, must be 1 to 4$"
+        with pytest.raises(RequestError, match=said):
+            requests.count(rows, "situations", 4)
 
 
 def test_observations_are_put_side_by_side() -> None:
