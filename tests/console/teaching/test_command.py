@@ -31,7 +31,7 @@ def test_help(words: str, expected: str, capsys: pytest.CaptureFixture[str]) -> 
         ("carry OUT --batches 0", "--batches must be above 0"),
         ("carry OUT --in-hand 1.5", "--in-hand must be between 0 and 1"),
         ("carry OUT --spell 0 10", "--spell must be two numbers above 0"),
-        ("carry TMP", "is no checkpoint: choose another folder"),
+        ("carry TMP", "is not a checkpoint: choose another folder"),
         ("try --noise -1", "--noise must be 0 or above"),
         ("try --near-m 3 --far-m 2", "--near-m must be above 0 and no more than --far-m"),
         ("record OUT --clips 0", "--clips must be above 0"),
