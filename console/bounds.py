@@ -72,8 +72,8 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
     },
     "Evaluate": {
         "trials": ((1, 1e7),), "near_m": (_LENGTH_M,), "far_m": (_LENGTH_M,),
-        "quality": ((0, 1e6),), "seed": (_SEED,), "threads": (_THREADS,),
-        "record_trials": ((1, 1e4),),
+        "quality": ((0, 1e6),),
+        "seed": (_SEED,), "threads": (_THREADS,), "record_trials": ((1, 1e4),),
     },
     "Report": {"trials": ((1, 1e6),), "seed": (_SEED,), "threads": (_THREADS,)},
     "Publish": {"average": ((1, 1000),)},
@@ -86,23 +86,37 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "max_rows": ((1, 65536),), "max_wait_s": ((0, 10),), "max_queued_rows": ((1, 1e7),),
     },
     "SynthesisConfig": {
-        "max_at_a_time": ((1, 1024),), "max_s": ((0.1, 3600),),
-        "ahead": ((1, 1e4),),
+        "max_at_a_time": ((1, 1024),), "max_s": ((0.1, 3600),), "buffer_frames": ((1, 1e4),),
     },
     "PolicyServiceConfig": {
         "max_rows": ((1, 1e6),), "max_poses": ((1, 65536),), "max_streams": ((1, 1e6),),
         "idle_s": ((0.1, 1e5),), "stalled_s": ((0.1, 1e5),), "poll_s": ((0.05, 3600),),
     },
     "Synthesize": {
-        "place": ((0, 1000),), "scale": ((0.1, 10),), "stand_m": ((0, 10),),
-        "box_kg": ((0.01, 1000),), "seconds": ((0.1, 3600),), "seed": (_SEED,),
-        "tries": ((1, 1e4),),
+        "place": ((0, 1000),), "scale": ((0.2, 5),), "stand_m": ((0, 10),),
+        "box_kg": ((0.01, 1000),),
+        "seconds": ((1 / 30, 600),), "seed": (_SEED,), "tries": ((1, 1e4),),
     },
     "Bench": {
         "scenes": ((1, 1e6),), "threads": (_THREADS,), "seconds": ((0.1, 1e6),),
         "mutations": ((1, 1e9),),
     },
     "Doctor": {"seconds": ((0, 3600),)},
+    "Practice": {
+        "steps": ((1, 1e5),), "scenes": ((1, 1e6),), "noise": ((0, 10),),
+        "in_hand": (_FRACTION,), "near": (_FRACTION,), "lifted": (_FRACTION,),
+        "skew": ((0.001, 1000),), "seed": (_SEED,),
+    },
+    "TeachCarry": {
+        "minutes": ((0.001, 1e6),), "batches": (_COUNT,), "workers": (_THREADS,),
+        "batch": ((1, 1e7),), "rate": (_FRACTION,), "spell": ((0.001, 1e6),),
+        "first": ((1, 1e8),), "capacity": ((1, 1e8),), "hidden": ((1, 16384),),
+    },
+    "TeachTry": {
+        "trials": ((1, 1e7),), "near_m": (_LENGTH_M,), "far_m": (_LENGTH_M,),
+        "seconds": ((0.1, 3600),), "seed": (_SEED,), "noise": ((0, 10),), "threads": (_THREADS,),
+    },
+    "TeachRecord": {"clips": ((1, 1e6),), "scenes": ((1, 1e6),), "seed": (_SEED,)},
     "Meshes": {"height": ((0.01, 100),), "threads": (_THREADS,)},
     "ObjectsCheck": {"drop": ((0, 3600),)},
     "ObjectsShow": {"limit": ((1, 1e5),)},
@@ -127,7 +141,7 @@ def text(kind: type, field: str) -> str:
     spans = BOUNDS.get(kind.__name__, {}).get(field)
     if spans is None:
         return ""
-    return ", ".join(f"{low:.10g} to {high:.10g}" for low, high in spans)
+    return ", ".join(f"{low:.6g} to {high:.10g}" for low, high in spans)
 
 
 def require(command: Any, prefix: str = "--") -> None:
@@ -143,7 +157,7 @@ def require(command: Any, prefix: str = "--") -> None:
             _within(value, spans[field.name], f"{prefix}{name}", text(kind, field.name))
 
 
-UNNAMED = ("experiment", "service", "mesh", "practice")
+UNNAMED = ("experiment", "mesh", "practice", "service")
 """Fields whose flags have no prefix."""
 
 

@@ -93,7 +93,7 @@ def ray_serve(folder: Path) -> None:
             data = bytearray().join(rows)
             states = torch.from_numpy(np.frombuffer(data, "<f4").reshape(len(rows), -1))
             action = self.served.act(states)
-            target = self.served.action_map.setpoints(action)
+            target = self.served.action_map.set_points(action)
             pairs = zip(action.numpy(), target.numpy(), strict=True)
             return [(a.tobytes(), t.tobytes()) for a, t in pairs]
 

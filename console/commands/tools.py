@@ -68,6 +68,8 @@ class Doctor:
     """Client certificate (PEM), for services with mutual TLS."""
     tls_key: Path | None = None
     """Private key (PEM) of the client certificate."""
+    token_file: Path | None = None
+    """File with the token of the services, whose permissions are checked."""
     motions: tuple[Path, ...] = ()
     """Motion clips to check; default: the package's own clips."""
     seconds: float = 5.0

@@ -13,6 +13,7 @@ from pathlib import Path
 from console.commands import Doctor
 from console.doctor.finding import Finding
 from console.run.machine import cores, memory_gb, versions
+from rpc.credentials import read_token
 
 
 def check_python() -> Finding:
@@ -138,6 +139,15 @@ def check_disk() -> Finding:
     return Finding("disk", "ok" if free > 2 else "mind", detail)
 
 
+def check_token(path: Path) -> Finding:
+    """Whether a token can be read, and by its owner alone."""
+    read_token(str(path))
+    mode = path.stat().st_mode & 0o777
+    if mode & 0o077:
+        return Finding("token", "mind", f"{path}: others can read it ({mode:o}): chmod 600 {path}")
+    return Finding("token", "ok", f"{path}: read by its owner alone")
+
+
 CHECKS: tuple[Callable[[], Finding], ...] = (
     check_python,
     check_packages,
@@ -187,6 +197,8 @@ def checks_of(command: Doctor) -> tuple[Callable[[], Finding], ...]:
     for name, address in (("style", command.style), ("policy", command.policy)):
         if address:
             asked.append(partial(check_service, name, address, *tls))
+    if command.token_file is not None:
+        asked.append(partial(check_token, command.token_file))
     if command.seconds > 0:
         asked.append(partial(check_rate, command.seconds))
     return tuple(asked)

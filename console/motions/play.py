@@ -9,6 +9,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 from console.commands import MotionsPlay
+from console.listening import address_of, is_loopback
 from console.motions.page import page
 from world.errors import ClipError, ConfigError
 from world.motions import load
@@ -79,8 +80,12 @@ def server(listen: str, text: str) -> ThreadingHTTPServer:
         def log_message(self, format: str, *args: object) -> None:
             """A player's requests are nobody's news."""
 
-    host, _, port = listen.rpartition(":")
+    host, port = address_of(listen)
+    if not is_loopback(host):
+        raise ConfigError(
+            f"--listen {listen}: anyone there could read the clips; stay on 127.0.0.1"
+        )
     try:
-        return ThreadingHTTPServer((host, int(port)), Page)
+        return ThreadingHTTPServer((host, port), Page)
     except (OSError, ValueError, OverflowError) as error:
         raise ConfigError(f"cannot listen on '{listen}' (HOST:PORT): {error}") from error

@@ -19,7 +19,7 @@ from world.errors import ChoiceError, ConfigError, PieceError
 from world.furniture.catalogue import REGISTRY
 from world.furniture.piece import Piece
 from world.meshes import collection, importing, store
-from world.meshes.build import Told
+from world.meshes.build import ImportOptions
 from world.meshes.importing import Outcome
 from world.meshes.upright import Frame
 
@@ -105,7 +105,7 @@ def made(paths: Sequence[Path], mesh: Meshes) -> list[Outcome]:
         )
 
 
-def told(mesh: Meshes) -> Told:
+def told(mesh: Meshes) -> ImportOptions:
     """What the flags say of meshes. Raises ConfigError, ChoiceError."""
     if mesh.unit is not None and mesh.height is not None:
         raise ConfigError("--unit and --height contradict each other: choose one")
@@ -116,7 +116,7 @@ def told(mesh: Meshes) -> Told:
     if mesh.up and mesh.front and mesh.up[1] == mesh.front[1]:
         raise ConfigError(f"--up {mesh.up} --front {mesh.front}: choose two different axes")
     frame = Frame(mesh.up, mesh.front, mesh.unit, mesh.height)
-    return Told(frame, mesh.category, mesh.licence, mesh.credit, place_of(mesh.sit))
+    return ImportOptions(frame, mesh.category, mesh.licence, mesh.credit, place_of(mesh.sit))
 
 
 def place_of(text: str | None) -> tuple[float, float, float, float] | None:

@@ -225,8 +225,8 @@ def initialise(
         if theirs.task == mine.task:
             mine.require(theirs, str(path))
         else:
-            alike = tasks.make(command.task).alike
-            state = adopt(state, theirs, mine, alike, str(path))
+            equivalents = tasks.make(command.task).equivalents
+            state = adopt(state, theirs, mine, equivalents, str(path))
         learner.load_policy_state(state)
         other = "" if theirs.task == mine.task else f", of the task {theirs.task}"
         note(f"networks and normalisers from {path}{other}")
@@ -249,7 +249,7 @@ def clone_clips(learner: Learner, experiment: Experiment) -> list[float]:
         experiment.clone_samples,
         seed,
     )
-    inputs, actions = learner.seen(*found)
+    inputs, actions = learner.canonical(*found)
     return clone(
         learner.actor, learner.normaliser, inputs, actions, experiment.clone_passes, seed=seed
     )

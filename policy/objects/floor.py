@@ -1,4 +1,4 @@
-"""A point of the floor in messages: the position and rotation of a furniture without a shape."""
+"""Floor targets in messages: position and rotation of a Furniture without a shape."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,7 @@ from torch import Tensor
 
 from policy.errors import RequestError
 from policy.fields import Numbers, upright, vector
-from policy.objects.adapter import Gone, never
+from policy.objects.adapter import Cancelled, not_cancelled
 from policy.objects.columns import COLUMNS
 from rpc.v1 import policy_pb2 as pb
 from world.furniture.piece import Box, Piece
@@ -43,14 +43,14 @@ class FloorAdapter:
         task: Task,
         balls: Sequence[Ball],
         piece: Piece | None,
-        gone: Gone = never,
-    ) -> "Marked":
+        cancelled: Cancelled = not_cancelled,
+    ) -> "FloorArrangement":
         """See Adapter."""
-        return Marked(*_where(request.furniture), balls)
+        return FloorArrangement(*_where(request.furniture), balls)
 
 
 def _where(message: pb.Furniture) -> tuple[Numbers, float]:
-    """The target's position [3] m, and the yaw that the character should face, rad."""
+    """Position [3], m, of the target, and its heading, rad."""
     if message.WhichOneof("shape") is not None:
         raise RequestError(
             "furniture: this task needs no furniture; leave the shape out, position and rotation "
@@ -62,7 +62,7 @@ def _where(message: pb.Furniture) -> tuple[Numbers, float]:
     )
 
 
-class Marked:
+class FloorArrangement:
     """A target on an empty floor; see Props."""
 
     def __init__(self, position: Numbers, yaw: float, balls: Sequence[Ball] = ()) -> None:
@@ -87,7 +87,7 @@ class Marked:
         self._set(torch.from_numpy(position[:2]).float()[None], yaw)
         self.begin(scenes)
 
-    def spot(self) -> tuple[Tensor, Tensor]:
+    def use_point(self) -> tuple[Tensor, Tensor]:
         """See Props."""
         return self._point, self._facing
 
@@ -103,5 +103,5 @@ class Marked:
         return [x, y, 0.0], [float(np.cos(self._yaw / 2)), 0.0, 0.0, float(np.sin(self._yaw / 2))]
 
     def boxes(self) -> tuple[Box, ...]:
-        """The marker's."""
+        """Boxes of the marker."""
         return MARKER.boxes

@@ -10,7 +10,7 @@ from console.app import main
 from console.run.experiment import PRESETS
 from world.errors import ConfigError
 
-ENTRIES = (*commands.COMMANDS, *commands.MOTIONS, *commands.OBJECTS)
+ENTRIES = (*commands.COMMANDS, *commands.MOTIONS, *commands.OBJECTS, *commands.TEACHING)
 
 
 def kinds() -> set[type]:

@@ -11,8 +11,8 @@ from docs.generate import features as page
 from world import rotations
 from world.character import features
 from world.character import model as character
-from world.tasks import REGISTRY, Place, state
-from world.tasks.task import BoxState
+from world.scene.target import BoxState
+from world.tasks import REGISTRY, Target, state
 
 STATES = 10
 ROW = re.compile(r"^\| (.+) \|$")
@@ -52,7 +52,7 @@ def poses() -> tuple[np.ndarray, np.ndarray]:
     return qpos, random.normal(0.0, 2.0, (STATES, 34))
 
 
-def scenes(with_box: bool) -> tuple[Place, list[dict[str, Any]]]:
+def scenes(with_box: bool) -> tuple[Target, list[dict[str, Any]]]:
     """Ten objects as the tasks have them, and as the page names their quantities."""
     random = np.random.default_rng(8)
     yaw = random.uniform(-np.pi, np.pi, STATES)
@@ -66,7 +66,7 @@ def scenes(with_box: bool) -> tuple[Place, list[dict[str, Any]]]:
     half = random.uniform(0.1, 0.3, (STATES, 3))
     box = BoxState(*(tensor(x) for x in (centre, rotation, velocity, half, centre, target)))
     corners = box.corners()
-    place = Place(tensor(point), tensor(facing), corners, tensor(head), box if with_box else None)
+    place = Target(tensor(point), tensor(facing), corners, tensor(head), box if with_box else None)
     floor = point * np.array([1.0, 1.0, 0.0])
     named = [
         {

@@ -9,9 +9,9 @@ from actors.cluster import ray_session
 from actors.fleet import FleetConfig, RayFleet
 from actors.local import LocalFleet
 from console.run.experiment import Experiment, check
-from learner.config import LoopConfig
+from learner.config import LagConfig, LoopConfig
 from learner.errors import TrainingError
-from learner.loop import STALE_IN_A_ROW, Loop
+from learner.loop import MAX_STALE_ROLLOUTS, Loop
 from policy.checkpoints.format import read
 from policy.checkpoints.run_checkpoints import resolve
 from policy.rollout import Rollout
@@ -122,7 +122,9 @@ def test_lockstep_refuses_what_was_begun_ahead_and_takes_the_rest(tmp_path):
     finished(looped(tmp_path / "ahead", points(), overlapped(2)))
     kept = read(resolve(tmp_path / "ahead"), layout=LAYOUT).state
     loop = looped(tmp_path / "on", points(), LoopConfig(iterations=3))
-    with pytest.raises(TrainingError, match=r"begun ahead \(--overlap\): resume with --overlap"):
+    with pytest.raises(
+        TrainingError, match=r"begun ahead \(--lag\.overlap\): resume with --lag\.overlap"
+    ):
         loop.load_state_dict(kept)
     loop.close()
     loop.fleet.close()
@@ -150,7 +152,7 @@ def test_rollouts_beyond_the_bound_are_dropped_and_counted(tmp_path, overlap):
     # before an update is one old by itself; one begun after a drop is not.
     fleet = Late(points(), [0, 1, 2, 0, 0, 1, 0] if overlap else [0, 2, 2, 0, 0, 2, 0])
     style = Behind([])
-    loop = looped(tmp_path, fleet, LoopConfig(iterations=4, overlap=overlap), style)
+    loop = looped(tmp_path, fleet, LoopConfig(iterations=4, lag=LagConfig(overlap)), style)
     loop.run()
     lines = [metrics for _, metrics in loop.recorder.lines]
     assert [m["dropped/samples"] for m in lines] == [0, 2 * SAMPLES, 0, SAMPLES]
@@ -178,17 +180,17 @@ def test_batches_scored_by_an_old_discriminator_are_dropped_and_counted(tmp_path
 
 def test_a_fleet_that_is_always_late_ends_the_run_with_one_line(tmp_path):
     fleet = Late(points(), [9] * 99)
-    loop = looped(tmp_path, fleet, LoopConfig(iterations=3, max_policy_lag=2))
-    with pytest.raises(TrainingError, match=r"^iteration 1: 8 rollouts .* --max-policy-lag 2 or"):
+    loop = looped(tmp_path, fleet, LoopConfig(iterations=3, lag=LagConfig(max_policy=2)))
+    with pytest.raises(TrainingError, match=r"^iteration 1: 8 rollouts .* --lag\.max-policy 2 or"):
         loop.run()
-    assert len(fleet.gave) == STALE_IN_A_ROW
+    assert len(fleet.gave) == MAX_STALE_ROLLOUTS
     loop.close()
     fleet.close()
 
 
 def test_settings_that_contradict_one_another():
-    with pytest.raises(ConfigError, match="--max-policy-lag 0 drops every such sample"):
-        check(Experiment(overlap=True, max_policy_lag=0))
+    with pytest.raises(ConfigError, match=r"--lag\.max-policy 0 drops every such sample"):
+        check(Experiment(lag=LagConfig(overlap=True, max_policy=0)))
     with pytest.raises(ConfigError, match="must be 0 or above"):
-        check(Experiment(max_style_lag=-1))
-    assert check(Experiment(overlap=True)).overlap
+        check(Experiment(lag=LagConfig(max_style=-1)))
+    assert check(Experiment(lag=LagConfig(overlap=True))).lag.overlap

@@ -1,4 +1,4 @@
-"""Work in bounded processes: what breaks its bounds is ended alone; Ctrl-C ends all."""
+"""Work in bounded processes: what breaks its bounds is ended, alone, and Ctrl-C ends all."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""A point of an empty floor."""
+"""The affordance of an empty floor: any of its points."""
 
 from torch import Tensor
 
@@ -6,8 +6,8 @@ from world.affordances.affordance import Affordance, Setting, stand
 from world.config import WorldConfig
 from world.errors import ConfigError
 from world.furniture.piece import Piece
-from world.initial.floor import FloorStarter
-from world.initial.starter import AnyStarter
+from world.initial.floor import FloorSampler
+from world.initial.sampler import InitialStateSampler
 from world.motions.library import MotionLibrary
 from world.motions.uses.floor import FLOOR as FLOOR_CLIPS
 from world.objects.bank import ObjectBank
@@ -24,7 +24,7 @@ class Floor(Affordance):
     name, kind, clips = "stand", "floor", FLOOR_CLIPS
 
     def pieces(self, config: WorldConfig) -> tuple[tuple[Piece, ...], str]:
-        """None."""
+        """No furniture."""
         if config.objects:
             raise ConfigError(_NONE)
         return (), ""
@@ -33,12 +33,12 @@ class Floor(Affordance):
         """See Affordance."""
         return FloorBank()
 
-    def starter(
+    def sampler(
         self, config: WorldConfig, library: MotionLibrary, bank: ObjectBank, seed: int
-    ) -> AnyStarter:
+    ) -> InitialStateSampler:
         """See Affordance."""
-        assert isinstance(bank, FloorBank), "a floor has a bank of its own"
-        return FloorStarter(config, library, bank, seed)
+        assert isinstance(bank, FloorBank), "the floor needs its own bank"
+        return FloorSampler(config, library, bank, seed)
 
     def trial_pieces(
         self, objects: str, trials: int, seed: int, config: WorldConfig
@@ -48,20 +48,20 @@ class Floor(Affordance):
             raise ConfigError(_NONE)
         return (MARKER,)
 
-    def arrange(self, setting: Setting) -> "Bare":
+    def arrange(self, setting: Setting) -> "FloorArrangement":
         """See Affordance."""
-        return Bare(setting)
+        return FloorArrangement(setting)
 
     def choices(self, objects: str) -> dict[str, Piece]:
         """The marker."""
         return {MARKER.name: MARKER}
 
     def sized(self, piece: Piece, scale: float) -> Piece:
-        """The marker: it has one size."""
+        """The marker itself, which has one size."""
         return piece
 
 
-class Bare:
+class FloorArrangement:
     """An empty floor with a target on it; an Arrangement."""
 
     def __init__(self, setting: Setting) -> None:

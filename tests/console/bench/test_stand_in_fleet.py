@@ -11,7 +11,7 @@ import torch
 from actors.cluster import ray_session
 from console.bench import scaling
 from console.bench.stand_in_fleet import SleepingFleet, sleepers
-from learner.config import LearnerConfig, LoopConfig
+from learner.config import LagConfig, LearnerConfig, LoopConfig
 from learner.loop import Loop
 from learner.ppo import Learner
 from policy.rollout import Rollout
@@ -45,7 +45,7 @@ def test_stand_ins_told_ahead_do_not_wait_for_the_learner(
 ) -> None:
     fleet = SleepingFleet(hosts, part, 6, 0.5)
     first = fleet.ask(weights(0), 0)
-    fleet.ahead(weights(1), 1, 0.1)
+    fleet.prefetch(weights(1), 1, 0.1)
     fleet.take_in(first)
     there, missing = ray.wait(fleet._begun, num_returns=len(fleet._begun))
     assert len(there) == 6 and not missing
@@ -64,7 +64,7 @@ def test_bench_overlaps_the_stand_ins(hosts: list[Any], part: Rollout) -> None:
             None,
             Memory(),
             Memory(),
-            LoopConfig(overlap=overlap),
+            LoopConfig(lag=LagConfig(overlap)),
         )
         lines = scaling.iterations(loop, 0.0)
         loop.close()

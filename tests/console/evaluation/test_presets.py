@@ -10,9 +10,9 @@ from world.scene import perturbations
 
 
 def test_presets_and_published_rows() -> None:
-    assert distances(command()) == (1.0, 10.0)
-    assert distances(command(preset="table3")) == (1.0, 5.0)
-    assert distances(command(preset="table3", far_m=2.0)) == (1.0, 2.0)
+    assert distances(command(), "sit") == (1.0, 10.0)
+    assert distances(command(preset="table3"), "sit") == (1.0, 5.0)
+    assert distances(command(preset="table3", far_m=2.0), "sit") == (1.0, 2.0)
     assert [row.success for row in published("lie", "table1", "none")] == [90.2]
     assert [row.success for row in published("lie", "table1", "moved")] == [82.0]
     assert published("sit", "table3", "none")[0].time_s == 3.7

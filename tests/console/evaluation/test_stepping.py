@@ -20,8 +20,8 @@ def test_disturbed_trials_do_not_depend_on_threads_or_number(
 ) -> None:
     monkeypatch.setattr(trials, "CHUNK", 16)
     pieces, protocol = catalogue("test"), Protocol(limit_s=2.0, hold_s=0.2)
-    many = manifest_of(pieces, command(trials=40, perturb=kind), protocol, (0.8, 1.2))
-    few = manifest_of(pieces, command(trials=20, perturb=kind), protocol, (0.8, 1.2))
+    many = manifest_of("sit", pieces, command(trials=40, perturb=kind), protocol, (0.8, 1.2))
+    few = manifest_of("sit", pieces, command(trials=20, perturb=kind), protocol, (0.8, 1.2))
     assert np.array_equal(many.distance_m[:20], few.distance_m)
     assert torch.equal(many.disturbance.step[:20], few.disturbance.step)
     assert torch.equal(many.disturbance.draw[:20], few.disturbance.draw)

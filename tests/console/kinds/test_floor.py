@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from console.commands import Synthesize
-from console.kinds import KINDS
 from console.kinds.setup import Pose
 from console.play.recorded import measured
 from console.play.stock import Stock
@@ -18,10 +17,6 @@ from world import tasks
 from world.errors import ConfigError
 
 WALK = tasks.make("walk")
-
-
-def test_every_task_has_a_kind() -> None:
-    assert {tasks.make(name).affordance.kind for name in tasks.REGISTRY} == set(KINDS)
 
 
 def test_the_player_goes_to_a_point_that_moves() -> None:
@@ -53,9 +48,3 @@ def test_flags_give_a_motion_and_a_clip() -> None:
     assert np.isfinite(clip.root_position_m).all()
     with pytest.raises(ConfigError, match="leave it out"):
         scene(Synthesize(Path("run"), (Path("o.npz"),), object="chair-test-000"), WALK, None)
-
-
-def test_a_seat_must_be_named() -> None:
-    command = Synthesize(Path("run"), (Path("out.npz"),))
-    with pytest.raises(ConfigError, match="--object: name a piece"):
-        scene(command, tasks.make("sit"), None)

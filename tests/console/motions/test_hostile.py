@@ -1,4 +1,4 @@
-"""A folder with bad motions: each is refused in a line; the good one is imported."""
+"""A folder with bad motions: each is refused in a line, the good one imported, memory bounded."""
 
 import os
 import pickle

@@ -16,7 +16,7 @@ from console.motions import play
 from console.motions.page import furniture, page, shown
 from tests.support.console.clip_pages import data_of
 from world.motions.clip import Clip
-from world.motions.fit import ground
+from world.motions.fit import poses
 from world.motions.objects import Bed, BoxTrack, Skeleton
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
@@ -53,7 +53,7 @@ def test_the_script_places_hands_and_feet_where_we_do(tmp_path: Path, sitting: C
     found = re.search(r"<title>(.*?)</title>", dom, re.DOTALL)
     assert found is not None, dom[:500]
     place = np.array(json.loads(html.unescape(found.group(1))))
-    position, _ = ground.body_poses(sitting)
+    position, _ = poses.body_poses(sitting)
     np.testing.assert_allclose(place, position[frame].numpy(), atol=1e-3)
 
 

@@ -11,8 +11,7 @@ from console.commands import Meshes
 from console.objects.command import place_of, told
 from tests.support.world.meshes import mesh, written
 from world.errors import ChoiceError, ConfigError
-from world.furniture import collection
-from world.meshes import importing, notes, store
+from world.meshes import collection, importing, notes, store
 from world.meshes.notes import Note
 
 
@@ -54,7 +53,7 @@ def test_what_is_told_makes_another_piece(tmp_path: Path) -> None:
     path = written(tmp_path, ".obj")
     (job,) = importing.jobs([path], told(Meshes()))
     (other,) = importing.jobs([path], told(Meshes(sit="0,0,0.4,90")))
-    keys = [importing._known(j)[1] for j in (job, other)]
+    keys = [importing._cached_outcome(j)[1] for j in (job, other)]
     assert keys[0] != keys[1]
     assert keys[0].split(":")[1] == keys[1].split(":")[1]
 
@@ -93,7 +92,7 @@ def test_a_catalogue_beside_the_files_gives_credit(tmp_path: Path) -> None:
     written(tmp_path, ".obj")
     (tmp_path / "catalog.csv").write_text("file,creator,licence\nchair,Ada,CC-BY 4.0\n")
     (job,) = importing.jobs([tmp_path], told(Meshes()))
-    assert (job.told.credit, job.told.licence) == ("Ada", "CC-BY 4.0")
+    assert (job.options.credit, job.options.licence) == ("Ada", "CC-BY 4.0")
 
 
 def test_a_readme_gives_the_licences_of_the_libraries_that_a_catalogue_names(
@@ -135,7 +134,7 @@ def test_list(capsys: pytest.CaptureFixture[str]) -> None:
         (["check", "nowhere.obj"], 1, "no such file or folder"),
         (["import", "x.obj", "--up", "+z", "--front", "-z"], 2, "choose two different axes"),
         (["import", "x.obj", "--unit", "cm", "--height", "1"], 2, "choose one"),
-        (["import", "x.obj", "--height", "-1"], 2, "above 0"),
+        (["import", "x.obj", "--height", "-1"], 2, "height -1: must be 0.01 to 100"),
         (["import", "x.obj", "--category", "throne"], 2, "choose one of armchair"),
         (["import", "x.obj", "--sit", "1,2"], 2, "give X,Y,Z,YAW"),
         (["show"], 2, "--sheet FILE.png, --html FILE.html or both"),

@@ -7,9 +7,9 @@ import mujoco
 import numpy as np
 import pytest
 import torch
-from console.play.setup import Pose
 from numpy.typing import NDArray
 
+from console.kinds.setup import Pose
 from console.play import saving
 from console.play.browser import plots
 from console.play.live import Live
@@ -112,7 +112,7 @@ def test_every_task_plays(task: str) -> None:
     assert set(curves.terms) == set(POLICIES[task].task.terms) and "no style" in curves.missing
     assert all(len(values) == 11 for values in curves.terms.values())
     assert curves.error_m is not None
-    place = source.scene._object.place(source.scene._scenes)
+    place = source.scene._object.target(source.scene._scenes)
     assert place.point[0, :2].tolist() == pytest.approx([3.0, 1.0])
 
 

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from console.play.setup import Pose, Setup
 
+from console.kinds.setup import Pose, Setup
 from console.play.scene import STEP_S, Scene
 from console.play.session import Session
 from tests.support.console.players import POLICIES, live, qpos, stock

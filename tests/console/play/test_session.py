@@ -3,8 +3,8 @@
 import math
 
 import pytest
-from console.play.setup import Pose, Setup
 
+from console.kinds.setup import Pose, Setup
 from console.play.session import Session
 from tests.support.console.players import live, stock
 from world.errors import ChoiceError, ConfigError, InhabitError

@@ -5,7 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from console.play.stock import BOX, load
+from console.kinds.box import BOX
+from console.play.stock import load
 from tests.support.console.players import stock
 from tests.support.paths import ROOT
 from world.errors import ChoiceError, ConfigError

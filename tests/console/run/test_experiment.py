@@ -17,6 +17,7 @@ from console.run.experiment import (
     to_json,
     with_learner_threads,
 )
+from learner.config import LagConfig
 from world.config import CarryConfig, WorldConfig
 from world.errors import ConfigError
 
@@ -49,8 +50,8 @@ def test_differences_are_named() -> None:
     [
         ({"scenes": 0}, "must be above 0"),
         ({"scenes": 100}, r"--scenes 100 is not a multiple of --block 64: choose 128"),
-        ({"max_style_lag": -1}, "must be 0 or above"),
-        ({"overlap": True, "max_policy_lag": 0}, "leave one of them out"),
+        ({"lag": LagConfig(max_style=-1)}, "must be 0 or above"),
+        ({"lag": LagConfig(overlap=True, max_policy=0)}, "leave one of them out"),
     ],
 )
 def test_contradictions_are_refused(changes: dict, said: str) -> None:

@@ -52,5 +52,5 @@ def test_an_average_needs_the_checkpoints(
     assert main([*words, "--average", "2"]) == 1
     assert "--average 2: only 1 up to" in capsys.readouterr().err
     assert main([*words, "--average", "0"]) in (1, 2)
-    assert "publish at least one" in capsys.readouterr().err
+    assert "--average 0: must be 1 to 1000" in capsys.readouterr().err
     assert not (tmp_path / "mine").exists()

@@ -44,7 +44,7 @@ def test_furniture_that_moves_moves_in_the_recording(tmp_path: Path) -> None:
     np.testing.assert_allclose(take.mocap_pos[0], [0.1, 0.2, 0.0], atol=1e-6)
     yaw = 2 * np.arctan2(take.mocap_quat[0, 3], take.mocap_quat[0, 0])
     assert np.rad2deg(yaw) == pytest.approx(30.0)
-    shift = np.linalg.norm(motion.places[-1].point[0, :2] - motion.places[0].point[0, :2])
+    shift = np.linalg.norm(motion.targets[-1].point[0, :2] - motion.targets[0].point[0, :2])
     assert motion.summary.displaced and 0.5 - 1e-3 <= shift <= 1.5 + 1e-3
 
 

@@ -20,7 +20,7 @@ SIT = str(ROOT / "pretrained" / "sit")
 def test_lying_has_a_bed_to_either_side() -> None:
     served = make(1, "lie", "lie")
     starts = [made(served, command("lie", "bed-test-002", seconds=0.1, place=i)) for i in (0, 1)]
-    facings = [motion.places[0].facing[0].numpy() for motion in starts]
+    facings = [motion.targets[0].facing[0].numpy() for motion in starts]
     np.testing.assert_allclose(facings[0], -facings[1], atol=1e-5)
     # frames of success, as a policy that lies there would have them
     good = starts[0]
@@ -36,15 +36,17 @@ def test_lying_has_a_bed_to_either_side() -> None:
 WRONG = [
     ("--object chiar-test-000 --out a.npz", "nearest names are chair-test-000, "),
     ("--object none.glb --out a.npz", "none.glb"),
-    ("--object high-stool-test-000 --scale 99 --out a.npz", "--scale 99: choose 0.2 to 5"),
+    ("--object high-stool-test-000 --scale 9 --out a.npz", "--scale 9: choose 0.2 to 5"),
+    ("--object chair-test-000 --scale 99 --out a.npz", "--scale 99: must be 0.1 to 10"),
     ("--object table-test-000 --out a.npz", "has no place to sit"),
     ("--object chair-test-000 --place 1 --out a.npz", "--place 1: chair-test-000 has 1"),
     ("--object chair-test-000 --start 1,2 --out a.npz", "--start 1,2: give X,Y,YAW"),
     ("--object chair-test-000 --start a,b,c --out a.npz", "--start a,b,c: give X,Y,YAW"),
     ("--object chair-test-000 --start 1,inf,2 --out a.npz", "--start 1,inf,2: each number"),
-    ("--object chair-test-000 --seconds 0 --out a.npz", "--seconds 0: choose 0.0333 to 600"),
-    ("--object chair-test-000 --tries 0 --out a.npz", "--tries 0: choose at least 1"),
-    ("--object chair-test-000 --seed -1 --out a.npz", "--seed -1: choose 0 to"),
+    ("--object chair-test-000 --seconds 601 --out a.npz", "--seconds 601: choose 0.0333 to 600"),
+    ("--object chair-test-000 --seconds 0 --out a.npz", "--seconds 0: must be 0.1 to 3600"),
+    ("--object chair-test-000 --tries 0 --out a.npz", "--tries 0: must be 1 to 10000"),
+    ("--object chair-test-000 --seed -1 --out a.npz", "--seed -1: must be 0 to"),
     ("--object chair-test-000 --to 1,2,0.5 --out a.npz", "--to and --box-kg belong to carry"),
     ("--object chair-test-000 --out a.fbx", "'.fbx'; choose .npz, .bvh, .html, .mp4, .msgpack"),
     ("--object chair-test-000 --out a", "unknown kind of file ''"),

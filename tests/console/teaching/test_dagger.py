@@ -4,13 +4,11 @@ import json
 from pathlib import Path
 
 import pytest
-import torch
 
 from console.app import main
 from console.commands.teaching import Practice
 from console.run import assembly
 from console.teaching import dagger
-from console.teaching.regression import Samples
 from console.teaching.scenes import TeachingScenes
 from policy.model.acting import Policy
 from world.character.features import STATE
@@ -49,19 +47,6 @@ def test_a_student_is_a_checkpoint(tmp_path: Path, capsys: pytest.CaptureFixture
     other = Policy(wider.weights)(*split)
     assert (other - actions).square().mean() < 0.1 * (actions - wanted).square().mean()
     assert sorted(p.name for p in tmp_path.iterdir()) == ["student", "wide"]
-
-
-def test_samples_keep_the_newest() -> None:
-    samples = Samples(8, 3, torch.device("cpu"))
-    for k in range(3):
-        samples.add(torch.full((5, 3), float(k)), torch.full((5, 28), float(k)))
-    assert samples.total == 15
-    kept = samples.observations[:, 0].sort().values.tolist()
-    assert kept == [1.0] * 3 + [2.0] * 5
-    assert torch.equal(samples.teacher_actions[:, 0], samples.observations[:, 0])
-    observations, actions = samples.draw(64)
-    assert torch.equal(observations[:, 0], actions[:, 0])
-    assert (observations[::2, 0] == 2.0).all(), "half of them from the newest third"
 
 
 class Ended:

@@ -7,6 +7,7 @@ import pytest
 
 from console.app import main
 from world.motions import load, segments
+from world.motions.uses.box import BOX
 
 
 def test_clips_of_the_teacher_have_every_stage(
@@ -14,7 +15,7 @@ def test_clips_of_the_teacher_have_every_stage(
 ) -> None:
     assert main(["teach", "record", str(tmp_path), "--clips", "6", "--scenes", "24"]) == 0
     assert capsys.readouterr().out.splitlines()[-1].endswith(f" clips in {tmp_path}")
-    clips = load.clips([str(tmp_path)], "carry")
+    clips = load.clips([str(tmp_path)], BOX)
     assert len(clips) >= 6
     stages = np.concatenate([segments.stages(clip) for clip in clips])
     counts = [

@@ -5,10 +5,10 @@ import re
 import mujoco
 import numpy as np
 import pytest
-from policy.service.situations import COLUMNS, SITUATION
 
 from policy.errors import RequestError
 from policy.messages import requests
+from policy.objects.columns import COLUMNS, POSE_WIDTH
 from rpc.v1 import policy_pb2 as pb
 from tests.support.policy_cases import SIT, WIDTH, chair, observation, pose
 from world.character import model as character
@@ -31,17 +31,15 @@ def test_velocities_are_mujocos() -> None:
     np.testing.assert_allclose(found, [0.3, -0.2, 0.9, 1.0, 0.0, 0.5], atol=1e-12)
 
 
-def test_a_situation_does_not_depend_on_where_in_the_world_it_is() -> None:
+def test_a_pose_does_not_depend_on_where_in_the_world_it_is() -> None:
     rows = [
-        requests.situation(
-            pb.Situation(pose=pose(x, y), furniture=chair(x + 2.0, y)), SIT, "situation"
-        )
+        requests.pose(pb.Situation(pose=pose(x, y), furniture=chair(x + 2.0, y)), SIT, "situation")
         for x, y in ((0.0, 0.0), (80000.5, -300.25))
     ]
     for name in ("qpos", "qvel", "point", "facing", "corners", "head"):
         part = COLUMNS[name]
         np.testing.assert_allclose(rows[0][part], rows[1][part], atol=1e-9, err_msg=name)
-    assert rows[0].shape == (SITUATION,) and rows[0][COLUMNS["qpos"]][:2].tolist() == [0.0, 0.0]
+    assert rows[0].shape == (POSE_WIDTH,) and rows[0][COLUMNS["qpos"]][:2].tolist() == [0.0, 0.0]
     assert rows[0][COLUMNS["point"]][0] == pytest.approx(2.0, abs=0.5)
 
 
@@ -56,9 +54,11 @@ def test_what_is_wrong_is_named_by_field() -> None:
         (pb.Situation(pose=long, furniture=chair()), "s.pose.joint_position[0:4]: length 2.000"),
     ):
         with pytest.raises(RequestError, match=re.escape(said)):
-            requests.situation(message, SIT, "s")
-    with pytest.raises(RequestError, match=r"^situations: 0 rows, must be 1 to 4$"):
-        requests.situations([], SIT, 4)
+            requests.pose(message, SIT, "s")
+    for rows in (0, 5):
+        said = rf"^situations: {rows} rows, must be 1 to 4$"
+        with pytest.raises(RequestError, match=said):
+            requests.count(rows, "situations", 4)
 
 
 def test_observations_are_put_side_by_side() -> None:

@@ -6,7 +6,7 @@ import torch
 
 from policy.errors import RequestError
 from policy.messages import requests
-from policy.objects import ADAPTERS, adapter
+from policy.objects import adapter
 from policy.objects.columns import POSE_WIDTH
 from policy.service.poses import observations
 from policy.synthesis.simulation import Simulation
@@ -25,13 +25,9 @@ def point(x: float, y: float, yaw: float = 0.0) -> pb.Furniture:
     return pb.Furniture(position=[x, y, 0.0], rotation=[np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)])
 
 
-def test_every_task_has_an_adapter() -> None:
-    assert {tasks.make(name).affordance.kind for name in tasks.REGISTRY} == set(ADAPTERS)
-
-
 def test_a_situation_gives_the_observation_of_training() -> None:
     message = pb.Situation(pose=policy_cases.pose(10.0, -3.0), furniture=point(11.0, -1.0, 0.7))
-    data, rows = requests.situations([message], WALK, 4)
+    data, rows = requests.poses([message], WALK)
     found = torch.frombuffer(bytearray(data), dtype=torch.float32).view(rows, POSE_WIDTH)
     qpos = torch.from_numpy(policy_cases.character.standing_qpos()).float()[None]
     body = features.body(qpos, torch.zeros(1, 34))
@@ -44,11 +40,11 @@ def test_a_situation_gives_the_observation_of_training() -> None:
 
 def test_a_shape_and_a_missing_target_are_refused() -> None:
     with pytest.raises(RequestError, match="needs no furniture"):
-        requests.situation(
+        requests.pose(
             pb.Situation(pose=policy_cases.pose(), furniture=policy_cases.chair()), WALK, "here"
         )
     with pytest.raises(RequestError, match=r"here\.furniture: missing, 'walk' needs it"):
-        requests.situation(pb.Situation(pose=policy_cases.pose()), WALK, "here")
+        requests.pose(pb.Situation(pose=policy_cases.pose()), WALK, "here")
     assert adapter(WALK).message == "furniture"
 
 

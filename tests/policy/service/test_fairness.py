@@ -20,8 +20,8 @@ from policy.checkpoints.reload import Source
 from policy.checkpoints.served import Served
 from policy.config import BatchConfig, PolicyServiceConfig, SynthesisConfig
 from policy.errors import RequestError
+from policy.objects import placement
 from policy.service.batching import Batcher, BatchMetrics
-from policy.synthesis import placement
 from rpc.v1 import policy_pb2 as pb
 from tests.support.paths import ROOT
 from tests.support.policy_cases import (
@@ -76,18 +76,18 @@ def test_large_calls_are_read_one_at_a_time() -> None:
         from policy.messages import requests
 
         seen: list[str] = []
-        real = requests.situations
+        real = requests.poses
 
         def noted(messages: object, task: object, first: int = 0) -> object:
             seen.append(f"part {first}")
             return real(messages, task, first)  # type: ignore[arg-type]
 
-        requests.situations = noted  # type: ignore[assignment]
+        requests.poses = noted  # type: ignore[assignment]
         try:
             with running([fixed(make())]) as found:
                 large = [pb.Situation(pose=pose(), furniture=chair())] * 32
                 service = found.service
-                waiting = [service._situations(large, SIT) for _ in range(3)]
+                waiting = [service._poses(large, SIT) for _ in range(3)]
 
                 async def tick() -> None:
                     for _ in range(14):
@@ -96,7 +96,7 @@ def test_large_calls_are_read_one_at_a_time() -> None:
 
                 await asyncio.gather(*waiting, tick())
         finally:
-            requests.situations = real
+            requests.poses = real
         return seen
 
     seen = asyncio.run(order())
@@ -135,9 +135,9 @@ def test_a_synthesis_that_nobody_waits_for_ends_and_is_counted_until_then(
     release = threading.Event()
 
     class Slow:
-        def __init__(self, *_: object, gone: object) -> None:
+        def __init__(self, *_: object, cancelled: object) -> None:
             began.set()
-            while not gone():  # type: ignore[operator]
+            while not cancelled():  # type: ignore[operator]
                 time.sleep(0.01)
             release.wait(30)
             ended.set()
@@ -175,7 +175,7 @@ first = [True]
 def find():
     if not first[0]:
         print("hangs", flush=True)
-        threading.Event().wait()  # a network disk that is gone
+        threading.Event().wait()  # a network disk that is cancelled
     first[0] = False
     return Path(sys.argv[1])
 

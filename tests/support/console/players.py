@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
-from console.play.setup import Setup
 from numpy.typing import NDArray
 
+from console.kinds.setup import Setup
 from console.play.live import Live
 from console.play.stock import Stock
 from tests.support import policy_cases

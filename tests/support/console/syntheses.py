@@ -17,7 +17,7 @@ def asked(*words: str) -> list[str]:
 
 
 def command(task: str, piece: str, **flags: object) -> Synthesize:
-    return replace(Synthesize(Path(task), piece, ()), **flags)  # pyright: ignore
+    return replace(Synthesize(Path(task), (), piece), **flags)  # pyright: ignore
 
 
 def made(served: Served, flags: Synthesize, seed: int | None = None) -> Motion:

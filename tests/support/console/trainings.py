@@ -54,7 +54,7 @@ def opened(
             RunCheckpoints(run.checkpoints, assembly.layout(experiment), keep=9),
             LoopConfig(iterations=iterations, checkpoint_iterations=2),
             tuple(tasks.make("sit").terms),
-            behind.starts,
+            behind.kinds,
         )
         yield loop
         loop.close()

@@ -6,7 +6,7 @@ from pathlib import Path
 import torch
 
 from actors.local import LocalFleet
-from learner.config import LearnerConfig, LoopConfig
+from learner.config import LagConfig, LearnerConfig, LoopConfig
 from learner.loop import Loop
 from learner.ppo import Learner
 from policy.checkpoints.format import Layout
@@ -110,7 +110,7 @@ def looped(path: Path, fleet, config: LoopConfig, style=None) -> Loop:
 
 
 def overlapped(iterations: int, **settings) -> LoopConfig:
-    return LoopConfig(iterations=iterations, overlap=True, **settings)
+    return LoopConfig(iterations=iterations, lag=LagConfig(overlap=True), **settings)
 
 
 def assert_same(got: dict, wanted: dict) -> None:

@@ -11,10 +11,10 @@ from world.config import InitialStates, WorldConfig
 from world.episodes.shard import Shard
 from world.errors import ClipError
 from world.furniture.catalogue import catalogue
-from world.initial.furniture import Starter, furniture_pose
+from world.initial.furniture import FurnitureSampler, furniture_pose
 from world.motions import load
 from world.motions.library import MotionLibrary
-from world.objects.furniture_bank import Bank, variants
+from world.objects.furniture_bank import FurnitureBank, variants
 
 CONFIG = WorldConfig(pieces=8, scales=2)
 
@@ -25,8 +25,8 @@ def library() -> MotionLibrary:
 
 
 @pytest.fixture(scope="module")
-def bank() -> Bank:
-    return Bank(variants(catalogue("train", CONFIG.pieces), CONFIG.scales, CONFIG.scale))
+def bank() -> FurnitureBank:
+    return FurnitureBank(variants(catalogue("train", CONFIG.pieces), CONFIG.scales, CONFIG.scale))
 
 
 def actions(scenes: range, clock: int) -> torch.Tensor:
@@ -45,7 +45,7 @@ def roll(shard: Shard, scenes: range, steps: int) -> dict[str, torch.Tensor]:
     return {name: torch.stack(rows) for name, rows in out.items()}
 
 
-def test_sharding_changes_no_bit(library: MotionLibrary, bank: Bank) -> None:
+def test_sharding_changes_no_bit(library: MotionLibrary, bank: FurnitureBank) -> None:
     whole = roll(Shard(CONFIG, library, bank, range(96), 5), range(96), 50)
     assert whole["fell"].any()  # episodes ended, so resets are compared too
     for scenes in (range(32), range(32, 96)):
@@ -54,7 +54,7 @@ def test_sharding_changes_no_bit(library: MotionLibrary, bank: Bank) -> None:
             assert torch.equal(rows, whole[name][:, scenes.start : scenes.stop]), name
 
 
-def test_exact_continuation(library: MotionLibrary, bank: Bank) -> None:
+def test_exact_continuation(library: MotionLibrary, bank: FurnitureBank) -> None:
     scenes = range(32)
     first = Shard(CONFIG, library, bank, scenes, 5)
     roll(first, scenes, 30)
@@ -68,7 +68,9 @@ def test_exact_continuation(library: MotionLibrary, bank: Bank) -> None:
         assert torch.equal(found[name], expected[name]), name
 
 
-def test_observations_are_finite_and_episodes_count(library: MotionLibrary, bank: Bank) -> None:
+def test_observations_are_finite_and_episodes_count(
+    library: MotionLibrary, bank: FurnitureBank
+) -> None:
     shard = Shard(CONFIG, library, bank, range(64), 1)
     ended = 0
     for _ in range(60):
@@ -86,13 +88,13 @@ def test_observations_are_finite_and_episodes_count(library: MotionLibrary, bank
     assert ended > 20
 
 
-def test_starts_are_where_they_say(library: MotionLibrary, bank: Bank) -> None:
+def test_starts_are_where_they_say(library: MotionLibrary, bank: FurnitureBank) -> None:
     anywhere = replace(
         CONFIG, initial=InitialStates(0.3, 0.35, 0.35, ahead_fraction=0.0, front_fraction=0.0)
     )
-    starter = Starter(anywhere, library, bank, 0)
+    sampler = FurnitureSampler(anywhere, library, bank, 0)
     n = 4096
-    starts = starter.draw(torch.arange(n), torch.ones(n, dtype=torch.int64))
+    starts = sampler.draw(torch.arange(n), torch.ones(n, dtype=torch.int64))
     shares = torch.bincount(starts.kind, minlength=3) / n
     torch.testing.assert_close(shares, torch.tensor([0.3, 0.35, 0.35]), atol=0.03, rtol=0)
     assert starts.qpos[:, :2].abs().max() == 0
@@ -114,10 +116,10 @@ def test_starts_are_where_they_say(library: MotionLibrary, bank: Bank) -> None:
     torch.testing.assert_close(torch.stack((x, y), 1), starts.point, atol=1e-5, rtol=0)
 
 
-def test_front_starts_stand_before_the_seat(library: MotionLibrary, bank: Bank) -> None:
+def test_front_starts_stand_before_the_seat(library: MotionLibrary, bank: FurnitureBank) -> None:
     before = replace(CONFIG, initial=InitialStates(0, 1, 0, front_fraction=1.0))
     n = 2048
-    starts = Starter(before, library, bank, 0).draw(
+    starts = FurnitureSampler(before, library, bank, 0).draw(
         torch.arange(n), torch.ones(n, dtype=torch.int64)
     )
     distance = starts.point.norm(dim=1)
@@ -135,11 +137,13 @@ def test_front_starts_stand_before_the_seat(library: MotionLibrary, bank: Bank) 
     assert cosine.min() < -0.99
 
 
-def test_some_far_starts_walk_on_towards_the_place(library: MotionLibrary, bank: Bank) -> None:
+def test_some_far_starts_walk_on_towards_the_place(
+    library: MotionLibrary, bank: FurnitureBank
+) -> None:
     only_far = replace(
         CONFIG, initial=InitialStates(0, 0, 1, ahead_fraction=1.0, standing_fraction=0.0)
     )
-    starts = Starter(only_far, library, bank, 0).draw(
+    starts = FurnitureSampler(only_far, library, bank, 0).draw(
         torch.arange(512), torch.ones(512, dtype=torch.int64)
     )
     speed = starts.qvel[:, :2].norm(dim=1)
@@ -150,7 +154,9 @@ def test_some_far_starts_walk_on_towards_the_place(library: MotionLibrary, bank:
     assert ((course * bearing).sum(1) > 0.7070).all()
 
 
-def test_clip_starts_choose_a_seat_of_the_clips_height(library: MotionLibrary, bank: Bank) -> None:
+def test_clip_starts_choose_a_seat_of_the_clips_height(
+    library: MotionLibrary, bank: FurnitureBank
+) -> None:
     heights = torch.tensor([0.30, 0.42, 0.70])
     chosen = bank.of_height(heights, torch.tensor([0.0, 0.5, 0.99]))
     error = (bank.point[chosen, 2] - heights).abs()
@@ -158,7 +164,9 @@ def test_clip_starts_choose_a_seat_of_the_clips_height(library: MotionLibrary, b
     assert (error <= best + 0.08).all()
 
 
-def test_a_blown_up_scene_is_reset_and_its_sample_void(library: MotionLibrary, bank: Bank) -> None:
+def test_a_blown_up_scene_is_reset_and_its_sample_void(
+    library: MotionLibrary, bank: FurnitureBank
+) -> None:
     shard = Shard(CONFIG, library, bank, range(32), 2)
     shard._scenes.qvel[7, 10] = 1e6
     step = shard.step(torch.zeros(32, 28))
@@ -174,9 +182,9 @@ def test_a_blown_up_scene_is_reset_and_its_sample_void(library: MotionLibrary, b
     assert again.finite.all()
 
 
-def test_clips_without_a_seat_are_refused_for_clip_starts(bank: Bank) -> None:
+def test_clips_without_a_seat_are_refused_for_clip_starts(bank: FurnitureBank) -> None:
     walking = [clip for clip in load.own_clips() if clip.seat is None]
     only = MotionLibrary(walking)
     with pytest.raises(ClipError, match="no clip uses a seat"):
-        Starter(CONFIG, only, bank, 0)
-    Starter(WorldConfig(initial=InitialStates(0, 1, 1)), only, bank, 0)
+        FurnitureSampler(CONFIG, only, bank, 0)
+    FurnitureSampler(WorldConfig(initial=InitialStates(0, 1, 1)), only, bank, 0)

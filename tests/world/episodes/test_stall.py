@@ -87,7 +87,7 @@ def test_a_time_out_of_less_than_a_step_is_refused() -> None:
 
 
 def test_a_state_that_calls_it_patience_is_restored() -> None:
-    library = MotionLibrary([walking(np.random.default_rng(0), 1.0)], affordance="carry")
+    library = MotionLibrary([walking(np.random.default_rng(0), 1.0)], use=BOX)
     bank = BoxBank(boxes(CONFIG.carry))
     one, other = (Shard(CONFIG, library, bank, range(4), seed) for seed in (1, 2))
     for _ in range(3):

@@ -9,6 +9,7 @@ from world.errors import ChoiceError, PieceError
 from world.furniture import armchair, chair, stool
 from world.furniture.bands import cells, draw
 from world.furniture.catalogue import SEATS, catalogue, find
+from world.furniture.usage import SIT
 
 PIECES = catalogue("train") + catalogue("test")
 GENERATORS = {
@@ -100,3 +101,22 @@ def test_draws_cover_every_cell():
     rng = np.random.default_rng(0)
     values = np.array([draw(rng, "train", {"a": (0.0, 5.0)})["a"] for _ in range(300)])
     assert set(values.astype(int)) == {0, 2, 4}
+
+
+def test_affordances_choose_classes() -> None:
+    seats, places = (
+        catalogue("train", 20, affordance="sit"),
+        catalogue("test", 10, affordance="lie"),
+    )
+    assert {p.category for p in seats} == set(SIT.classes)
+    assert all(p.sit for p in seats)
+    assert [p.category for p in places[:4]] == ["sofa", "bed", "table", "sofa"]
+    assert all(p.lie is not None for p in places)
+    # the third table is not the third of its class, but the third that is long enough
+    assert [p for p in places if p.category == "table"] == [
+        p for i in range(61) if (p := find(f"table-test-{i:03d}")).lie is not None
+    ][:3]
+    with pytest.raises(PieceError, match="no table has a place to sit"):
+        catalogue("train", 1, classes=("table",), affordance="sit")
+    with pytest.raises(ChoiceError, match="choose one of lie, sit"):
+        catalogue("train", 4, affordance="stand")  # pyright: ignore[reportArgumentType]

@@ -6,7 +6,7 @@ import numpy as np
 
 from world.motions import segments
 from world.motions.clip import Clip
-from world.motions.fit import ground
+from world.motions.fit import seat
 
 
 def test_two_seats_are_two_clips(sitting: Clip) -> None:
@@ -19,7 +19,7 @@ def test_two_seats_are_two_clips(sitting: Clip) -> None:
         local_rotation=np.concatenate((sitting.local_rotation, second.local_rotation)),
         seat=None,
     )
-    parts = ground.with_seats(both)
+    parts = seat.with_seats(both)
     assert [part.name for part in parts] == [f"{sitting.name}#1", f"{sitting.name}#2"]
     points = [part.seat.point_m for part in parts if part.seat]
     np.testing.assert_allclose(points[1][0] - points[0][0], 3.0, atol=0.02)

@@ -51,7 +51,7 @@ def test_a_box_that_rests_goes_with_its_stand_and_one_in_hand_does_not() -> None
     at = torch.tensor([[2.0, 0.0, 0.7], [2.0, 1.0, 0.7]])
     layout = resting(at, YAW, at + 1.0)
     variant = torch.zeros(2, dtype=torch.int64)
-    bank.put(scenes, HERE, variant, layout)
+    bank.apply(scenes, HERE, variant, layout)
     np.testing.assert_allclose(scenes.free_qpos[:, :3], at)
     top = scenes.physics()["mocap_pos"][:, 0, 2]
     np.testing.assert_allclose(top, 0.7 - bank.half[0, 2], atol=1e-6)
@@ -66,7 +66,7 @@ def test_a_box_that_rests_goes_with_its_stand_and_one_in_hand_does_not() -> None
 def test_the_task_knows_where_the_corners_are() -> None:
     bank = BoxBank(boxes(CarryConfig(sizes=2)))
     at = torch.tensor([[0.0, 0.0, 1.0]])
-    place = bank.place(torch.tensor([1]), resting(at, YAW[1:], at + 2.0))
+    place = bank.target(torch.tensor([1]), resting(at, YAW[1:], at + 2.0))
     depth, width, height = bank.half[1].tolist()
     assert place.corners[0].amax(0).tolist() == pytest.approx([width, depth, 1.0 + height])
     assert torch.equal(place.point, at + 2.0)

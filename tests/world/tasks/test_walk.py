@@ -11,11 +11,11 @@ from world.character import model as character
 from world.character.features import Body
 from world.config import InitialStates, WorldConfig
 from world.episodes.shard import Shard
-from world.initial.floor import FloorStarter
+from world.initial.floor import FloorSampler
 from world.motions import load
 from world.motions.library import MotionLibrary, StyleMixture, StyleSource
 from world.motions.uses.floor import FLOOR
-from world.motions.uses.use import LEFT
+from world.motions.uses.use import EXCLUDED
 from world.objects.floor_bank import FloorBank
 from world.scene.batch import Scenes
 from world.scene.target import Target, state
@@ -113,7 +113,7 @@ def test_clips_are_learned_from_where_they_walk(library: MotionLibrary) -> None:
         used = FLOOR.read(clip)
         height = torch.from_numpy(clip.root_position_m[:, 2])
         assert bool((height[used.kept] > 0.72).all())
-        assert torch.equal(used.stage == LEFT, ~used.kept)
+        assert torch.equal(used.stage == EXCLUDED, ~used.kept)
         if clip.seat is not None:
             assert not used.kept[clip.seat.from_frame : clip.seat.to_frame].any()
     # the target of a frame is on the way of its clip
@@ -129,9 +129,9 @@ def test_clips_are_learned_from_where_they_walk(library: MotionLibrary) -> None:
 
 def starts(library: MotionLibrary, mixture: InitialStates, n: int = 256) -> tuple[Body, Target]:
     config = WorldConfig(task="walk", initial=mixture)
-    starter = FloorStarter(config, library, FloorBank(), 0)
-    drawn = starter.draw(torch.arange(n), torch.ones(n, dtype=torch.int64))
-    return features.body(drawn.qpos, drawn.qvel), starter.target(drawn)
+    sampler = FloorSampler(config, library, FloorBank(), 0)
+    drawn = sampler.draw(torch.arange(n), torch.ones(n, dtype=torch.int64))
+    return features.body(drawn.qpos, drawn.qvel), sampler.target(drawn)
 
 
 def distance(body: Body, where: Target) -> Tensor:

@@ -15,6 +15,7 @@ from world.errors import ChoiceError, ConfigError
 from world.motions.library import MotionLibrary
 from world.motions.synthetic.carries import carrying
 from world.motions.synthetic.library import walking
+from world.motions.uses.box import BOX
 from world.objects.box_bank import BoxBank, boxes
 from world.teachers.carry import CarryTeacher
 from world.teachers.controller import Phase
@@ -38,7 +39,7 @@ def bank() -> BoxBank:
 def library() -> MotionLibrary:
     generator = np.random.default_rng(0)
     carried = carrying(generator, (0.24, 0.34, 0.2), (0.5, 0.6), 1.5, 0.6)
-    return MotionLibrary([carried, walking(generator, 1.0)], affordance="carry")
+    return MotionLibrary([carried, walking(generator, 1.0)], use=BOX)
 
 
 def make(library: MotionLibrary, bank: BoxBank) -> tuple[Shard, CarryTeacher]:
@@ -72,7 +73,7 @@ def test_states_near_the_box_and_stalled_ones_are_labelled(
     share = labelled.any(dim=2).float().unflatten(0, (8, 5)).mean(dim=1)
     controller = teacher.controller
     picks_up = controller.phase == Phase.PICK_UP
-    now = shard._place().box
+    now = shard._target().box
     assert now is not None
     near = (now.position - shard._scenes.qpos[:, :3].float())[:, :2].norm(dim=1) < 1.2
     torch.testing.assert_close(share[0], 0.4 * near.float())

@@ -1,4 +1,4 @@
-"""Boxes that clips carry."""
+"""The use of boxes."""
 
 from collections.abc import Sequence
 from dataclasses import fields, replace
@@ -13,11 +13,19 @@ from world.motions import segments
 from world.motions.clip import Clip
 from world.motions.fit.box import with_box
 from world.motions.mixture import StyleMixture
-from world.motions.uses.use import LEFT, BoxFrames, ClipUse, Drawn, FrameTable, Use, use_at
+from world.motions.uses.use import (
+    EXCLUDED,
+    BoxFrames,
+    ClipUse,
+    FrameTable,
+    TransitionBatch,
+    Use,
+    use_at,
+)
 from world.scene.box import GROUND_M
 from world.scene.target import Target
 
-#: Lowest centre of a box that an episode may start with, m: people pick boxes up from the floor.
+#: Lowest centre of a box in a reference state, m: people pick boxes up from the floor.
 _LOWEST_M = GROUND_M + 0.05
 
 
@@ -41,8 +49,8 @@ class BoxUse(ClipUse):
         rotation = rotations.normalise(pose[:, 3:])
         edges = np.flatnonzero(np.diff(np.concatenate(([0], track.held.astype(np.int8), [0]))))
         found = torch.from_numpy(segments.stages(clip))
-        # who has put the box down and leaves has nothing more to do with it
-        stage = torch.where(found == segments.LEAVE, LEFT, found)
+        # leaving after the box is put down is no part of the task
+        stage = torch.where(found == segments.LEAVE, EXCLUDED, found)
         first, last = int(edges[0]), min(int(edges[-1]), clip.frames - 1)
         box = BoxFrames(
             position=pose[:, :3],
@@ -56,7 +64,7 @@ class BoxUse(ClipUse):
             has_put=torch.full((clip.frames,), int(edges[-1]) < clip.frames),
             has_picked=torch.full((clip.frames,), int(edges[0]) > 0),
         )
-        return replace(nothing, known=True, stage=stage, box=box)
+        return replace(nothing, has_object=True, stage=stage, box=box)
 
     def boxes(self, uses: Sequence[Use]) -> BoxFrames | None:
         """See ClipUse."""
@@ -71,19 +79,19 @@ class BoxUse(ClipUse):
         return table.box.position[:, 2] < _LOWEST_M
 
     def transitions(
-        self, table: FrameTable, drawn: Drawn, mixture: StyleMixture
+        self, table: FrameTable, batch: TransitionBatch, mixture: StyleMixture
     ) -> tuple[Tensor, Tensor]:
-        """With the box as the clip has it, or an imaginary one on a stand."""
-        box, index, imaginary = table.box, drawn.index, drawn.imaginary
+        """See ClipUse: with the clip's box, or a relocated one on a stand."""
+        box, index, relocated = table.box, batch.index, batch.relocated
         assert box is not None
         low, high = mixture.box_height_m
-        height = low + (high - low) * drawn.u[:, None]
-        there = torch.cat((drawn.anywhere, height), dim=1)
-        turned = rotations.from_heading(drawn.yaw)
+        height = low + (high - low) * batch.u[:, None]
+        there = torch.cat((batch.anywhere, height), dim=1)
+        turned = rotations.from_heading(batch.yaw)
 
         def state(frames: Tensor) -> Tensor:
-            position = torch.where(imaginary[:, None], there, box.position[frames])
-            rotation = torch.where(imaginary[:, None], turned, box.rotation[frames])
+            position = torch.where(relocated[:, None], there, box.position[frames])
+            rotation = torch.where(relocated[:, None], turned, box.rotation[frames])
             around = features.posed_object_features(
                 table.qpos[frames, :3], table.body.heading[frames], position, rotation
             )
@@ -91,8 +99,8 @@ class BoxUse(ClipUse):
 
         return state(index), state(index + 1)
 
-    def marked(self, clip: Clip, target: Target, run: tuple[int, int]) -> Clip:
-        """The clip: its box is recorded with it."""
+    def with_object(self, clip: Clip, target: Target, run: tuple[int, int]) -> Clip:
+        """The clip itself, which has its box."""
         return clip
 
 
@@ -103,12 +111,12 @@ def _rest(pose: Tensor, frame: int) -> Tensor:
 
 
 def _rate(values: Tensor) -> Tensor:
-    """Central differences a frame of rows [T, k], one-sided at both ends."""
+    """Central differences per frame of rows [T, k], one-sided at both ends."""
     return torch.gradient(values, dim=0)[0]
 
 
 def _angular(rotation: Tensor) -> Tensor:
-    """[T, 3]: rotation a frame, rad, in the body's own axes: the mean of both neighbours' steps."""
+    """[T, 3]: rotation per frame, rad, in the body's own axes: the mean of both adjacent steps."""
     step = rotations.to_rotation_vector(
         rotations.multiply(rotations.conjugate(rotation[:-1]), rotation[1:])
     )

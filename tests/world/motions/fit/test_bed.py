@@ -10,6 +10,7 @@ from tests.support.world.objects_in_clips import shaken
 from world.motions import load
 from world.motions.clip import Clip
 from world.motions.fit.bed import find_beds
+from world.motions.uses.bed import BED
 
 
 @pytest.mark.parametrize("angle_deg_", [0.0, 2.0])
@@ -37,7 +38,7 @@ def test_lying_on_the_floor_is_no_bed(lain: Clip) -> None:
 @needs_samp
 @pytest.mark.parametrize("name", ["lie_down_3", "lie_down_12"])
 def test_mocap_lies_on_a_low_bed(name: str) -> None:
-    (clip,) = load.clips((str(FOLDER / f"{name}.npz"),), "lie")
+    (clip,) = load.clips((str(FOLDER / f"{name}.npz"),), BED)
     assert clip.bed is not None
     assert 0.12 < clip.bed.height_m < 0.25
     apart = np.linalg.norm(np.subtract(clip.bed.head_m, clip.bed.hip_m))

@@ -9,7 +9,7 @@ import torch
 from tests.support.world.objects_in_clips import a_carry, angle_deg, shaken
 from world import rotations
 from world.motions.clip import Clip
-from world.motions.fit import ground
+from world.motions.fit import poses
 from world.motions.fit.box import find_box
 
 
@@ -41,7 +41,7 @@ def test_a_found_box_rests_moves_smoothly_and_is_rigid_in_the_hands(carried: Cli
     velocity = np.diff(box.pose[:, :3], axis=0) * carried.fps
     # nothing jumps at grasp or release: no step of more than 0.3 m/s from frame to frame
     assert np.abs(np.diff(velocity, axis=0)).max() < 0.3
-    position, _ = ground.body_poses(carried)
+    position, _ = poses.body_poses(carried)
     hands = position[:, [5, 8]].numpy()
     rotation = rotations.matrix(torch.from_numpy(box.pose[:, 3:])).numpy()
     inside = np.einsum("tji,thj->thi", rotation, hands - box.pose[:, None, :3])[box.held]

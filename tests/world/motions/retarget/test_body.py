@@ -12,7 +12,7 @@ from world import rotations
 from world.character import kinematics
 from world.errors import ClipError
 from world.motions.clip import Clip
-from world.motions.fit import ground
+from world.motions.fit import floor
 from world.motions.formats import landmarks
 from world.motions.retarget import body
 
@@ -32,7 +32,7 @@ def test_units_are_inferred_from_the_legs(walking: Clip) -> None:
 
 
 def test_faster_recordings_come_down_to_30_hz(walking: Clip) -> None:
-    recording = foreign_motions.recorded(ground.resampled(walking, 120))
+    recording = foreign_motions.recorded(floor.resampled(walking, 120))
     scaled = body.scaled(recording, landmarks.find(recording), 30)
     plain = foreign_motions.recorded(walking)
     expected = body.scaled(plain, landmarks.find(plain), 30)

@@ -7,7 +7,7 @@ import numpy as np
 from tests.support import foreign_motions
 from world.motions import measures
 from world.motions.clip import Clip
-from world.motions.fit import ground
+from world.motions.fit import poses
 from world.motions.formats import landmarks
 from world.motions.retarget import body, contacts, convert
 
@@ -24,7 +24,7 @@ def test_standing_feet_stand(walking: Clip, imported: Clip) -> None:
     assert after < 0.5 * before
     assert measures.skates_m_s(imported)[1] < 0.05
     # a foot that was flat and still is: sole on the floor, level
-    position, rotation = ground.body_poses(imported)
+    position, rotation = poses.body_poses(imported)
     target = body.targets(
         body.scaled(foreign_motions.recorded(walking), landmarks.find(
             foreign_motions.recorded(walking)), 30)

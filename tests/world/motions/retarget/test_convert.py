@@ -7,12 +7,12 @@ from world import rotations
 from world.character import model as character
 from world.motions import measures
 from world.motions.clip import Clip
-from world.motions.fit import ground
+from world.motions.fit import poses
 
 
 def aligned(clip: Clip) -> np.ndarray:
     """Body positions [T, 15, 3] seen from where the clip begins."""
-    position = ground.body_poses(clip)[0].numpy()
+    position = poses.body_poses(clip)[0].numpy()
     yaw = rotations.heading(torch.from_numpy(clip.local_rotation[:1, 0]))
     seen = rotations.turn_back(yaw[:, None], torch.from_numpy(position - position[:1, :1]))
     return seen.numpy() + np.array([0, 0, position[0, 0, 2]])

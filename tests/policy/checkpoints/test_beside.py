@@ -1,0 +1,31 @@
+"""Work beside an event loop: its result, its error, and no waiting for what hangs."""
+
+import asyncio
+import threading
+
+import pytest
+from policy.checkpoints.beside import beside
+
+
+def test_results_and_errors_come_back() -> None:
+    async def both() -> int:
+        with pytest.raises(ZeroDivisionError):
+            await beside(lambda: 1 // 0)
+        return await beside(lambda a, b: a + b, 2, 3)
+
+    assert asyncio.run(both()) == 5
+
+
+def test_the_loop_goes_on_and_ends_while_work_hangs() -> None:
+    release = threading.Event()
+
+    async def passes() -> bool:
+        hanging = asyncio.ensure_future(beside(release.wait, 60.0))
+        await asyncio.sleep(0)
+        other = await beside(threading.current_thread)
+        assert other.daemon and not hanging.done()
+        hanging.cancel()
+        return release.is_set()
+
+    assert asyncio.run(passes()) is False
+    release.set()
