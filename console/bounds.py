@@ -72,8 +72,8 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
     },
     "Evaluate": {
         "trials": ((1, 1e7),), "near_m": (_LENGTH_M,), "far_m": (_LENGTH_M,),
-        "quality": ((0, 1e6),), "seed": (_SEED,), "threads": (_THREADS,),
-        "record_trials": ((1, 1e4),),
+        "quality": ((0, 1e6),),
+        "seed": (_SEED,), "threads": (_THREADS,), "record_trials": ((1, 1e4),),
     },
     "Report": {"trials": ((1, 1e6),), "seed": (_SEED,), "threads": (_THREADS,)},
     "Publish": {"average": ((1, 1000),)},
@@ -103,13 +103,14 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
     },
     "Doctor": {"seconds": ((0, 3600),)},
     "Practice": {
-        "steps": ((1, 1e5),), "scenes": ((1, 1e6),), "noise": ((0, 10),), "in_hand": (_FRACTION,),
-        "near": (_FRACTION,), "lifted": (_FRACTION,), "skew": ((0.001, 1000),), "seed": (_SEED,),
+        "steps": ((1, 1e5),), "scenes": ((1, 1e6),), "noise": ((0, 10),),
+        "in_hand": (_FRACTION,), "near": (_FRACTION,), "lifted": (_FRACTION,),
+        "skew": ((0.001, 1000),), "seed": (_SEED,),
     },
     "TeachCarry": {
         "minutes": ((0.001, 1e6),), "batches": (_COUNT,), "workers": (_THREADS,),
-        "batch": ((1, 1e7),), "rate": (_FRACTION,), "spell": ((0.001, 1e6),), "first": ((1, 1e8),),
-        "capacity": ((1, 1e8),), "hidden": ((1, 16384),),
+        "batch": ((1, 1e7),), "rate": (_FRACTION,), "spell": ((0.001, 1e6),),
+        "first": ((1, 1e8),), "capacity": ((1, 1e8),), "hidden": ((1, 16384),),
     },
     "TeachTry": {
         "trials": ((1, 1e7),), "near_m": (_LENGTH_M,), "far_m": (_LENGTH_M,),
@@ -156,7 +157,7 @@ def require(command: Any, prefix: str = "--") -> None:
             _within(value, spans[field.name], f"{prefix}{name}", text(kind, field.name))
 
 
-UNNAMED = ("experiment", "service", "mesh", "practice")
+UNNAMED = ("experiment", "mesh", "practice", "service")
 """Fields whose flags have no prefix."""
 
 

@@ -69,7 +69,7 @@ class Doctor:
     tls_key: Path | None = None
     """Private key (PEM) of the client certificate."""
     token_file: Path | None = None
-    """File with the services' token; doctor remarks one that other users can read."""
+    """File with the token of the services, whose permissions are checked."""
     motions: tuple[Path, ...] = ()
     """Motion clips to check; default: the package's own clips."""
     seconds: float = 5.0
