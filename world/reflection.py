@@ -42,7 +42,7 @@ class Symmetry:
     symmetric networks): what they learn on one side holds on the other. None: they see everything
     as it is."""
 
-    def seen(self, observation: Tensor) -> tuple[Tensor, Tensor | None]:
+    def canonical(self, observation: Tensor) -> tuple[Tensor, Tensor | None]:
         """What networks see of observations [..., d]; and of which [...], bool, it is the mirror
         image (None: of none)."""
         if self.sides is None:
@@ -51,7 +51,7 @@ class Symmetry:
         right = x * second_y - y * second_x < 0.0
         return self.observation.where(right, observation), right
 
-    def done(self, action: Tensor, right: Tensor | None) -> Tensor:
+    def restored(self, action: Tensor, right: Tensor | None) -> Tensor:
         """Actions [..., a] for what networks said to what `seen` gave; and the other way round."""
         return action if right is None else self.action.where(right, action)
 

@@ -111,17 +111,17 @@ class _Carriers:
         n, bank = len(self._ids), self._bank
         qpos = torch.from_numpy(character.standing_qpos()).float()[None].repeat(n, 1)
         ahead = torch.tensor([[1.0, 0.0]]).repeat(n, 1)
-        at = grasp.before(qpos[:, :3], ahead, bank.half[:, 0])
+        at = grasp.held_centre(qpos[:, :3], ahead, bank.half[:, 0])
         u = random_streams.uniform(0, random_streams.EPISODE, self._ids, self._turn, 2)
         target = torch.cat((_WAY_M * ahead + u - 0.5, at[:, 2:]), dim=1)
         behind = at - 2.0 * _WAY_M * torch.cat((ahead, torch.zeros(n, 1)), dim=1)
         layout = replace(resting(at, ahead, target), start=behind)
         self._target = bank.target(self._ids, layout)
         assert self._target.box is not None
-        qpos = grasp.holding(qpos, self._target.box)
+        qpos = grasp.holding_pose(qpos, self._target.box)
         none = torch.zeros(n, character.NV)
-        self.scenes.set_down(self._ids, qpos, none, layout.start, layout.start_yaw)
-        bank.put(self.scenes, self._ids, self._ids, layout)
+        self.scenes.set_state(self._ids, qpos, none, layout.start, layout.start_yaw)
+        bank.apply(self.scenes, self._ids, self._ids, layout)
         self._controller.reset(self._ids, torch.ones(n, dtype=torch.bool))
         self._turn += 1
 

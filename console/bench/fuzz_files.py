@@ -17,7 +17,7 @@ from policy.checkpoints import format as checkpoints
 from world.character import model as character
 from world.furniture.piece import Box
 from world.meshes import importing, source, store, sweethome
-from world.meshes.build import Told
+from world.meshes.build import ImportOptions
 from world.motions import bvh_file, cache, clip_file, load
 from world.motions.clip import Clip
 from world.motions.formats import landmarks, own, registry
@@ -198,7 +198,7 @@ def _meshes(folder: Path) -> dict[str, Sample]:
 
 
 def _library(path: Path) -> None:
-    for job in importing.jobs([path], Told()):
+    for job in importing.jobs([path], ImportOptions()):
         if job.entry is not None and not job.refused:
             sweethome.source(job.entry)
 

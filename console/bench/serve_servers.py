@@ -62,7 +62,7 @@ def policy(folder: Path) -> None:
 
 def echo(folder: Path) -> None:
     """gRPC itself: no interceptors, no policy."""
-    actions = loading.served("sit", folder).servos.offset.numel()
+    actions = loading.served("sit", folder).action_map.offset.numel()
 
     async def main() -> None:
         server = grpc.aio.server(options=[("grpc.so_reuseport", 0)])
@@ -93,7 +93,7 @@ def ray_serve(folder: Path) -> None:
             data = bytearray().join(rows)
             states = torch.from_numpy(np.frombuffer(data, "<f4").reshape(len(rows), -1))
             action = self.served.act(states)
-            target = self.served.action_map.setpoints(action)
+            target = self.served.action_map.set_points(action)
             pairs = zip(action.numpy(), target.numpy(), strict=True)
             return [(a.tobytes(), t.tobytes()) for a, t in pairs]
 

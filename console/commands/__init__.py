@@ -28,7 +28,7 @@ COMMANDS = (
     Entry("evaluate", Evaluate, "console.evaluation.command:evaluate_command"),
     Entry("report", Report, "console.report.command:report_command"),
     Entry("publish", Publish, "console.serving.publish:publish_command"),
-    Entry("video", Video, "console.recording.command:video_command"),
+    Entry("video", Video, "console.video.command:video_command"),
     Entry("play", Play, "console.play.command:play_command"),
     Entry("serve", Serve, "console.serving.policy:serve_command"),
     Entry("style", Style, "console.serving.style:style_command"),

@@ -91,7 +91,7 @@ def check_policies() -> Finding:
 
 def check_rendering() -> Finding:
     """Whether `video` can draw here."""
-    from console.recording.video import choose_gl
+    from console.video.rendering import choose_gl
 
     backend = choose_gl()
     if backend is None:

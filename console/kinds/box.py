@@ -85,7 +85,7 @@ class PlayedBox:
 
     def begin(self, scenes: Scenes) -> None:
         """See Object."""
-        self._bank.put(scenes, HERE, HERE, self._layout)
+        self._bank.apply(scenes, HERE, HERE, self._layout)
 
     def move(self, scenes: Scenes, goal: Pose) -> None:
         """See Object."""

@@ -21,10 +21,10 @@ from world.errors import ConfigError, InhabitError, PieceError
 from world.furniture import catalogue
 from world.furniture.bands import SPLITS
 from world.furniture.piece import Piece
-from world.furniture.usage import spots
+from world.furniture.usage import use_points
 from world.meshes import importing, source, store
-from world.meshes.build import Told
-from world.objects.furniture_bank import Bank, scaled
+from world.meshes.build import ImportOptions
+from world.objects.furniture_bank import FurnitureBank, scaled
 from world.scene.batch import Scenes
 from world.scene.model import Ball
 from world.scene.target import Target
@@ -50,9 +50,9 @@ class FurnitureKind:
         rows = boxes_of(piece)
         if rows.shape != take.boxes.shape or not np.allclose(rows, take.boxes, atol=1e-6):
             raise ConfigError(f"'{take.piece}' is not the catalogue's piece of that name")
-        if task.affordance.places(piece) > 1:
+        if task.affordance.use_point_count(piece) > 1:
             raise ConfigError("a recording does not say from which side the bed was to be used")
-        bank = Bank([piece], task.affordance.name)
+        bank = FurnitureBank([piece], task.affordance.name)
         origin = torch.from_numpy(take.mocap_pos).float()
         yaw = rotations.heading(torch.from_numpy(take.mocap_quat).float())
         every = torch.zeros(len(take), dtype=torch.int64)
@@ -70,7 +70,7 @@ class FurnitureKind:
             )
         scale = within("--scale", command.scale, SCALES)
         piece = piece_of(named(command)).scaled(scale)
-        places = task.affordance.places(piece)
+        places = task.affordance.use_point_count(piece)
         if not 0 <= command.place < places:
             raise ConfigError(f"--place {command.place}: {piece.name} has {places}, counted from 0")
         x, y, yaw = numbers("--at", command.at, "X,Y,YAW (m, m, degrees)")
@@ -102,8 +102,8 @@ class PlayedFurniture:
 
     def __init__(self, setup: Setup, piece: Piece, affordance: str, balls: Sequence[Ball]) -> None:
         # a bank gives its variants the places of a piece in turn
-        count = min(setup.side + 1, len(spots(piece, affordance)))
-        self._bank = Bank([piece] * count, affordance, balls)
+        count = min(setup.side + 1, len(use_points(piece, affordance)))
+        self._bank = FurnitureBank([piece] * count, affordance, balls)
         self._variant = torch.tensor([count - 1])
         self.model = self._bank.models[-1]
         self._goal = setup.goal
@@ -160,7 +160,7 @@ def nearest(word: str) -> list[str]:
 
 
 def _made(path: Path) -> Piece:
-    work = importing.jobs([path], Told())
+    work = importing.jobs([path], ImportOptions())
     (outcome,) = importing.run(work, 1)
     piece = outcome.piece()
     if piece is None:

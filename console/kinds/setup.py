@@ -63,7 +63,7 @@ def check(setup: Setup, piece: Piece, affordance: Affordance) -> Setup:
             raise ConfigError(f"{name}: must be finite numbers")
         if max(abs(pose.x), abs(pose.y)) > FAR_M:
             raise ConfigError(f"{name}: choose x and y within {FAR_M:g} m of the origin")
-    sides = affordance.places(piece)
+    sides = affordance.use_point_count(piece)
     if not 0 <= setup.side < sides:
         raise ConfigError(f"side {setup.side}: {piece.name} has sides 0 to {sides - 1}")
     return setup

@@ -9,8 +9,8 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 from console.commands import MotionsPlay
+from console.listening import address_of, is_loopback
 from console.motions.page import page
-from console.play.server import address_of, is_loopback
 from world.errors import ClipError, ConfigError
 from world.motions import load
 from world.motions.clip import Clip

@@ -75,7 +75,7 @@ class Scene:
         qpos, half = character.standing_qpos(), 0.5 * start.yaw
         qpos[:2] = start.x, start.y
         qpos[3:7] = math.cos(half), 0.0, 0.0, math.sin(half)
-        self._scenes.set_down(
+        self._scenes.set_state(
             _HERE,
             torch.from_numpy(qpos)[None],
             torch.zeros(1, character.NV),

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from console.commands import Export
 from console.serving import loading
 from policy.checkpoints.served import ACTIONS, STATE_WIDTH, Served
+from policy.messages import description
 from policy.model.networks import hidden_widths
-from policy.service import description
 from world.errors import InhabitError
 
 OPSET = 17
@@ -209,7 +209,7 @@ def compare(served: Served, file: Path) -> Difference:
     )
     action, target = session.run(["action", "target"], {"state": state, "goal": goal})
     own = policy(*observation.split([STATE_WIDTH, served.width - STATE_WIDTH], dim=1))
-    wanted = served.action_map.setpoints(own)
+    wanted = served.action_map.set_points(own)
     return Difference(
         float(np.abs(np.asarray(action) - own.numpy()).max()),
         float(np.abs(np.asarray(target) - wanted.numpy()).max()),

@@ -85,7 +85,7 @@ class Motion:
         run = self._stretch()
         if run is None:
             return made
-        return served.task.affordance.clips.marked(made, self.targets[run[0]], run)
+        return served.task.affordance.clips.with_object(made, self.targets[run[0]], run)
 
     def _stretch(self) -> tuple[int, int] | None:
         """The longest run of frames that are a success and no fall: first, one beyond the last."""

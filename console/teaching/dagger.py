@@ -29,8 +29,8 @@ from console.teaching.scenes import TeachingScenes
 from learner.config import LearnerConfig
 from learner.ppo import Learner
 from policy.checkpoints.format import Manifest, read, write
+from policy.checkpoints.transfer import widened
 from policy.model.acting import Policy
-from policy.model.transfer import widened
 from world.config import WorldConfig
 from world.errors import InhabitError
 from world.tasks.carry import Carry

@@ -17,7 +17,7 @@ _AVERAGED = 2000
 
 def action_weights(world: WorldConfig) -> Tensor:
     """[28]: weight of each action's error, by the torque that it makes, within bounds."""
-    low, high = character.target_bounds()
+    low, high = character.set_point_bounds()
     torque = torch.from_numpy(character.gains()[0] * world.action_scale * (high - low)).float()
     return (torque / torque.mean()).clamp(0.3, 3.0)
 

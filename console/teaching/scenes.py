@@ -140,8 +140,8 @@ class TeachingScenes:
         [n, 34]."""
         moves = torch.zeros(len(rows), character.NV) if qvel is None else qvel[rows]
         at = layout.rows(rows)
-        self.scenes.set_down(rows, qpos[rows], moves, at.start, at.start_yaw)
-        self.bank.put(self.scenes, rows, rows, at)
+        self.scenes.set_state(rows, qpos[rows], moves, at.start, at.start_yaw)
+        self.bank.apply(self.scenes, rows, rows, at)
         self.target.write(rows, self.bank.target(rows, at))
         overwrite(self._layout, rows, at)
         self.controller.reset(rows, carrying[rows])
@@ -180,7 +180,7 @@ class TeachingScenes:
         far = torch.where(near, self._between(0.6, 1.5), self._between(1.0, 5.0))
         far = torch.maximum(far, half[:, :2].norm(dim=1) + 0.35)
         on_stand = self._about(torch.zeros(n, 2), far)
-        in_hand = grasp.before(qpos[:, :3], ahead, half[:, 0])
+        in_hand = grasp.held_centre(qpos[:, :3], ahead, half[:, 0])
         gone = torch.tensor([[-6.0, 0.0]]).repeat(n, 1)
         stand_m = half[:, 2] + self._between(*self._world.carry.stand_m)
         start = torch.where(carrying[:, None], gone, on_stand)
@@ -200,7 +200,11 @@ class TeachingScenes:
         layout = Layout(position, rotations.from_heading(yaw), rest, start, yaw, target)
         state = self.bank.target(self.ids, layout).box
         assert state is not None
-        return torch.where(carrying[:, None], grasp.holding(qpos, state), qpos), layout, carrying
+        return (
+            torch.where(carrying[:, None], grasp.holding_pose(qpos, state), qpos),
+            layout,
+            carrying,
+        )
 
     def _about(self, point: Tensor, far: Tensor) -> Tensor:
         """[n, 2]: at distances [n] from points [n, 2], in uniform directions."""

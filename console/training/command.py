@@ -36,8 +36,8 @@ from learner.loop import Loop
 from learner.ppo import Learner
 from policy.checkpoints.format import Manifest, read, read_manifest
 from policy.checkpoints.run_checkpoints import RunCheckpoints, read_newest
+from policy.checkpoints.transfer import adopt
 from policy.errors import CheckpointError
-from policy.model.transfer import adopt
 from world import tasks
 from world.episodes.cloning import pairs
 from world.errors import ConfigError
@@ -224,8 +224,8 @@ def begin(
         if theirs.task == mine.task:
             mine.require(theirs, str(path))
         else:
-            alike = tasks.make(command.task).alike
-            state = adopt(state, theirs, mine, alike, str(path))
+            equivalents = tasks.make(command.task).equivalents
+            state = adopt(state, theirs, mine, equivalents, str(path))
         learner.load_policy_state(state)
         other = "" if theirs.task == mine.task else f", of the task {theirs.task}"
         note(f"networks and normalisers from {path}{other}")
@@ -248,7 +248,7 @@ def clone_clips(learner: Learner, experiment: Experiment) -> list[float]:
         experiment.clone_samples,
         seed,
     )
-    inputs, actions = learner.seen(*found)
+    inputs, actions = learner.canonical(*found)
     return clone(
         learner.actor, learner.normaliser, inputs, actions, experiment.clone_passes, seed=seed
     )

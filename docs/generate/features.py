@@ -86,8 +86,8 @@ def _features(features: Table) -> str:
 
 
 def _actions() -> str:
-    low, high = character.target_bounds()
-    neutral = character.neutral_targets()
+    low, high = character.set_point_bounds()
+    neutral = character.neutral_set_points()
     kp, kd = character.gains()
     names = [
         joint.name + (f"_{'xyz'[axis]}" if joint.is_ball else "")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from prometheus_client import CollectorRegistry, Counter
 
-from policy.checkpoints.beside import beside
+from policy.checkpoints.background import run_in_background
 from policy.checkpoints.served import Served
 from world.errors import InhabitError
 
@@ -59,7 +59,7 @@ class Follower:
         Reading goes on beside the serving. Whatever goes wrong, the present version stays.
         """
         try:
-            path, seen = await beside(self._look)
+            path, seen = await run_in_background(self._look)
         except InhabitError as error:
             return self._refuse(str(error))
         except OSError as error:
@@ -68,7 +68,7 @@ class Follower:
             return False
         self._seen = seen
         try:
-            served = await beside(self._read, path)
+            served = await run_in_background(self._read, path)
         except InhabitError as error:
             return self._refuse(str(error))
         except Exception as error:  # a foreign file may fail in any way; the service goes on

@@ -83,7 +83,7 @@ class Served:
 
     def act(self, observation: Tensor) -> Tensor:
         """Mean actions [n, 28] for rows of (state, goal) [n, width], float32."""
-        rows, right = self.policy.seen(observation)
+        rows, right = self.policy.network_input(observation)
         *hidden, (weight, bias) = self._layers
         inner = rows
         for matrix, offset in hidden:
@@ -91,7 +91,7 @@ class Served:
         means = functional.linear(inner, weight, bias)
         if self._skip is not None:
             means = torch.addmm(means, rows, self._skip)
-        return self.policy.done(means, right)
+        return self.policy.world_action(means, right)
 
     def check(self) -> "Served":
         """Itself, or LayoutError if it cannot act: its features, or numbers in its weights."""

@@ -47,21 +47,21 @@ class Policy:
     @torch.no_grad()
     def __call__(self, state: Tensor, goal: Tensor) -> Tensor:
         """State [n, 114] and goal [n, G] -> mean action [n, 28], float32."""
-        observation, right = self.seen(torch.cat((state, goal), -1))
+        observation, right = self.network_input(torch.cat((state, goal), -1))
         with self.precision.context():
-            return self.done(self.actor(observation), right)
+            return self.world_action(self.actor(observation), right)
 
-    def seen(self, observation: Tensor) -> tuple[Tensor, Tensor | None]:
+    def network_input(self, observation: Tensor) -> tuple[Tensor, Tensor | None]:
         """What the actor sees of observations [n, d]: their images in the mirror where [n] bool,
         returned too, says so; normalised."""
         right = None
         if self.symmetry is not None:
-            observation, right = self.symmetry.seen(observation)
+            observation, right = self.symmetry.canonical(observation)
         return normalise(observation, self.mean, self.std, self.clip), right
 
-    def done(self, action: Tensor, right: Tensor | None) -> Tensor:
+    def world_action(self, action: Tensor, right: Tensor | None) -> Tensor:
         """What is to be done where the actor said `action` [n, 28] to what `seen` gave."""
-        return action if self.symmetry is None else self.symmetry.done(action, right)
+        return action if self.symmetry is None else self.symmetry.restored(action, right)
 
 
 def _part(weights: Mapping[str, Tensor], prefix: str) -> dict[str, Tensor]:

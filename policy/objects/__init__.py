@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from google.protobuf.message import Message
 
 from policy.errors import RequestError
-from policy.objects.adapter import Adapter, Gone, Props, never
+from policy.objects.adapter import Adapter, Cancelled, Props, not_cancelled
 from policy.objects.box import BoxAdapter
 from policy.objects.floor import FloorAdapter
 from policy.objects.furniture import FurnitureAdapter
@@ -39,7 +39,7 @@ def props_of(
     task: Task,
     balls: Sequence[Ball] = (),
     piece: Piece | None = None,
-    gone: Gone = never,
+    gone: Cancelled = not_cancelled,
 ) -> Props:
     """The object of a request; RequestError names what is missing or wrong.
 

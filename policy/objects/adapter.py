@@ -14,11 +14,11 @@ from world.scene.model import Ball
 from world.scene.target import Target
 from world.tasks import Task
 
-Gone = Callable[[], bool]
+Cancelled = Callable[[], bool]
 """Whether the client gave up."""
 
 
-def never() -> bool:
+def not_cancelled() -> bool:
     """False: the client waits."""
     return False
 
@@ -79,7 +79,7 @@ class Adapter(Protocol):
         task: Task,
         balls: Sequence[Ball],
         piece: Piece | None,
-        gone: Gone = never,
+        gone: Cancelled = not_cancelled,
     ) -> Props:
         """The object of a request; RequestError names what is wrong. balls: projectiles that its
         scene has besides. piece: the furniture, at its scale, in the place of the request's

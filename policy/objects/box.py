@@ -8,7 +8,7 @@ from torch import Tensor
 
 from policy.errors import RequestError
 from policy.fields import FAST, Numbers, number, quaternion, upright, vector
-from policy.objects.adapter import Gone, never
+from policy.objects.adapter import Cancelled, not_cancelled
 from policy.objects.columns import COLUMNS
 from rpc.v1 import policy_pb2 as pb
 from world import rotations
@@ -81,13 +81,13 @@ class BoxAdapter:
         task: Task,
         balls: Sequence[Ball],
         piece: Piece | None,
-        gone: Gone = never,
-    ) -> "Boxed":
+        gone: Cancelled = not_cancelled,
+    ) -> "BoxArrangement":
         """See Adapter."""
-        return Boxed(request.box, balls)
+        return BoxArrangement(request.box, balls)
 
 
-class Boxed:
+class BoxArrangement:
     """A box to carry, on a stand, and the stand to bring it to."""
 
     def __init__(self, message: pb.CarriedBox, balls: Sequence[Ball] = ()) -> None:
@@ -104,7 +104,7 @@ class Boxed:
 
     def begin(self, scenes: Scenes) -> None:
         """See Props."""
-        self._bank.put(scenes, _HERE, _HERE, self._layout)
+        self._bank.apply(scenes, _HERE, _HERE, self._layout)
 
     def target(self, scenes: Scenes) -> Target:
         """See Props."""

@@ -8,7 +8,7 @@ from torch import Tensor
 
 from policy.errors import RequestError
 from policy.fields import Numbers, upright, vector
-from policy.objects.adapter import Gone, never
+from policy.objects.adapter import Cancelled, not_cancelled
 from policy.objects.columns import COLUMNS
 from rpc.v1 import policy_pb2 as pb
 from world.furniture.piece import Box, Piece
@@ -43,10 +43,10 @@ class FloorAdapter:
         task: Task,
         balls: Sequence[Ball],
         piece: Piece | None,
-        gone: Gone = never,
-    ) -> "Marked":
+        gone: Cancelled = not_cancelled,
+    ) -> "FloorArrangement":
         """See Adapter."""
-        return Marked(*_where(request.furniture), balls)
+        return FloorArrangement(*_where(request.furniture), balls)
 
 
 def _where(message: pb.Furniture) -> tuple[Numbers, float]:
@@ -62,7 +62,7 @@ def _where(message: pb.Furniture) -> tuple[Numbers, float]:
     )
 
 
-class Marked:
+class FloorArrangement:
     """A target on an empty floor; see Props."""
 
     def __init__(self, position: Numbers, yaw: float, balls: Sequence[Ball] = ()) -> None:

@@ -10,13 +10,13 @@ from torch import Tensor
 
 from policy.errors import RequestError
 from policy.fields import Numbers, number
-from policy.objects.adapter import Gone, never
+from policy.objects.adapter import Cancelled, not_cancelled
 from policy.objects.columns import COLUMNS, POSE_WIDTH
 from policy.objects.placement import (
     SCALES,
-    Standing,
-    fill_place,
-    mesh_spot,
+    PlacedFurniture,
+    fill_target,
+    mesh_use_point,
     placed,
     standing,
     turned,
@@ -24,7 +24,7 @@ from policy.objects.placement import (
 from rpc.v1 import policy_pb2 as pb
 from world.furniture.piece import Box, Piece
 from world.meshes import importing
-from world.meshes.build import Told
+from world.meshes.build import ImportOptions
 from world.scene.batch import Scenes
 from world.scene.model import Ball, compile_scene
 from world.scene.target import Target
@@ -35,7 +35,7 @@ _HERE = torch.zeros(1, dtype=torch.int64)
 FORMATS = ("obj", "stl", "ply", "glb")
 
 
-def piece_of_mesh(furniture: pb.Furniture, gone: Gone = never) -> Piece:
+def piece_of_mesh(furniture: pb.Furniture, gone: Cancelled = not_cancelled) -> Piece:
     """The piece that a mesh gives, made in a process of its own within bounds, or known already."""
     mesh = furniture.mesh
     if mesh.format not in FORMATS:
@@ -46,7 +46,7 @@ def piece_of_mesh(furniture: pb.Furniture, gone: Gone = never) -> Piece:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"mesh.{mesh.format}"
         path.write_bytes(mesh.data)
-        (outcome,) = importing.run(importing.jobs([path], Told()), 1, stopped=gone)
+        (outcome,) = importing.run(importing.jobs([path], ImportOptions()), 1, stopped=gone)
     piece = outcome.piece()
     if piece is None:
         raise RequestError(f"furniture.mesh: {outcome.refused}")
@@ -64,7 +64,7 @@ class FurnitureAdapter:
 
     def fill(self, row: Numbers, message: pb.Situation, task: Task, name: str) -> None:
         """See Adapter."""
-        fill_place(row, standing(message.furniture, task))
+        fill_target(row, standing(message.furniture, task))
 
     def props(
         self,
@@ -72,18 +72,18 @@ class FurnitureAdapter:
         task: Task,
         balls: Sequence[Ball],
         piece: Piece | None,
-        gone: Gone = never,
-    ) -> "Furnished":
+        gone: Cancelled = not_cancelled,
+    ) -> "FurnitureArrangement":
         """See Adapter."""
         if piece is None and request.furniture.WhichOneof("shape") == "mesh":
             piece = piece_of_mesh(request.furniture, gone)
         if piece is not None:
             where = placed(
-                request.furniture, piece, mesh_spot(piece, request.furniture, task), True
+                request.furniture, piece, mesh_use_point(piece, request.furniture, task), True
             )
         else:
             where = standing(request.furniture, task, anywhere=True)
-        return Furnished(where, balls)
+        return FurnitureArrangement(where, balls)
 
 
 def target_of(rows: Tensor) -> Target:
@@ -93,10 +93,10 @@ def target_of(rows: Tensor) -> Target:
     return Target(point, facing, corners, head)
 
 
-class Furnished:
+class FurnitureArrangement:
     """Furniture to sit or lie on."""
 
-    def __init__(self, where: Standing, balls: Sequence[Ball] = ()) -> None:
+    def __init__(self, where: PlacedFurniture, balls: Sequence[Ball] = ()) -> None:
         self._where = where
         self._row = torch.zeros(1, POSE_WIDTH)
         try:
@@ -116,7 +116,7 @@ class Furnished:
         """See Props."""
         self._where = self._where.moved(position, yaw)
         row = np.zeros(POSE_WIDTH)
-        fill_place(row, self._where)
+        fill_target(row, self._where)
         self._row = torch.from_numpy(row).float()[None]
         turned = torch.tensor([[np.cos(yaw), np.sin(yaw)]])
         scenes.move_furniture(_HERE, torch.from_numpy(position)[None], turned)

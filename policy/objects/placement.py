@@ -12,7 +12,7 @@ from rpc.v1 import policy_pb2 as pb
 from world.errors import InhabitError
 from world.furniture import catalogue
 from world.furniture.piece import UPRIGHT, Box, Piece, Quaternion, Vector
-from world.furniture.usage import Spot, spots, usage
+from world.furniture.usage import UsePoint, usage, use_points
 from world.tasks import Task
 
 SCALES = (0.2, 5.0)
@@ -22,20 +22,20 @@ _LARGE_M, _THIN_M = 20.0, 5e-4
 
 
 @dataclass(frozen=True)
-class Standing:
+class PlacedFurniture:
     """A piece of furniture, the place of it that is meant, and where it stands."""
 
     piece: Piece
-    spot: Spot
+    spot: UsePoint
     """In the piece's frame."""
     position: Numbers
     """[3]: of the piece's frame, world, m."""
     yaw: float
     """Of the piece's frame, rad."""
 
-    def moved(self, position: Numbers, yaw: float) -> "Standing":
+    def moved(self, position: Numbers, yaw: float) -> "PlacedFurniture":
         """The same, standing elsewhere."""
-        return Standing(self.piece, self.spot, position, yaw)
+        return PlacedFurniture(self.piece, self.spot, position, yaw)
 
 
 @lru_cache(maxsize=512)
@@ -47,7 +47,7 @@ def piece_of(name: str, scale: float) -> Piece:
         raise RequestError(f"furniture.piece: {error}") from error
 
 
-def standing(furniture: pb.Furniture, task: Task, anywhere: bool = False) -> Standing:
+def standing(furniture: pb.Furniture, task: Task, anywhere: bool = False) -> PlacedFurniture:
     """The furniture of a message.
 
     anywhere: position and rotation may be left out: the origin, facing +x.
@@ -67,21 +67,23 @@ def standing(furniture: pb.Furniture, task: Task, anywhere: bool = False) -> Sta
     return placed(furniture, piece, spot, anywhere)
 
 
-def placed(furniture: pb.Furniture, piece: Piece, spot: Spot, anywhere: bool = False) -> Standing:
+def placed(
+    furniture: pb.Furniture, piece: Piece, spot: UsePoint, anywhere: bool = False
+) -> PlacedFurniture:
     """The piece where the message has it."""
     position, yaw = np.zeros(3), 0.0
     if furniture.position or not anywhere:
         position = vector(furniture.position, "furniture.position", 3)
     if furniture.rotation or not anywhere:
         yaw = upright(furniture.rotation, "furniture.rotation")
-    return Standing(piece, spot, position, yaw)
+    return PlacedFurniture(piece, spot, position, yaw)
 
 
 MAX_BOXES = 64
 """Boxes of one custom shape."""
 
 
-def custom(shape: pb.Shape, task: Task) -> tuple[Piece, Spot]:
+def custom(shape: pb.Shape, task: Task) -> tuple[Piece, UsePoint]:
     """A piece of the caller's own, of its boxes or of one box round all of it, and its place."""
     where = "furniture.custom"
     if len(shape.boxes) > MAX_BOXES:
@@ -103,10 +105,10 @@ def custom(shape: pb.Shape, task: Task) -> tuple[Piece, Spot]:
         piece = Piece("custom", "custom", tuple(boxes), (), 1.0)
     except InhabitError as error:
         raise RequestError(f"{where}.boxes: {error}") from error
-    return piece, Spot(hip, head, facing)
+    return piece, UsePoint(hip, head, facing)
 
 
-def fill_place(row: Numbers, where: Standing) -> None:
+def fill_target(row: Numbers, where: PlacedFurniture) -> None:
     """Write what a task must know of furniture into a row: world frame."""
 
     def world(points: Numbers | Vector) -> Numbers:
@@ -126,14 +128,14 @@ def turned(points: Numbers | Vector, yaw: float) -> Numbers:
     return np.asarray(points) @ turn.T
 
 
-def mesh_spot(piece: Piece, furniture: pb.Furniture, task: Task) -> Spot:
+def mesh_use_point(piece: Piece, furniture: pb.Furniture, task: Task) -> UsePoint:
     """The place that is meant of a piece made from a mesh."""
     return _spot(piece, task, furniture.place)
 
 
-def _spot(piece: Piece, task: Task, index: int) -> Spot:
+def _spot(piece: Piece, task: Task, index: int) -> UsePoint:
     try:
-        found = spots(piece, task.affordance.name)
+        found = use_points(piece, task.affordance.name)
     except InhabitError as error:
         raise RequestError(f"furniture: {error}") from error
     if not 0 <= index < len(found):

@@ -8,7 +8,7 @@ _REMEMBERED = 8
 _EXPLORED = 256
 
 
-class Company:
+class BatchSizePredictor:
     """What the last batches tell about the next one.
 
     Calls arrive one by one, and one that is answered at once has ended before the next is seen, so
@@ -20,11 +20,11 @@ class Company:
         self._until_explored = _EXPLORED
         self._wanted = 1
 
-    def missing(self, calls: int) -> bool:
+    def expects_more_than(self, calls: int) -> bool:
         """Whether others than these are likely to join them."""
         return calls < self._wanted or self._until_explored == 0
 
-    def came(self, calls: int) -> None:
+    def observe(self, calls: int) -> None:
         """A batch was made of so many calls."""
         self._sizes.append(calls)
         self._wanted = max(self._sizes)

@@ -15,7 +15,7 @@ from policy.checkpoints.served import ACTIONS, STATE_WIDTH, Served
 from policy.config import BatchConfig
 from policy.errors import BusyError, RequestError
 from policy.objects.columns import POSE_WIDTH
-from policy.service.batch_size import Company
+from policy.service.batch_size import BatchSizePredictor
 from policy.service.poses import observations
 from world.character.features import STATE, Table
 
@@ -87,7 +87,7 @@ class Batcher:
         #: Streams that are open and calls in progress: when each of them has a request waiting, and
         #: no further calls are likely, nothing is waited for.
         self.streams = self.calls = 0
-        self._company = Company()
+        self._predictor = BatchSizePredictor()
         name = served().name
         self._batch_rows, self._queued = metrics.rows.labels(name), metrics.queued.labels(name)
         self._refused, self._wait = metrics.refused.labels(name), metrics.wait.labels(name)
@@ -126,7 +126,7 @@ class Batcher:
         """Whether everyone has asked who is going to."""
         if len(self._waiting) + len(self._large) < self.streams + self.calls:
             return False
-        return not (self.calls and self._company.missing(self.calls))
+        return not (self.calls and self._predictor.expects_more_than(self.calls))
 
     def _cancel_timer(self) -> None:
         if self._timer is not None:
@@ -138,7 +138,7 @@ class Batcher:
         self._cancel_timer()
         self._soon = False
         if self.calls:
-            self._company.came(self.calls)
+            self._predictor.observe(self.calls)
         batch: list[Entry] = []
         rows = 0
         # in turn, so that neither waits for more than one pass of the other
@@ -192,7 +192,7 @@ class Batcher:
                 for entry in entries
             ]
             action = action + served.sigma * torch.from_numpy(np.concatenate(noise))
-        targets = served.action_map.setpoints(action).numpy().tobytes()
+        targets = served.action_map.set_points(action).numpy().tobytes()
         actions = action.numpy().tobytes()
         version, start = served.version, 0
         for entry in entries:

@@ -13,7 +13,7 @@ from policy.checkpoints.reload import Follower, Source, counters
 from policy.checkpoints.served import STATE_WIDTH, Served
 from policy.config import PolicyServiceConfig
 from policy.errors import BusyError, RequestError
-from policy.service import description, requests
+from policy.messages import description, requests
 from policy.service.batching import Answer, Batcher, BatchMetrics
 from policy.service.streams import Stream, Streams
 from policy.synthesis.streaming import Synthesis

@@ -8,8 +8,8 @@ from torch import Tensor
 
 from policy.checkpoints.served import Served
 from policy.fields import Numbers, number
+from policy.messages.requests import coordinates, noise
 from policy.objects import props_of
-from policy.service.requests import coordinates, noise
 from policy.synthesis.disturbances import Disturbances, balls_of, displaced, thrown
 from rpc.v1 import policy_pb2 as pb
 from world import rotations
@@ -61,7 +61,7 @@ class Simulation:
         self.scenes = Scenes([self.props.model], world.action_scale, world.action_clip)
         qpos, qvel = _start(request.start)
         here = torch.zeros(1, dtype=torch.int64)
-        self.scenes.set_down(
+        self.scenes.set_state(
             here,
             torch.from_numpy(qpos)[None],
             torch.from_numpy(qvel)[None],

@@ -11,7 +11,7 @@ import torch
 
 from policy.checkpoints.served import Served
 from policy.config import SynthesisConfig
-from policy.service import description
+from policy.messages import description
 from policy.synthesis.simulation import Simulation
 from rpc.v1 import policy_pb2 as pb
 from world.character import model as character

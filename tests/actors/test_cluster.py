@@ -132,7 +132,7 @@ def sabotaged(
 def test_one_that_dies_while_it_starts_is_started_again(
     starter: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # Patience would end after the test's own time-out.
+    # The start-up time-out would end after the test's own time-out.
     monkeypatch.setattr("actors.cluster.START_S", 600.0)
     made = sabotaged(monkeypatch, starter, [signal.SIGKILL])
     before = sessions()

@@ -18,15 +18,15 @@ class TestCollection:
     """Every scene once, whoever delivers, dies or is late: on eight blocks of one scene."""
 
     def collection(self) -> Collection:
-        found = Collection(range(8), 1, late_s=10.0, late_factor=2.0)
-        found.ask("a", "A", range(4))
-        found.ask("b", "B", range(4, 8))
-        found.owe_the_rest()
-        assert not found.owed
+        found = Collection(range(8), 1, straggler_s=10.0, straggler_factor=2.0)
+        found.assign("a", "A", range(4))
+        found.assign("b", "B", range(4, 8))
+        found.queue_unassigned()
+        assert not found.queued
         return found
 
     def deliver(self, asked: Collection, reference: str) -> bool:
-        return asked.answer(asked.jobs[reference], {"of": reference}, {})
+        return asked.deliver(asked.jobs[reference], {"of": reference}, {})
 
     def taken(self, asked: Collection) -> dict[range, str]:
         return {scenes: packed["of"] for scenes, (packed, _) in asked.results.items()}
@@ -34,40 +34,40 @@ class TestCollection:
     def test_what_a_dead_actor_had_is_owed_in_parts(self):
         asked = self.collection()
         assert asked.fail(asked.jobs["a"]) == 1
-        assert asked.take(helpers=3) == (range(2), 1)
-        assert asked.take(helpers=1) == (range(2, 4), 1)
-        assert not asked.owed and not asked.complete
+        assert asked.next_part(helpers=3) == (range(2), 1)
+        assert asked.next_part(helpers=1) == (range(2, 4), 1)
+        assert not asked.queued and not asked.complete
 
     def test_a_late_original_replaces_pieces_and_later_ones_do_not_count(self):
         asked = self.collection()
         self.deliver(asked, "b")
-        asked.look_for_late(time.monotonic() + 5)
-        assert not asked.owed, "late only after 10 s"
-        asked.look_for_late(time.monotonic() + 11)
-        assert asked.take(2) == (range(2), 0)
-        asked.ask("a1", "B", range(2))
+        asked.queue_stragglers(time.monotonic() + 5)
+        assert not asked.queued, "late only after 10 s"
+        asked.queue_stragglers(time.monotonic() + 11)
+        assert asked.next_part(2) == (range(2), 0)
+        asked.assign("a1", "B", range(2))
         assert self.deliver(asked, "a1")
         assert self.taken(asked) == {range(4, 8): "b", range(2): "a1"}
-        asked.ask("a2", "B", asked.take(1)[0])
+        asked.assign("a2", "B", asked.next_part(1)[0])
         assert self.deliver(asked, "a")
         assert self.taken(asked) == {range(4, 8): "b", range(4): "a"} and asked.complete
         assert not self.deliver(asked, "a2")
-        assert asked.complete and asked.helped == 1
+        assert asked.complete and asked.stragglers == 1
 
     def test_a_helper_that_dies_leaves_its_piece_owed_though_the_late_one_is_at_it(self):
         asked = self.collection()
         self.deliver(asked, "b")
-        asked.look_for_late(time.monotonic() + 11)
-        asked.ask("a1", "B", asked.take(1)[0])
+        asked.queue_stragglers(time.monotonic() + 11)
+        asked.assign("a1", "B", asked.next_part(1)[0])
         assert asked.fail(asked.jobs["a1"]) == 1
-        assert asked.owed == [(range(4), 1)]
-        asked.ask("a1", "B", *asked.take(1))
+        assert asked.queued == [(range(4), 1)]
+        asked.assign("a1", "B", *asked.next_part(1))
         assert asked.fail(asked.jobs["a1"]) == 2
         asked.fail(asked.jobs["a"])
-        assert asked.owed == [(range(4), 2)], "not twice"
+        assert asked.queued == [(range(4), 2)], "not twice"
 
     def test_none_is_late_as_long_as_most_are_at_work(self):
         asked = self.collection()
-        assert asked.late_at_s is None
+        assert asked.next_straggler_s is None
         self.deliver(asked, "b")
-        assert asked.late_at_s is not None
+        assert asked.next_straggler_s is not None

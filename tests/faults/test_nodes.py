@@ -9,7 +9,7 @@ import pytest
 import ray
 from ray.cluster_utils import Cluster
 
-from actors.cluster import START_S, on_loopback, patience, ray_session
+from actors.cluster import START_S, on_loopback, ray_session, startup_timeouts
 from actors.fleet import FleetConfig, RayFleet
 from actors.local import LocalFleet
 from policy.rollout import Rollout
@@ -35,7 +35,7 @@ def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     monkeypatch.setenv("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
     head = NODE | {"num_cpus": 0, "include_dashboard": False}
-    with on_loopback(), patience(START_S):
+    with on_loopback(), startup_timeouts(START_S):
         made = Cluster(initialize_head=True, head_node_args=head)
         try:
             yield made

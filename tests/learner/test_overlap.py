@@ -11,7 +11,7 @@ from actors.local import LocalFleet
 from console.run.experiment import Experiment, check
 from learner.config import LagConfig, LoopConfig
 from learner.errors import TrainingError
-from learner.loop import STALE_IN_A_ROW, Loop
+from learner.loop import MAX_STALE_ROLLOUTS, Loop
 from policy.checkpoints.format import read
 from policy.checkpoints.run_checkpoints import resolve
 from policy.rollout import Rollout
@@ -183,7 +183,7 @@ def test_a_fleet_that_is_always_late_ends_the_run_with_one_line(tmp_path):
     loop = looped(tmp_path, fleet, LoopConfig(iterations=3, lag=LagConfig(max_policy=2)))
     with pytest.raises(TrainingError, match=r"^iteration 1: 8 rollouts .* --lag\.max-policy 2 or"):
         loop.run()
-    assert len(fleet.gave) == STALE_IN_A_ROW
+    assert len(fleet.gave) == MAX_STALE_ROLLOUTS
     loop.close()
     fleet.close()
 

@@ -109,7 +109,7 @@ def test_moving_the_value_normaliser_keeps_the_critics_predictions():
     held.values.update(torch.randn(100) * 2 + 3)
     x = torch.randn(30, STATE + GOAL)
     before = held.values.denormalise(held.critic(x).detach())
-    held._move_values(torch.randn(100) * 50 + 20)
+    held._update_values(torch.randn(100) * 50 + 20)
     torch.testing.assert_close(
         held.values.denormalise(held.critic(x).detach()), before, rtol=1e-4, atol=1e-3
     )

@@ -23,7 +23,7 @@ class Walk:
         self.scenes = Scenes([compile_scene(None)] * n, 0.35, 3.0)
         standing = torch.from_numpy(character.standing_qpos()).float()[None].repeat(n, 1)
         away, ahead = torch.full((n, 3), -9.0), torch.tensor([[1.0, 0.0]]).repeat(n, 1)
-        self.scenes.set_down(torch.arange(n), standing, torch.zeros(n, 34), away, ahead)
+        self.scenes.set_state(torch.arange(n), standing, torch.zeros(n, 34), away, ahead)
 
     def go(
         self, command: Tensor, stop: bool, steps: int, observer: Gait | None = None

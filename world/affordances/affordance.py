@@ -14,7 +14,7 @@ from torch import Tensor
 from world.character import model as character
 from world.config import WorldConfig
 from world.furniture.piece import Piece
-from world.initial.starter import AnyStarter
+from world.initial.sampler import InitialStateSampler
 from world.motions.library import MotionLibrary
 from world.motions.uses.use import ClipUse
 from world.objects.bank import ObjectBank
@@ -95,9 +95,9 @@ class Affordance(ABC):
         """The training objects, compiled."""
 
     @abstractmethod
-    def starter(
+    def sampler(
         self, config: WorldConfig, library: MotionLibrary, bank: ObjectBank, seed: int
-    ) -> AnyStarter:
+    ) -> InitialStateSampler:
         """What draws the initial states; `bank`: as `bank` makes it."""
 
     @abstractmethod
@@ -122,7 +122,7 @@ class Affordance(ABC):
         """A player's piece at its scale."""
         return self.sized(piece, scale)
 
-    def places(self, piece: Piece) -> int:
+    def use_point_count(self, piece: Piece) -> int:
         """How many points of use a piece offers."""
         return 1
 
@@ -144,4 +144,4 @@ def stand(scenes: Scenes, origin: Tensor, yaw: Tensor) -> None:
     every = torch.arange(scenes.n)
     qpos = torch.from_numpy(character.standing_qpos()).expand(scenes.n, -1)
     qvel = torch.zeros(scenes.n, character.NV, dtype=torch.float64)
-    scenes.set_down(every, qpos, qvel, origin, yaw)
+    scenes.set_state(every, qpos, qvel, origin, yaw)

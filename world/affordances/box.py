@@ -11,8 +11,8 @@ from world.affordances.affordance import Affordance, Setting, stand
 from world.config import CarryConfig, WorldConfig
 from world.errors import ConfigError
 from world.furniture.piece import Piece
-from world.initial.box import BoxStarter
-from world.initial.starter import AnyStarter
+from world.initial.box import BoxSampler
+from world.initial.sampler import InitialStateSampler
 from world.motions.library import MotionLibrary
 from world.motions.uses.box import BOX as BOX_CLIPS
 from world.objects import box_bank
@@ -47,12 +47,12 @@ class CarriedBox(Affordance):
         """See Affordance."""
         return BoxBank(box_bank.boxes(config.carry))
 
-    def starter(
+    def sampler(
         self, config: WorldConfig, library: MotionLibrary, bank: ObjectBank, seed: int
-    ) -> AnyStarter:
+    ) -> InitialStateSampler:
         """See Affordance."""
         assert isinstance(bank, BoxBank), "boxes stand in a bank of boxes"
-        return BoxStarter(config, library, bank, seed)
+        return BoxSampler(config, library, bank, seed)
 
     def trial_pieces(
         self, objects: str, trials: int, seed: int, config: WorldConfig
@@ -62,9 +62,9 @@ class CarriedBox(Affordance):
             raise ConfigError("--objects: carry draws a box for each trial; leave it out")
         return boxes(trials, seed, config.carry.weight_kg)
 
-    def arrange(self, setting: Setting) -> "Stacked":
+    def arrange(self, setting: Setting) -> "BoxArrangement":
         """See Affordance."""
-        return Stacked(setting)
+        return BoxArrangement(setting)
 
     def choices(self, objects: str) -> dict[str, Piece]:
         """The one box: its scale gives its size, and with it its weight."""
@@ -98,7 +98,7 @@ def _named(piece: Piece, scale: float) -> Piece:
     return replace(piece, name=f"box {_BANDS[band]:g}-{_BANDS[band + 1]:g}")
 
 
-class Stacked:
+class BoxArrangement:
     """Boxes on stands, with a stand to bring each to; an Arrangement."""
 
     def __init__(self, setting: Setting) -> None:
@@ -110,7 +110,7 @@ class Stacked:
         """See Arrangement."""
         every, layout = torch.arange(scenes.n), self._layout
         stand(scenes, layout.start, layout.start_yaw)
-        self._bank.put(scenes, every, every, layout)
+        self._bank.apply(scenes, every, every, layout)
         return self._bank.target(every, layout)
 
     def move(self, scenes: Scenes, ids: Tensor, point: Tensor, facing: Tensor) -> Target:

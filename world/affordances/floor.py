@@ -6,8 +6,8 @@ from world.affordances.affordance import Affordance, Setting, stand
 from world.config import WorldConfig
 from world.errors import ConfigError
 from world.furniture.piece import Piece
-from world.initial.floor import FloorStarter
-from world.initial.starter import AnyStarter
+from world.initial.floor import FloorSampler
+from world.initial.sampler import InitialStateSampler
 from world.motions.library import MotionLibrary
 from world.motions.uses.floor import FLOOR as FLOOR_CLIPS
 from world.objects.bank import ObjectBank
@@ -33,12 +33,12 @@ class Floor(Affordance):
         """See Affordance."""
         return FloorBank()
 
-    def starter(
+    def sampler(
         self, config: WorldConfig, library: MotionLibrary, bank: ObjectBank, seed: int
-    ) -> AnyStarter:
+    ) -> InitialStateSampler:
         """See Affordance."""
         assert isinstance(bank, FloorBank), "a floor has a bank of its own"
-        return FloorStarter(config, library, bank, seed)
+        return FloorSampler(config, library, bank, seed)
 
     def trial_pieces(
         self, objects: str, trials: int, seed: int, config: WorldConfig
@@ -48,9 +48,9 @@ class Floor(Affordance):
             raise ConfigError(_NONE)
         return (MARKER,)
 
-    def arrange(self, setting: Setting) -> "Bare":
+    def arrange(self, setting: Setting) -> "FloorArrangement":
         """See Affordance."""
-        return Bare(setting)
+        return FloorArrangement(setting)
 
     def choices(self, objects: str) -> dict[str, Piece]:
         """The marker."""
@@ -61,7 +61,7 @@ class Floor(Affordance):
         return piece
 
 
-class Bare:
+class FloorArrangement:
     """An empty floor with a target on it; an Arrangement."""
 
     def __init__(self, setting: Setting) -> None:

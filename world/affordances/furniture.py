@@ -13,16 +13,16 @@ from world.errors import ChoiceError, ConfigError
 from world.furniture.bands import Split
 from world.furniture.catalogue import SEATS, catalogue
 from world.furniture.piece import Piece
-from world.furniture.usage import LIE, SIT, Usage, spots
-from world.initial.furniture import Starter, furniture_pose
-from world.initial.starter import AnyStarter
+from world.furniture.usage import LIE, SIT, Usage, use_points
+from world.initial.furniture import FurnitureSampler, furniture_pose
+from world.initial.sampler import InitialStateSampler
 from world.meshes import collection
 from world.motions.library import MotionLibrary
 from world.motions.uses.bed import BED as BED_CLIPS
 from world.motions.uses.seat import SEAT as SEAT_CLIPS
 from world.motions.uses.use import ClipUse
 from world.objects.bank import ObjectBank
-from world.objects.furniture_bank import Bank, scaled, variants
+from world.objects.furniture_bank import FurnitureBank, scaled, variants
 from world.scene.batch import Scenes
 from world.scene.target import Target
 
@@ -65,16 +65,18 @@ class Furniture(Affordance):
         few = ", ".join(idle[:4]) + (", ..." if len(idle) > 4 else "")
         return usable, f"{len(idle)} of {len(found)} pieces have no place to {self.name}: {few}"
 
-    def bank(self, config: WorldConfig) -> Bank:
+    def bank(self, config: WorldConfig) -> FurnitureBank:
         """See Affordance."""
-        return Bank(variants(self.pieces(config)[0], config.scales, config.scale), self.name)
+        return FurnitureBank(
+            variants(self.pieces(config)[0], config.scales, config.scale), self.name
+        )
 
-    def starter(
+    def sampler(
         self, config: WorldConfig, library: MotionLibrary, bank: ObjectBank, seed: int
-    ) -> AnyStarter:
+    ) -> InitialStateSampler:
         """See Affordance."""
-        assert isinstance(bank, Bank), "furniture stands in a bank of furniture"
-        return Starter(config, library, bank, seed)
+        assert isinstance(bank, FurnitureBank), "furniture stands in a bank of furniture"
+        return FurnitureSampler(config, library, bank, seed)
 
     def trial_pieces(
         self, objects: str, trials: int, seed: int, config: WorldConfig
@@ -95,9 +97,9 @@ class Furniture(Affordance):
             raise ChoiceError("--objects", objects, [*SPLITS, "a folder of pieces"])
         return collection.usable(collection.pieces([objects]), self.name, objects)
 
-    def arrange(self, setting: Setting) -> "Furnished":
+    def arrange(self, setting: Setting) -> "FurnitureArrangement":
         """See Affordance."""
-        return Furnished(setting, self.name)
+        return FurnitureArrangement(setting, self.name)
 
     def choices(self, objects: str) -> dict[str, Piece]:
         """See Affordance."""
@@ -107,9 +109,9 @@ class Furniture(Affordance):
         """See Affordance."""
         return scaled(piece, scale)
 
-    def places(self, piece: Piece) -> int:
+    def use_point_count(self, piece: Piece) -> int:
         """See Affordance."""
-        return len(spots(piece, self.name))
+        return len(use_points(piece, self.name))
 
     def clip_states(
         self,
@@ -123,18 +125,18 @@ class Furniture(Affordance):
         if not any(len(stage) for stage in library.stages):
             return None
         only = replace(config, initial=replace(config.initial, reference=1.0, near=0.0, far=0.0))
-        bank = Bank(pieces, self.name)
+        bank = FurnitureBank(pieces, self.name)
         ids = torch.arange(n)
-        starts = Starter(only, library, bank, seed).draw(ids, torch.ones_like(ids))
-        models = [bank.models[int(variant)] for variant in starts.variant]
-        return ClipStates(models, starts.qpos, *furniture_pose(bank, starts))
+        states = FurnitureSampler(only, library, bank, seed).draw(ids, torch.ones_like(ids))
+        models = [bank.models[int(variant)] for variant in states.variant]
+        return ClipStates(models, states.qpos, *furniture_pose(bank, states))
 
 
-class Furnished:
+class FurnitureArrangement:
     """Pieces of furniture, placed by their points of use; an Arrangement."""
 
     def __init__(self, setting: Setting, affordance: str) -> None:
-        self._bank = Bank(setting.pieces, affordance, setting.disturbance.balls())
+        self._bank = FurnitureBank(setting.pieces, affordance, setting.disturbance.balls())
         self.models = self._bank.models
         self._setting = setting
 

@@ -32,18 +32,18 @@ class ActionMap:
 
         Simulation takes float64, networks float32: the scale is computed in that precision.
         """
-        low, high = (torch.from_numpy(bound).to(dtype) for bound in character.target_bounds())
-        offset = torch.from_numpy(character.neutral_targets()).to(dtype)
+        low, high = (torch.from_numpy(bound).to(dtype) for bound in character.set_point_bounds())
+        offset = torch.from_numpy(character.neutral_set_points()).to(dtype)
         return ActionMap(offset, action_scale * (high - low), low, high, action_clip)
 
-    def setpoints(self, actions: Tensor) -> Tensor:
+    def set_points(self, actions: Tensor) -> Tensor:
         """Return the set-points [n, 28] rad, within their bounds, of actions [n, 28]."""
         return self.bounded(self.offset + self.scale * actions.clamp(-self.clip, self.clip))
 
-    def actions(self, setpoints: Tensor) -> Tensor:
+    def actions(self, set_points: Tensor) -> Tensor:
         """Return the actions [n, 28], within their clip, that give set-points [n, 28] rad."""
-        return ((setpoints - self.offset) / self.scale).clamp(-self.clip, self.clip)
+        return ((set_points - self.offset) / self.scale).clamp(-self.clip, self.clip)
 
-    def bounded(self, setpoints: Tensor) -> Tensor:
+    def bounded(self, set_points: Tensor) -> Tensor:
         """Return set-points [n, 28] rad moved to within the bounds of the servos."""
-        return torch.maximum(torch.minimum(setpoints, self.high), self.low)
+        return torch.maximum(torch.minimum(set_points, self.high), self.low)

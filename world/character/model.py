@@ -120,7 +120,7 @@ BALL_QPOS, HINGE_QPOS, BALL_DOF, HINGE_DOF = _addresses()
 HINGE_SIGN = tuple(-1.0 if "elbow" in j.name else 1.0 for j in JOINTS if not j.is_ball)
 
 
-def target_bounds() -> tuple[np.ndarray, np.ndarray]:
+def set_point_bounds() -> tuple[np.ndarray, np.ndarray]:
     """Lower and upper bound of the 28 servo targets, rad: two arrays [28]."""
     ranges = np.array([r for joint in JOINTS for r in joint.range_deg], dtype=np.float64)
     return np.deg2rad(ranges[:, 0]), np.deg2rad(ranges[:, 1])
@@ -180,7 +180,7 @@ _NEUTRAL_RAD = {
 }
 
 
-def neutral_targets() -> np.ndarray:
+def neutral_set_points() -> np.ndarray:
     """Servo targets of action 0, rad: [28]."""
     return np.array([angle for joint in JOINTS for angle in _NEUTRAL_RAD[joint.name]])
 

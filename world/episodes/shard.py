@@ -1,6 +1,6 @@
-"""The shard: a range of scenes that step together, their episodes, rewards and resets.
+"""The shard: a range of scenes that step together, with their episodes, rewards and resets.
 
-Everything is torch over index sets; the only loops run over the few scenes whose furniture changes.
+All of it is torch over index sets; the only loops run over the few scenes whose object changes.
 """
 
 from dataclasses import dataclass
@@ -22,38 +22,38 @@ from world.scene.target import Target
 from world.tasks import HELD
 from world.teachers.teacher import Teacher
 
-#: Index sets are padded to whole multiples of this: vectorised and scalar tails of torch's
-#: functions may round differently, and a scene's numbers must not depend on how many others reset
-#: with it.
+#: Index sets are padded to multiples of this: torch's vectorised loops and their scalar tails may
+#: round differently, and the numbers of a scene must not depend on how many others reset with it.
 _LANES = 32
 
 
 @dataclass(frozen=True)
 class Step:
-    """What one control step gave; see Rollout for how it is used."""
+    """Results of one control step; see Rollout for their use."""
 
     reward: Tensor
     """[n]: weighted sum of the task's terms."""
     terms: Tensor
-    """[n, n_terms]: the unweighted terms."""
+    """[n, n_terms]: the unweighted reward terms."""
     fell: Tensor
-    """[n] bool: the character or its box fell, or the stall time-out expired."""
+    """[n] bool: terminal state: the character or its box fell, or the stall time-out expired."""
     timed_out: Tensor
-    """[n] bool: the clock ran out, or success was held long enough."""
+    """[n] bool: the episode is truncated, by its time limit or by success held."""
     finite: Tensor
-    """[n] bool: False where the simulation blew up; the sample is void."""
+    """[n] bool: False where the simulation became non-finite; the sample is invalid."""
     end_ids: Tensor
     """[K] int64: scenes whose episode ended in this step, ascending."""
     end_states: Tensor
-    """[K, 114]: their last states."""
+    """[K, 114]: last states of these."""
     end_goals: Tensor
-    """[K, G]."""
+    """[K, G]: last goals of these."""
     episodes: dict[str, Tensor]
-    """Of the K: return, length (steps), success, fall, stalled (the stall time-out expired), start
-    (index into KINDS), and stage_NAME of each stage of the task: whether the episode reached it;
-    float32."""
+    """[K] float32 each: return, length (control steps), success, fall, stalled (the stall time-out
+    expired), start (category of the initial state, index into KINDS), and for each stage of the
+    task stage_NAME: whether the episode reached it."""
     broken: Tensor
-    """[B, 43 + 34] float64: qpos and qvel of scenes that blew up, as they were before the step."""
+    """[B, 43 + 34] float64: qpos and qvel, before the step, of the scenes that became
+    non-finite."""
     teacher_action: Tensor | None = None
     """[n, 28]: the teacher's action in the state before the step, NaN where it labels nothing;
     none: no teacher."""
@@ -78,7 +78,7 @@ class Shard:
         self._seed = seed
         self._ids = torch.arange(scenes.start, scenes.stop, dtype=torch.int64)
         self._bank = bank
-        self._starter = self.task.affordance.starter(config, library, bank, seed)
+        self._sampler = self.task.affordance.sampler(config, library, bank, seed)
         self._scenes = Scenes([bank.models[0]] * self.n, config.action_scale, config.action_clip)
         self._weights = torch.tensor(list(self.task.terms.values()), dtype=torch.float32)
         self._length = round((config.episode_s or self.task.episode_s) * character.CONTROL_HZ)
@@ -92,11 +92,11 @@ class Shard:
         self._stages = torch.zeros(self.n, len(self.task.stages) + 1, dtype=torch.bool)
         self._state = torch.zeros(self.n, features.STATE.width)
         self._goal = torch.zeros(self.n, self.task.goal.width)
-        self._places: Target | None = None
+        self._targets: Target | None = None
         self._teacher = teacher
         self._stall = StallTimeout(self.n, config.stall_s)
         self._reset(torch.arange(self.n))
-        # clocks start apart, so that not all scenes time out in the same step
+        # step counters are spread, so that not all scenes time out in the same step
         apart = random_streams.uniform(seed, random_streams.EPISODE, self._ids, 0, 16)[:, 15]
         self._steps[:] = (apart * self._length).long()
 
@@ -105,33 +105,33 @@ class Shard:
         return self._state, self._goal
 
     def step(self, action: Tensor) -> Step:
-        """One control step with actions [n, 28]; episodes that end start anew at once."""
+        """One control step with actions [n, 28]; scenes whose episode ends are reset at once."""
         before = torch.cat((self._scenes.qpos, self._scenes.qvel), dim=1)
         teacher_action = self._label()
-        self._scenes.drive(self._scenes.targets(action))
+        self._scenes.drive(self._scenes.set_points(action))
         self.clock += 1
         finite = self._scenes.finite()
         body = self._scenes.body()
-        place = self._place()
-        terms = self.task.reward_terms(body, place)
-        # a fixed order of additions: one matrix product would round by its number of rows
+        target = self._target()
+        terms = self.task.reward_terms(body, target)
+        # a fixed order of additions: the rounding of a matrix product depends on its number of rows
         reward = (terms * self._weights).sum(dim=1)
-        error = self.task.error_m(body, place)
-        # down where there is nothing to do down there: saves a third of early samples
-        collapsed = ~self.task.low(body, place) & (body.root[:, 2] < self.config.early_pelvis_m)
-        fell = self.task.fell(body, place) | collapsed
-        stalled = self._stall.ends(body, place, error <= self.task.success_m) & ~fell
+        error = self.task.error_m(body, target)
+        # a low pelvis away from the object ends the episode: saves a third of early samples
+        collapsed = ~self.task.low(body, target) & (body.root[:, 2] < self.config.early_pelvis_m)
+        fell = self.task.fell(body, target) | collapsed
+        stalled = self._stall.ends(body, target, error <= self.task.success_m) & ~fell
         fell = fell | stalled
         self._steps += 1
         self._held = torch.where(error <= self.task.success_m, self._held + 1, 0)
         held = self._held >= self._hold
-        self._stages |= torch.cat((self.task.stage(body, place), held[:, None]), dim=1)
+        self._stages |= torch.cat((self.task.stage(body, target), held[:, None]), dim=1)
         timed_out = ((self._steps >= self._length) | held) & ~fell & finite
         fell = fell & finite
         reward = torch.where(finite, reward, 0.0)
         terms = torch.where(finite[:, None], terms, 0.0)
         self._return += reward
-        self._look(body, place, None)
+        self._write_observations(body, target, None)
 
         ends = torch.nonzero(fell | timed_out).flatten()
         broken = torch.nonzero(~finite).flatten()
@@ -168,17 +168,17 @@ class Shard:
         """The teacher's actions [n, 28] in the present states; none: no teacher."""
         if self._teacher is None:
             return None
-        return self._teacher.label(self._scenes, self._place(), self._variant, self.clock)
+        return self._teacher.label(self._scenes, self._target(), self._variant, self.clock)
 
-    def _place(self) -> Target:
-        """Where every scene's object is at this moment."""
-        assert self._places is not None
-        return self._scenes.now(self._places)
+    def _target(self) -> Target:
+        """Present targets of all scenes."""
+        assert self._targets is not None
+        return self._scenes.now(self._targets)
 
-    def _look(self, body: Body, place: Target, ids: Tensor | None) -> None:
-        """Write states and goals of all scenes, or of `ids`."""
-        state = tasks.state(body, place)
-        goal = self.task.goal_features(body, place)
+    def _write_observations(self, body: Body, target: Target, ids: Tensor | None) -> None:
+        """Store states and goals of all scenes, or of `ids`."""
+        state = tasks.state(body, target)
+        goal = self.task.goal_features(body, target)
         if ids is None:
             self._state, self._goal = state, goal
         else:
@@ -189,51 +189,53 @@ class Shard:
         self._episode[ids] += 1
         padding = -len(ids) % _LANES
         rows = torch.cat((ids, ids[:1].expand(padding)))
-        starts = self._starter.draw(self._ids[rows], self._episode[rows])
-        models = [self._bank.models[v] for v in starts.variant[: len(ids)].tolist()]
+        states = self._sampler.draw(self._ids[rows], self._episode[rows])
+        models = [self._bank.models[v] for v in states.variant[: len(ids)].tolist()]
         self._scenes.set_models(ids.tolist(), models)
-        self._starter.put(self._scenes, rows, starts)
-        place = self._starter.target(starts)
-        if self._places is None:
-            self._places = place.rows(ids)
-        self._places.write(rows, place)
-        self._variant[rows] = starts.variant
-        self._kind[rows] = starts.kind
+        self._sampler.apply(self._scenes, rows, states)
+        target = self._sampler.target(states)
+        if self._targets is None:
+            self._targets = target.rows(ids)
+        self._targets.write(rows, target)
+        self._variant[rows] = states.variant
+        self._kind[rows] = states.kind
         self._steps[ids] = 0
         self._held[ids] = 0
         self._return[ids] = 0.0
         self._stages[ids] = False
-        now, body = self._scenes.now(self._places.rows(rows), rows), self._scenes.body(rows)
-        self._look(body, now, rows)
+        now, body = self._scenes.now(self._targets.rows(rows), rows), self._scenes.body(rows)
+        self._write_observations(body, now, rows)
         self._stall.reset(rows, body, now)
         if self._teacher is not None:
             self._teacher.reset(rows, now)
 
     def state_dict(self) -> dict[str, Tensor]:
-        """Everything that an exact continuation needs."""
-        own = {name: getattr(self, f"_{name}").clone() for name in (*_EPISODES, "state", "goal")}
-        assert self._places is not None
-        own |= {name: value.clone() for name, value in self._places.tensors().items()}
-        own |= {f"stall_{k}": v.clone() for k, v in self._stall.memory().items()}
+        """All that an exact continuation needs, by name."""
+        own = {
+            name: getattr(self, f"_{name}").clone() for name in (*_EPISODE_FIELDS, "state", "goal")
+        }
+        assert self._targets is not None
+        own |= {name: value.clone() for name, value in self._targets.tensors().items()}
+        own |= {f"stall_{k}": v.clone() for k, v in self._stall.state_dict().items()}
         physics = {f"physics_{k}": v for k, v in self._scenes.physics().items()}
         if self._teacher is not None:
             own |= {f"teacher_{k}": v.clone() for k, v in self._teacher.state_dict().items()}
         return own | physics | {"clock": torch.tensor(self.clock)}
 
     def load_state_dict(self, state: dict[str, Tensor]) -> None:
-        """Restore what `state_dict` gave; from here on the same numbers follow."""
+        """Restore what `state_dict` gave; the continuation is bit for bit the same."""
         state = state_keys.current(state)
-        for name in (*_EPISODES, "state", "goal"):
-            # runs begun before there were stages lack these
+        for name in (*_EPISODE_FIELDS, "state", "goal"):
+            # checkpoints older than the stages lack these
             if name in state or name != "stages":
                 setattr(self, f"_{name}", state[name].clone())
-        assert self._places is not None
-        for name, value in self._places.tensors().items():
+        assert self._targets is not None
+        for name, value in self._targets.tensors().items():
             if name in state or name != "head":
                 value.copy_(state[name])
-        # nor did those know a stall time-out
+        # and these where they are older than the stall time-out
         if "stall_still" in state:
-            self._stall.remember({k: state[f"stall_{k}"] for k in self._stall.memory()})
+            self._stall.load_state_dict({k: state[f"stall_{k}"] for k in self._stall.state_dict()})
         if self._teacher is not None:
             self._teacher.load_state_dict(state_keys.part(state, "teacher_"))
         self.clock = int(state["clock"])
@@ -242,4 +244,4 @@ class Shard:
         self._scenes.load_physics(state_keys.part(state, "physics_"))
 
 
-_EPISODES = ("episode", "steps", "held", "return", "kind", "variant", "stages")
+_EPISODE_FIELDS = ("episode", "steps", "held", "return", "kind", "variant", "stages")

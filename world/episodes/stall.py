@@ -1,8 +1,8 @@
 """The stall time-out: ends an episode in which neither character nor box moves any more.
 
-Standing still is safe, and near the goal it is rewarded at every step: standing in front of a box,
-or with the box in hand, is a local optimum of the return. An episode that ends like a fall after
-some seconds of it returns little more than an attempt.
+Standing in front of a box, or with the box in hand, is safe and rewarded at every step: a local
+optimum of the return. The time-out ends such an episode as a fall, so that it returns little more
+than a failed attempt.
 """
 
 import torch
@@ -19,12 +19,12 @@ _ROOT_M, _BOX_M = 0.25, 0.10
 
 
 class StallTimeout:
-    """The stall time-out of n scenes."""
+    """The stall clocks of n scenes."""
 
     def __init__(self, n: int, stall_s: float | None) -> None:
         if stall_s is not None and not stall_s * character.CONTROL_HZ >= 1.0:
             raise ConfigError(
-                f"--world.stall-s {stall_s}: at least a control step, 1/30 s, or none"
+                f"--world.stall-s {stall_s}: choose none or at least a control step, 1/30 s"
             )
         self._limit = None if stall_s is None else round(stall_s * character.CONTROL_HZ)
         self._root = torch.zeros(n, 2)
@@ -32,9 +32,9 @@ class StallTimeout:
         self._still = torch.zeros(n, dtype=torch.int64)
 
     def ends(self, body: Body, target: Target, done: Tensor) -> Tensor:
-        """Return [n] bool: the scenes that stall for too long and are not done [n] bool.
+        """Return [n] bool: the scenes whose clock has expired; done [n] bool holds the clock at 0.
 
-        To be called once a control step.
+        Must be called once in each control step.
         """
         root = body.root[:, :2]
         moves = (root - self._root).norm(dim=1) > _ROOT_M
@@ -54,11 +54,11 @@ class StallTimeout:
         if target.box is not None:
             self._box[ids] = target.box.position
 
-    def memory(self) -> dict[str, Tensor]:
+    def state_dict(self) -> dict[str, Tensor]:
         """Return the state between steps, by name."""
         return {"root": self._root, "box": self._box, "still": self._still}
 
-    def remember(self, memory: dict[str, Tensor]) -> None:
-        """Restore what `memory` gave."""
-        for name, value in self.memory().items():
-            value.copy_(memory[name])
+    def load_state_dict(self, state: dict[str, Tensor]) -> None:
+        """Restore what `state_dict` gave."""
+        for name, value in self.state_dict().items():
+            value.copy_(state[name])

@@ -1,15 +1,15 @@
-"""Names in the state of a shard that older checkpoints have."""
+"""Renamed keys in the shard state of older checkpoints."""
 
 from collections.abc import Mapping
 
 from torch import Tensor
 
-#: Prefixes of older checkpoints and what they are called today.
+#: Today's prefixes by those of older checkpoints.
 RENAMED = {"porter_": "teacher_", "patience_": "stall_"}
 
 
 def current(state: Mapping[str, Tensor]) -> dict[str, Tensor]:
-    """The state of a shard under today's names."""
+    """The state of a shard under today's keys."""
     found = {}
     for name, value in state.items():
         old = next((prefix for prefix in RENAMED if name.startswith(prefix)), "")
@@ -18,5 +18,5 @@ def current(state: Mapping[str, Tensor]) -> dict[str, Tensor]:
 
 
 def part(state: Mapping[str, Tensor], prefix: str) -> dict[str, Tensor]:
-    """The entries whose names begin with `prefix`, without it."""
+    """The entries whose keys begin with `prefix`, with the prefix removed."""
     return {k.removeprefix(prefix): v for k, v in state.items() if k.startswith(prefix)}

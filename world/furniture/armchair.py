@@ -13,7 +13,7 @@ import numpy as np
 from world.errors import ChoiceError
 from world.furniture import seat as seats
 from world.furniture.bands import Range, Split, choose, draw
-from world.furniture.piece import Box, Piece, Place, assemble
+from world.furniture.piece import Box, Piece, SeatTarget, assemble
 
 RANGES: dict[str, Range] = {
     "seat_height_m": (0.36, 0.46),
@@ -106,7 +106,7 @@ def build(dimensions: Dimensions) -> Piece:
         math.radians(d.recline_deg),
     )
     boxes = [seat.box(), back, *_frame(d, seat, surface + d.arm_height_m)]
-    return assemble("armchair", boxes, Place((x, 0.0, surface)), d.mass_kg)
+    return assemble("armchair", boxes, SeatTarget((x, 0.0, surface)), d.mass_kg)
 
 
 def _frame(d: Dimensions, seat: seats.Seat, top_m: float) -> list[Box]:

@@ -13,7 +13,7 @@ import numpy as np
 from world.errors import ChoiceError
 from world.furniture import seat as seats
 from world.furniture.bands import Range, Split, choose, draw
-from world.furniture.piece import HIP_TO_HEAD_M, Box, Lying, Piece, Place, assemble
+from world.furniture.piece import HIP_TO_HEAD_M, Box, Lying, Piece, SeatTarget, assemble
 
 RANGES: dict[str, Range] = {
     "height_m": (0.36, 0.62),
@@ -101,7 +101,7 @@ def build(dimensions: Dimensions) -> Piece:
     own = half_y - _OWN_M if d.width_m > _SINGLE_M else 0.0
     lie = Lying((_PILLOW_M + HIP_TO_HEAD_M, own, d.height_m), (_PILLOW_M, own, d.height_m))
     places = [
-        Place((half_x, side * (half_y - _SIT_M), d.height_m), side * math.pi / 2)
+        SeatTarget((half_x, side * (half_y - _SIT_M), d.height_m), side * math.pi / 2)
         for side in (1, -1)
     ]
     return assemble("bed", boxes, places, d.mass_kg, lie)

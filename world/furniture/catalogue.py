@@ -89,7 +89,7 @@ def _affording(category: str, split: Split, seed: int, affordance: str | None) -
     passed = 0
     for index in counting():
         piece = _piece(category, split, index, seed)
-        if affordance is None or usage(affordance).spots(piece):
+        if affordance is None or usage(affordance).use_points(piece):
             passed = 0
             yield piece
         elif (passed := passed + 1) > _MOST_PASSED:

@@ -13,7 +13,7 @@ import numpy as np
 from world.errors import ChoiceError
 from world.furniture import seat as seats
 from world.furniture.bands import Range, Split, choose, draw
-from world.furniture.piece import Piece, Place, assemble
+from world.furniture.piece import Piece, SeatTarget, assemble
 
 RANGES: dict[str, Range] = {
     "seat_height_m": (0.38, 0.48),
@@ -115,7 +115,7 @@ def build(dimensions: Dimensions) -> Piece:
     ]
     x = d.pelvis_from_back_m
     boxes = [seat.box(), *back, *seats.support(d.base, seat, d.leg_m)]
-    return assemble("chair", boxes, Place((x, 0.0, seat.surface_m(x))), d.mass_kg)
+    return assemble("chair", boxes, SeatTarget((x, 0.0, seat.surface_m(x))), d.mass_kg)
 
 
 def _slabs(d: Dimensions, foot: float, top: float) -> list[tuple[float, float, float, float]]:

@@ -16,7 +16,7 @@ SLOTS = 8
 MOST_HULLS = 16
 """Convex hulls that a piece may have instead of boxes."""
 
-TRIED = (0.8, 1.0, 1.2)
+TEST_SCALES = (0.8, 1.0, 1.2)
 """Scales of a piece at which a ragdoll is let down on its places."""
 
 Affordance = Literal["sit", "lie"]
@@ -56,7 +56,7 @@ class Hull:
 
 
 @dataclass(frozen=True)
-class Place:
+class SeatTarget:
     """Where a character can sit."""
 
     point_m: Vector
@@ -64,8 +64,8 @@ class Place:
     facing_rad: float = 0.0
     """Heading of a seated character about +z; 0 is +x, the piece's front."""
     rests_at: tuple[float, ...] | None = None
-    """Those of TRIED at which a ragdoll let down here came to rest; None: not tried, as of the
-    package's own pieces, whose tests do that."""
+    """Those of TEST_SCALES at which a ragdoll let down here came to rest; None: not tried, as of
+    the package's own pieces, whose tests do that."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Piece:
     name: str
     category: str
     boxes: tuple[Box, ...]
-    sit: tuple[Place, ...]
+    sit: tuple[SeatTarget, ...]
     mass_kg: float
     seed: int = 0
     """Seed of the catalogue that it was drawn in; with the name it identifies the piece."""
@@ -144,7 +144,7 @@ class Piece:
                 Box(_vector(scale * _of(b.centre_m)), _vector(scale * _of(b.half_m)), b.quat)
                 for b in self.boxes
             ),
-            sit=tuple(Place(_vector(scale * _of(p.point_m)), p.facing_rad) for p in self.sit),
+            sit=tuple(SeatTarget(_vector(scale * _of(p.point_m)), p.facing_rad) for p in self.sit),
             lie=None if self.lie is None else _lying_scaled(self.lie, scale),
             hulls=tuple(
                 replace(h, vertices_m=tuple(_vector(scale * _of(v)) for v in h.vertices_m))
@@ -173,12 +173,12 @@ class Piece:
 def assemble(
     category: str,
     boxes: list[Box],
-    places: Place | Sequence[Place],
+    places: SeatTarget | Sequence[SeatTarget],
     mass_kg: float,
     lie: Lying | None = None,
 ) -> Piece:
     """A piece from boxes in any frame with z up: moved until its origin is where it belongs."""
-    sit = (places,) if isinstance(places, Place) else tuple(places)
+    sit = (places,) if isinstance(places, SeatTarget) else tuple(places)
     piece = Piece(category, category, tuple(boxes), sit, mass_kg, lie=lie)
     low, high = piece.bounds()
     return moved(piece, -np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]]))

@@ -13,7 +13,7 @@ import numpy as np
 from world.errors import ChoiceError
 from world.furniture import seat as seats
 from world.furniture.bands import Range, Split, choose, draw
-from world.furniture.piece import HIP_TO_HEAD_M, Box, Lying, Piece, Place, assemble
+from world.furniture.piece import HIP_TO_HEAD_M, Box, Lying, Piece, SeatTarget, assemble
 
 RANGES: dict[str, Range] = {
     "seat_height_m": (0.36, 0.46),
@@ -136,7 +136,7 @@ def _ends(d: Dimensions, seat: seats.Seat) -> list[Box]:
     return boxes
 
 
-def _places(d: Dimensions, seat: seats.Seat) -> list[Place]:
+def _places(d: Dimensions, seat: seats.Seat) -> list[SeatTarget]:
     """Where to sit, the middle-most first; a corner's chaise takes none in front of its legs."""
     low = -d.clear_width_m / 2 + (_CHAISE_WIDTH_M if d.arms == "corner" else 0.0)
     high = d.clear_width_m / 2
@@ -145,7 +145,7 @@ def _places(d: Dimensions, seat: seats.Seat) -> list[Place]:
     centres = sorted((low + (i + 0.5) * step for i in range(count)), key=lambda y: (abs(y), y))
     # in a deep seat one sits forward, so that the knees come over its edge
     x = max(d.pelvis_from_back_m, d.seat_depth_m - _THIGH_M)
-    return [Place((x, y, seat.surface_m(x))) for y in centres]
+    return [SeatTarget((x, y, seat.surface_m(x))) for y in centres]
 
 
 def _lying(d: Dimensions, seat: seats.Seat) -> Lying:

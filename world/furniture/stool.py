@@ -11,7 +11,7 @@ import numpy as np
 
 from world.furniture import seat as seats
 from world.furniture.bands import Range, Split, choose, draw
-from world.furniture.piece import Piece, Place, assemble
+from world.furniture.piece import Piece, SeatTarget, assemble
 
 LOW: dict[str, Range] = {
     "seat_height_m": (0.30, 0.45),
@@ -73,7 +73,9 @@ def build(dimensions: Dimensions, category: str = "low-stool") -> Piece:
     d = dimensions
     seat = seats.Seat(d.seat_height_m, d.seat_depth_m, d.seat_width_m, d.seat_thickness_m)
     boxes = [seat.box(), *seats.support(d.base, seat, d.leg_m)]
-    return assemble(category, boxes, Place((d.seat_depth_m / 2, 0.0, d.seat_height_m)), d.mass_kg)
+    return assemble(
+        category, boxes, SeatTarget((d.seat_depth_m / 2, 0.0, d.seat_height_m)), d.mass_kg
+    )
 
 
 def low_dimensions(rng: np.random.Generator, split: Split, turn: int | None = None) -> Dimensions:

@@ -18,7 +18,7 @@ _ACROSS_M = 0.3
 
 
 @dataclass(frozen=True)
-class Spot:
+class UsePoint:
     """One place of use, in the piece's frame."""
 
     point_m: Vector
@@ -52,7 +52,7 @@ class Usage:
     """A verb; pieces are asked for by it, as in `catalogue(affordance=...)`."""
     classes: tuple[str, ...]
     """Classes of the catalogue of which (nearly) every piece offers it."""
-    spots: Callable[[Piece], tuple[Spot, ...]]
+    use_points: Callable[[Piece], tuple[UsePoint, ...]]
     """The points of use of a piece; none where it does not offer it."""
     wide: bool
     """Whether the furniture reaches so far beyond the point of use that a character must be kept
@@ -66,20 +66,20 @@ def usage(name: str) -> Usage:
     return USAGES[name]
 
 
-def spots(piece: Piece, affordance: str) -> tuple[Spot, ...]:
+def use_points(piece: Piece, affordance: str) -> tuple[UsePoint, ...]:
     """The places of use of a piece: its first seat, or its lying place once for each side that it
     can be got onto by. PieceError where it has none."""
-    found = usage(affordance).spots(piece)
+    found = usage(affordance).use_points(piece)
     if not found:
         raise PieceError(f"{piece.name}: has no place to {affordance}")
     return found
 
 
-def _seat(piece: Piece) -> tuple[Spot, ...]:
-    return tuple(Spot(p.point_m, p.point_m, p.facing_rad) for p in piece.sit[:1])
+def _seat(piece: Piece) -> tuple[UsePoint, ...]:
+    return tuple(UsePoint(p.point_m, p.point_m, p.facing_rad) for p in piece.sit[:1])
 
 
-def _lying(piece: Piece) -> tuple[Spot, ...]:
+def _lying(piece: Piece) -> tuple[UsePoint, ...]:
     lie = piece.lie
     if lie is None:
         return ()
@@ -89,7 +89,7 @@ def _lying(piece: Piece) -> tuple[Spot, ...]:
     nearest = min(reach.values())
     # a lying place without seats, as on a table: both sides are open
     sides = [side for side in both if not reach[side] > nearest + _ACROSS_M]
-    return tuple(Spot(lie.hip_m, lie.head_m, _wrapped(side)) for side in sides)
+    return tuple(UsePoint(lie.hip_m, lie.head_m, _wrapped(side)) for side in sides)
 
 
 def _reach_m(piece: Piece, hip_m: Vector, side_rad: float) -> float:

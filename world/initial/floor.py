@@ -1,7 +1,7 @@
-"""How an episode of walking starts: in a clip's state with the target where the clip goes, or
-upright with a target anywhere near.
+"""Initial states of walking: reference states with the target where the clip goes, and upright
+states with a target anywhere.
 
-A start is a pure function of (seed, scene, episode).
+An initial state is a pure function of (seed, scene, episode).
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from torch import Tensor
 
 from world import random_streams, rotations
 from world.config import WorldConfig
-from world.initial.reference import States, course, unit
+from world.initial.reference import CharacterSampler, course, unit
 from world.motions.library import MotionLibrary
 from world.objects.floor_bank import FloorBank
 from world.scene.batch import Scenes
@@ -19,43 +19,43 @@ from world.scene.target import Target
 
 
 @dataclass(frozen=True)
-class FloorStarts:
-    """First states of m episodes, world frame, the character above the origin."""
+class FloorInitialStates:
+    """Initial states of m episodes, world frame, the character above the origin."""
 
     qpos: Tensor
     """[m, 43]."""
     qvel: Tensor
     """[m, 34]."""
     variant: Tensor
-    """[m] int64: 0, the bank's one scene."""
+    """[m] int64: 0, the only scene of the bank."""
     point: Tensor
     """[m, 2]: the target on the floor, m."""
     facing: Tensor
-    """[m, 2]: cosine and sine of the heading asked for."""
+    """[m, 2]: cosine and sine of the target's facing."""
     kind: Tensor
     """[m] int64: index into world.initial.reference.KINDS."""
     frame: Tensor
     """[m] int64: the state's frame in the motion library; −1 for the rest pose."""
 
 
-class FloorStarter:
-    """Draws the starts of a shard's episodes of walking."""
+class FloorSampler:
+    """Draws the initial states of walking; an InitialStateSampler."""
 
     def __init__(
         self, config: WorldConfig, library: MotionLibrary, bank: FloorBank, seed: int
     ) -> None:
-        """Raises ConfigError where the shares of the starts make no sense, ClipError where clip
-        starts are wanted and no clip walks."""
+        """Raises ConfigError for invalid fractions, ClipError where reference states are configured
+        and no clip walks."""
         self._config, self._bank, self._seed = config, bank, seed
-        self._states = States(config, library)
+        self._character = CharacterSampler(config, library)
 
-    def draw(self, scenes: Tensor, episodes: Tensor) -> FloorStarts:
-        """The starts of the given scene ids [m] and episode numbers [m] (int64 both)."""
+    def draw(self, scenes: Tensor, episodes: Tensor) -> FloorInitialStates:
+        """Initial states for scene ids [m] and episode numbers [m] (int64 both)."""
         config = self._config.initial
         u = random_streams.uniform(self._seed, random_streams.EPISODE, scenes, episodes, 10)
-        # right here: standing and turning are learned first, then the last steps
+        # close targets: standing and turning are learned first, then the last steps
         here = u[:, 9] < config.front_fraction
-        drawn = self._states.draw(u, here)
+        drawn = self._character.draw(u, here)
         kind, qpos, qvel, frames = drawn.kind, drawn.qpos, drawn.qvel, drawn.frames
         low = torch.where(kind == 1, config.near_m[0], config.far_m[0])
         high = torch.where(kind == 1, config.near_m[1], config.far_m[1])
@@ -71,7 +71,7 @@ class FloorStarter:
         from_clip = (kind == 0)[:, None]
         point = torch.where(from_clip, (frames.seat - frames.qpos[:, :3])[:, :2], point)
         facing = torch.where(from_clip, frames.facing, facing)
-        return FloorStarts(
+        return FloorInitialStates(
             drawn.above_origin(),
             qvel,
             torch.zeros_like(kind),
@@ -81,16 +81,16 @@ class FloorStarter:
             drawn.named_frame(),
         )
 
-    def target(self, starts: FloorStarts) -> Target:
-        """What the task knows of the targets of `starts`."""
-        return self._bank.target(starts.point, starts.facing)
+    def target(self, states: FloorInitialStates) -> Target:
+        """Targets of `states`."""
+        return self._bank.target(states.point, states.facing)
 
-    def put(self, scenes: Scenes, ids: Tensor, starts: FloorStarts) -> None:
-        """Set the scenes `ids` [m] up as `starts` has them."""
-        pose = self._bank.placed(starts.point, starts.facing)
-        scenes.set_down(ids, starts.qpos, starts.qvel, *pose)
+    def apply(self, scenes: Scenes, ids: Tensor, states: FloorInitialStates) -> None:
+        """Write `states` into the scenes `ids` [m]."""
+        pose = self._bank.placed(states.point, states.facing)
+        scenes.set_state(ids, states.qpos, states.qvel, *pose)
 
-    def load_n(self, starts: FloorStarts) -> tuple[Tensor, Tensor]:
-        """What the hands press with and what weight they bear, N: nothing, [m] each."""
-        nothing = torch.zeros(len(starts.kind))
+    def load_n(self, states: FloorInitialStates) -> tuple[Tensor, Tensor]:
+        """Force of each hand and weight that both bear, N: zeros, [m] each."""
+        nothing = torch.zeros(len(states.kind))
         return nothing, nothing

@@ -1,5 +1,4 @@
-"""Initial states of the character: their kinds, and the draw of its state from the clips or the
-rest pose."""
+"""Initial states of the character, drawn from the clips or the rest pose."""
 
 from dataclasses import dataclass
 
@@ -12,46 +11,47 @@ from world.config import WorldConfig
 from world.errors import ClipError, ConfigError
 from world.motions.library import Frames, MotionLibrary
 
-#: Kinds of initial states, by number.
+#: Categories of initial states, by number.
 KINDS = ("reference", "near", "far")
-#: How far above the clip's own height a character is set down, m: contacts start unloaded.
+#: Initial height of a character above the clip's own, m: contacts begin unloaded.
 LIFT_M = 0.002
 
 
 @dataclass(frozen=True)
-class Drawn:
-    """Initial states of m characters in the world frames of their clips, before they are placed."""
+class CharacterStates:
+    """Initial states of m characters in the world frames of their clips."""
 
     kind: Tensor
     """[m] int64: index into KINDS."""
     stage: Tensor
-    """[m] int64: stage of a reference state (world.motions.use)."""
+    """[m] int64: stage of a reference state (world.motions.uses.use)."""
     frame: Tensor
-    """[m] int64: in the motion library; of the rest pose, any."""
+    """[m] int64: frame in the motion library; arbitrary for the rest pose."""
     frames: Frames
+    """The frames themselves [m]."""
     rest: Tensor
-    """[m] bool: whether the character is in the rest pose instead."""
+    """[m] bool: the character is in the rest pose instead."""
     qpos: Tensor
     """[m, 43]."""
     qvel: Tensor
     """[m, 34]."""
 
     def above_origin(self) -> Tensor:
-        """[m, 43]: qpos with the root above the world's origin, a little higher."""
+        """[m, 43]: qpos with the root above the world's origin, LIFT_M higher."""
         level = torch.zeros_like(self.qpos[:, :2])
         return torch.cat((level, self.qpos[:, 2:3] + LIFT_M, self.qpos[:, 3:]), dim=1)
 
     def named_frame(self) -> Tensor:
-        """[m] int64: the frame, −1 for the rest pose."""
+        """[m] int64: frame in the motion library, −1 for the rest pose."""
         return torch.where(self.rest, -1, self.frame)
 
 
-class States:
+class CharacterSampler:
     """Draws the initial states of characters."""
 
     def __init__(self, config: WorldConfig, library: MotionLibrary) -> None:
-        """Raises ConfigError where the fractions make no sense, ClipError where reference states
-        are wanted and no clip does what the task needs."""
+        """Raises ConfigError for invalid fractions, ClipError where reference states are configured
+        and no clip has the task's use."""
         initial = config.initial
         fractions = [initial.reference, initial.near, initial.far]
         if min(fractions) < 0 or sum(fractions) <= 0:
@@ -73,11 +73,11 @@ class States:
         )[:-1].to(torch.float32)
         self._standing = torch.from_numpy(character.standing_qpos()).to(torch.float32)
 
-    def draw(self, u: Tensor, close: Tensor | None = None) -> Drawn:
-        """Return the states of uniform draws u [m, 4 or more]: kind, stage, frame, rest pose.
+    def draw(self, u: Tensor, close: Tensor | None = None) -> CharacterStates:
+        """Return the states of uniform numbers u [m, 4 or more]: category, stage, frame, rest pose.
 
-        close [m] bool: the near states whose furniture is so close that a walking character would
-        collide with it.
+        close [m] bool: near states whose object is so close that a walking character would
+        collide with it; these are drawn from slow frames.
         """
         library = self._library
         kind = torch.bucketize(u[:, 0].contiguous(), self._edges, right=True)
@@ -93,7 +93,7 @@ class States:
         rest = ~from_clip & (u[:, 3] < self._standing_fraction)
         qpos = torch.where(rest[:, None], self._standing, frames.qpos)
         qvel = torch.where(rest[:, None], torch.zeros_like(frames.qvel), frames.qvel)
-        return Drawn(kind, stage, frame, frames, rest, qpos, qvel)
+        return CharacterStates(kind, stage, frame, frames, rest, qpos, qvel)
 
 
 def course(qpos: Tensor, qvel: Tensor) -> Tensor:

@@ -11,9 +11,9 @@ from world.furniture import affordance
 from world.furniture.affordance import lying, seats
 from world.furniture.affordance.relief import Relief, relief
 from world.furniture.affordance.seats import Zone, seen
-from world.furniture.piece import Hull, Lying, Piece, Place
+from world.furniture.piece import Hull, Lying, Piece, SeatTarget
 from world.meshes import decompose, resting
-from world.meshes.classes import DENSITY_KG_M3, settled
+from world.meshes.classes import DENSITY_KG_M3, category_of
 from world.meshes.source import Source
 from world.meshes.upright import Frame, upright
 from world.objects.drop_test import slips_at
@@ -42,8 +42,8 @@ _LAIN_ON = ("sofa", "bed")
 
 
 @dataclass(frozen=True)
-class Told:
-    """What the importer is told about a mesh."""
+class ImportOptions:
+    """What the importer is given about a mesh."""
 
     frame: Frame = field(default_factory=Frame)
     category: str | None = None
@@ -67,16 +67,16 @@ class Built:
     """How much higher the hulls are than the mesh where one sits; None without a seat."""
 
 
-def build(source: Source, told: Told) -> Built:
+def build(source: Source, options: ImportOptions) -> Built:
     """The piece of a mesh. Raises PieceError where it is none, or no one could use it."""
-    triangles = upright(source, told.frame)
-    piece, error = _cut(source.name, triangles, told, decompose.VOXELS)
+    triangles = upright(source, options.frame)
+    piece, error = _cut(source.name, triangles, options, decompose.VOXELS)
     if _faults(piece, error):
         # a hull bulges over the seat, or a ragdoll does not stay: a finer grain often mends it
-        fine = _cut(source.name, triangles, told, FINER * decompose.VOXELS)
+        fine = _cut(source.name, triangles, options, FINER * decompose.VOXELS)
         found = [(piece, error), fine]
         piece, error = min(found, key=lambda cut: (_faults(*cut), abs(cut[1] or 0.0)))
-    if told.sit is None:
+    if options.sit is None:
         resting.require(piece)
     density = DENSITY_KG_M3[piece.category]
     mass, centre, inertia = decompose.mass_properties(piece.hulls, density)
@@ -84,14 +84,14 @@ def build(source: Source, told: Told) -> Built:
 
 
 def _cut(
-    name: str, triangles_m: NDArray[np.float64], told: Told, voxels: int
+    name: str, triangles_m: NDArray[np.float64], options: ImportOptions, voxels: int
 ) -> tuple[Piece, float | None]:
     """The piece cut with so many voxels, a ragdoll let down on its places, and how far the first
     seat found was moved up by the cut."""
     parts = decompose.hulls(triangles_m, name, voxels)
-    piece, error = located(name, triangles_m, parts, told)
-    if told.sit is not None:
-        return resting.told(piece), error
+    piece, error = located(name, triangles_m, parts, options)
+    if options.sit is not None:
+        return resting.tested(piece), error
     return resting.confirmed(piece, _solid(piece.hulls)), error
 
 
@@ -102,24 +102,24 @@ def _faults(piece: Piece, error: float | None) -> int:
 
 
 def located(
-    name: str, triangles_m: NDArray[np.float64], parts: tuple[Hull, ...], told: Told
+    name: str, triangles_m: NDArray[np.float64], parts: tuple[Hull, ...], options: ImportOptions
 ) -> tuple[Piece, float | None]:
     """The piece of these hulls with the places of its mesh (triangles [m, 3, 3] m), put on the
     surface of the hulls, and how far the first seat was moved up for that."""
     surface = relief(triangles_m)
-    open_class = told.category not in DENSITY_KG_M3
-    sit = seats.find(surface) if open_class or told.category in _SAT_ON else ()
-    lie = lying.find(surface) if open_class or told.category in _LAIN_ON else None
+    open_class = options.category not in DENSITY_KG_M3
+    sit = seats.find(surface) if open_class or options.category in _SAT_ON else ()
+    lie = lying.find(surface) if open_class or options.category in _LAIN_ON else None
     low, high = triangles_m.min(axis=(0, 1)), triangles_m.max(axis=(0, 1))
     size = decompose.vector(high - low)
-    category = settled(told.category, size, sit, lie)
+    category = category_of(options.category, size, sit, lie)
     if category not in DENSITY_KG_M3:
         raise PieceError(f"{name}: unknown class '{category}'; choose {', '.join(DENSITY_KG_M3)}")
     if category == "bed" and lie is not None:
         sit = lying.edges(surface, lie) or sit
-    if told.sit is not None:
-        x, y, z, yaw = told.sit
-        sit = (Place((x, y, z), math.radians(yaw)),)
+    if options.sit is not None:
+        x, y, z, yaw = options.sit
+        sit = (SeatTarget((x, y, z), math.radians(yaw)),)
     elif category not in _SAT_ON:
         sit = ()
     elif not sit:
@@ -127,21 +127,21 @@ def located(
             f"{name}: no place to sit on this {category} "
             f"({' x '.join(f'{x:.2f}' for x in size)} m); check --up, --unit, or give --sit"
         )
-    if told.sit is None:
+    if options.sit is None:
         parts = _levelled(parts, sit)
     solid = _solid(parts)
-    settled_on = tuple(_onto(solid, place) for place in _fitting(solid, sit))
-    error = settled_on[0].point_m[2] - sit[0].point_m[2] if sit else None
+    levelled_sit = tuple(_onto(solid, place) for place in _fitting(solid, sit))
+    error = levelled_sit[0].point_m[2] - sit[0].point_m[2] if sit else None
     piece = Piece(
         name,
         category,
         tuple(decompose.around(hull) for hull in parts),
-        settled_on if told.sit is None else sit,
+        levelled_sit if options.sit is None else sit,
         1.0,
-        licence=told.licence,
+        licence=options.licence,
         lie=None if lie is None or category not in _LAIN_ON else _lying_onto(solid, lie),
         hulls=parts,
-        credit=told.credit,
+        credit=options.credit,
     )
     return piece, error
 
@@ -151,7 +151,7 @@ def _solid(parts: tuple[Hull, ...]) -> Relief:
     return relief(np.array([np.array(h.vertices_m)[list(f)] for h in parts for f in h.faces]))
 
 
-def _levelled(parts: tuple[Hull, ...], sit: tuple[Place, ...]) -> tuple[Hull, ...]:
+def _levelled(parts: tuple[Hull, ...], sit: tuple[SeatTarget, ...]) -> tuple[Hull, ...]:
     """The hulls, those below a place to sit cut off at its height: a hull spans the hollow of a
     dished seat and the crown of a cushion, and a person would sit on air."""
     result = []
@@ -168,7 +168,7 @@ def _levelled(parts: tuple[Hull, ...], sit: tuple[Place, ...]) -> tuple[Hull, ..
     return tuple(hull for hull in result if hull is not None)
 
 
-def _fitting(solid: Relief, sit: tuple[Place, ...]) -> tuple[Place, ...]:
+def _fitting(solid: Relief, sit: tuple[SeatTarget, ...]) -> tuple[SeatTarget, ...]:
     """The places that the hulls leave room for, and the first in any case: a piece has one."""
     found = [_moved(solid, place) for place in sit]
     return tuple(
@@ -178,7 +178,7 @@ def _fitting(solid: Relief, sit: tuple[Place, ...]) -> tuple[Place, ...]:
     )
 
 
-def _moved(solid: Relief, place: Place) -> Place | None:
+def _moved(solid: Relief, place: SeatTarget) -> SeatTarget | None:
     """The place, moved along its facing as little as gives the pelvis room before the hulls of a
     back, and the thighs hulls to lie on; None where nothing does."""
     x, y, z = place.point_m
@@ -196,7 +196,7 @@ def _moved(solid: Relief, place: Place) -> Place | None:
     return None
 
 
-def _onto(solid: Relief, place: Place) -> Place:
+def _onto(solid: Relief, place: SeatTarget) -> SeatTarget:
     """The place at the height of the hulls' surface, where that is near."""
     x, y, z = place.point_m
     level = affordance.level(solid, (x, y), place.facing_rad, z)

@@ -3,7 +3,7 @@ shape."""
 
 import re
 
-from world.furniture.piece import Lying, Place
+from world.furniture.piece import Lying, SeatTarget
 
 CLASSES = ("chair", "armchair", "low-stool", "high-stool", "sofa", "bed", "table")
 
@@ -33,7 +33,7 @@ DENSITY_KG_M3 = {
 do; upholstery and frames are mostly air."""
 
 
-def named(*names: str) -> str | None:
+def category_of_names(*names: str) -> str | None:
     """The class that the first telling name tells; `stool` for one of unknown height."""
     for name in names:
         for pattern, category in _WORDS:
@@ -42,17 +42,17 @@ def named(*names: str) -> str | None:
     return None
 
 
-def settled(
-    told: str | None,
+def category_of(
+    category: str | None,
     size_m: tuple[float, float, float],
-    sit: tuple[Place, ...],
+    sit: tuple[SeatTarget, ...],
     lie: Lying | None,
 ) -> str:
-    """The class told, or that of the shape: size (x, y, z) m and places."""
-    if told is not None and told != "stool":
-        return told
+    """The class category, or that of the shape: size (x, y, z) m and places."""
+    if category is not None and category != "stool":
+        return category
     seat = sit[0].point_m[2] if sit else 0.0
-    if told == "stool":
+    if category == "stool":
         return "high-stool" if seat >= _HIGH_M else "low-stool"
     if lie is not None and size_m[0] > 1.7:
         return "bed"

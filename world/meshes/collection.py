@@ -32,7 +32,7 @@ def pieces(names: Sequence[str], seed: int = 0) -> tuple[Piece, ...]:
 
 def usable(pieces: Sequence[Piece], affordance: str, where: str) -> tuple[Piece, ...]:
     """Those with a place to sit or lie. Raises PieceError where `where` has none."""
-    found = tuple(piece for piece in pieces if usage(affordance).spots(piece))
+    found = tuple(piece for piece in pieces if usage(affordance).use_points(piece))
     if not found:
         raise PieceError(f"{where}: none of {len(pieces)} pieces has a place to {affordance}")
     return found

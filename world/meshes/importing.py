@@ -14,8 +14,8 @@ from world import bounded
 from world.errors import PieceError
 from world.furniture.piece import Piece
 from world.meshes import notes, source, store, sweethome
-from world.meshes.build import Told, build
-from world.meshes.classes import CLASSES, named
+from world.meshes.build import ImportOptions, build
+from world.meshes.classes import CLASSES, category_of_names
 from world.meshes.notes import Note
 from world.refusals import refusing
 
@@ -36,7 +36,7 @@ class Job:
 
     name: str
     file_name: str
-    told: Told
+    options: ImportOptions
     path: Path | None = None
     """Its file; None where `entry` has it."""
     entry: sweethome.Entry | None = None
@@ -66,7 +66,7 @@ def cache_folder() -> Path:
     return Path(base) / "inhabit" / "objects"
 
 
-def jobs(paths: Sequence[Path], told: Told) -> list[Job]:
+def jobs(paths: Sequence[Path], options: ImportOptions) -> list[Job]:
     """The meshes of files and folders, libraries opened. Raises PieceError for a path with none."""
     found: list[Job] = []
     for path in paths:
@@ -76,9 +76,9 @@ def jobs(paths: Sequence[Path], told: Told) -> list[Job]:
                 raise PieceError(f"{path}: no meshes; choose files of {', '.join(_READ)}")
             known = notes.of_folder(path)
             for file in files:
-                found += _of_file(file, told, known.get(file.stem, Note()))
+                found += _of_file(file, options, known.get(file.stem, Note()))
         elif path.exists():
-            found += _of_file(path, told, notes.of_folder(path.parent).get(path.stem, Note()))
+            found += _of_file(path, options, notes.of_folder(path.parent).get(path.stem, Note()))
         else:
             raise PieceError(f"no such file or folder: {path}")
     return _distinct(found)
@@ -93,7 +93,7 @@ def run(
     done: Callable[[Outcome], None] = lambda outcome: None,
     stopped: Callable[[], bool] = lambda: False,
 ) -> list[Outcome]:
-    """What becomes of each job, in their order; `done` is told of each as it ends.
+    """What becomes of each job, in their order; `done` gets each as it ends.
 
     PieceError where `stopped` says so before all are done.
     """
@@ -122,36 +122,38 @@ def make(job: Job, digest: str) -> dict[str, Any]:
         mesh = source.read(job.path)
     else:
         raise PieceError(f"{job.name}: nothing to read")
-    told = replace(job.told, credit=job.told.credit or mesh.credit)
-    return store.document(build(replace(mesh, name=job.name), told), digest, job.file_name)
+    options = replace(job.options, credit=job.options.credit or mesh.credit)
+    return store.document(build(replace(mesh, name=job.name), options), digest, job.file_name)
 
 
-def _of_file(path: Path, told: Told, note: Note) -> list[Job]:
+def _of_file(path: Path, options: ImportOptions, note: Note) -> list[Job]:
     if path.suffix.lower() == ".sh3f":
         with refusing(PieceError, path, "library of furniture"):
-            return _of_library(path, told)
+            return _of_library(path, options)
     folder = path.parent.name.replace("_", "-").lower()
-    category = told.category or (folder if folder in CLASSES else named(path.stem))
-    licence = note.licence or told.licence
-    credit = told.credit or note.credit
-    own = replace(told, category=category, licence=licence, credit=credit)
+    category = options.category or (folder if folder in CLASSES else category_of_names(path.stem))
+    licence = note.licence or options.licence
+    credit = options.credit or note.credit
+    own = replace(options, category=category, licence=licence, credit=credit)
     return [Job(_tidy(path.stem), path.name, own, path)]
 
 
-def _of_library(path: Path, told: Told) -> list[Job]:
+def _of_library(path: Path, options: ImportOptions) -> list[Job]:
     """A library's furniture; what is none (a lamp, a door) is left out, not refused."""
     found = []
     for entry in sweethome.entries(path):
-        category = told.category or named(entry.title) or named(entry.name)
+        category = (
+            options.category or category_of_names(entry.title) or category_of_names(entry.name)
+        )
         if category is None:
             continue
-        licence = told.licence if told.licence != "unknown" else entry.licence or "unknown"
+        licence = options.licence if options.licence != "unknown" else entry.licence or "unknown"
         own = replace(
-            told,
+            options,
             frame=entry.frame,
             category=category,
             licence=licence,
-            credit=told.credit or entry.credit,
+            credit=options.credit or entry.credit,
         )
         found.append(Job(_tidy(entry.name), path.name, own, None, entry, entry.refused))
     if not found:
@@ -189,7 +191,7 @@ def _known(job: Job) -> tuple[Outcome | None, str]:
     except OSError as error:
         return Outcome(job.name, None, f"cannot read {job.path}: {error.strerror}"), ""
     content = digest.hexdigest()
-    digest.update(json.dumps([MAKER, job.name, asdict(job.told)], default=str).encode())
+    digest.update(json.dumps([MAKER, job.name, asdict(job.options)], default=str).encode())
     try:
         kept = store.read_document(_cached(digest.hexdigest()))
         store.piece_of(kept, job.name)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from world.errors import PieceError
 from world.furniture import affordance
 from world.furniture.affordance.relief import Relief
-from world.furniture.piece import Piece, Place
+from world.furniture.piece import Piece, SeatTarget
 from world.objects.drop_test import rests_at, slips_at
 
 MOVES_M = (0.03, 0.06, 0.09, 0.12)
@@ -36,14 +36,14 @@ def require(piece: Piece) -> None:
         )
 
 
-def told(piece: Piece) -> Piece:
+def tested(piece: Piece) -> Piece:
     """The piece with its places where they are, and at which scales a ragdoll rests on them."""
     return replace(piece, sit=tuple(_dropped(piece, place) for place in piece.sit))
 
 
-def _settled(piece: Piece, solid: Relief, place: Place) -> Place:
+def _settled(piece: Piece, solid: Relief, place: SeatTarget) -> SeatTarget:
     """The place or the nearest at which a ragdoll rests at all scales, else the best of them."""
-    best: Place | None = None
+    best: SeatTarget | None = None
     for moved in _moves(solid, place):
         found = _dropped(piece, moved)
         if not slips_at(found):
@@ -54,7 +54,7 @@ def _settled(piece: Piece, solid: Relief, place: Place) -> Place:
     return best
 
 
-def _moves(solid: Relief, place: Place) -> Iterator[Place]:
+def _moves(solid: Relief, place: SeatTarget) -> Iterator[SeatTarget]:
     """The place, then those about it on the same seat, nearest first."""
     yield place
     x, y, z = place.point_m
@@ -67,5 +67,5 @@ def _moves(solid: Relief, place: Place) -> Iterator[Place]:
                 yield replace(place, point_m=(*spot, height))
 
 
-def _dropped(piece: Piece, place: Place) -> Place:
+def _dropped(piece: Piece, place: SeatTarget) -> SeatTarget:
     return replace(place, rests_at=rests_at(piece, place))

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from world.errors import PieceError
-from world.furniture.piece import Hull, Lying, Piece, Place, Vector
+from world.furniture.piece import Hull, Lying, Piece, SeatTarget, Vector
 from world.meshes import decompose
 from world.meshes.build import Built
 from world.refusals import refusing
@@ -139,10 +139,10 @@ def pieces(path: Path) -> tuple[Piece, ...]:
     return tuple(read(file) for file in files(path))
 
 
-def _place(values: Any) -> Place:
+def _place(values: Any) -> SeatTarget:
     tried = values.get("rests_at")  # files of before have none
     rests_at = None if tried is None else tuple(float(scale) for scale in tried)
-    return Place(_vector(values["point_m"]), float(values["facing_rad"]), rests_at)
+    return SeatTarget(_vector(values["point_m"]), float(values["facing_rad"]), rests_at)
 
 
 def _vector(values: Any) -> Vector:

@@ -11,26 +11,26 @@ from world.motions.objects import Bed, BoxTrack, Seat
 
 #: How much faster or slower a motion may be made before it is another one: people walk, sit and
 #: lift at such a range of paces without doing it differently.
-PACES = (0.8, 1.25)
+SPEEDS = (0.8, 1.25)
 
-Lasting = TypeVar("Lasting", Seat, Bed)
+SeatOrBed = TypeVar("SeatOrBed", Seat, Bed)
 
 
-def paced(clip: Clip, pace: float) -> Clip:
-    """The clip `pace` times as fast, at its own frame rate, its objects with it.
+def at_speed(clip: Clip, speed: float) -> Clip:
+    """The clip `speed` times as fast, at its own frame rate, its objects with it.
 
-    Poses stay as they are, velocities are multiplied by `pace`. ConfigError outside PACES.
+    Poses stay as they are, velocities are multiplied by `speed`. ConfigError outside SPEEDS.
     """
-    low, high = PACES
-    if not low <= pace <= high:
-        raise ConfigError(f"a motion's pace is {pace:g}; small time scaling is {low} to {high}")
-    frames = max(2, int(np.floor((clip.frames - 1) / pace)) + 1)
-    at = np.minimum(np.arange(frames) * pace, clip.frames - 1)
+    low, high = SPEEDS
+    if not low <= speed <= high:
+        raise ConfigError(f"a motion's speed is {speed:g}; small time scaling is {low} to {high}")
+    frames = max(2, int(np.floor((clip.frames - 1) / speed)) + 1)
+    at = np.minimum(np.arange(frames) * speed, clip.frames - 1)
     return replace(
         _at(clip, at),
-        name=f"{clip.name}~x{pace:g}",
-        seat=_lasting(clip.seat, pace, frames) if clip.seat else None,
-        bed=_lasting(clip.bed, pace, frames) if clip.bed else None,
+        name=f"{clip.name}~x{speed:g}",
+        seat=_seat_or_bed(clip.seat, speed, frames) if clip.seat else None,
+        bed=_seat_or_bed(clip.bed, speed, frames) if clip.bed else None,
         box=_box(clip.box, at) if clip.box else None,
     )
 
@@ -55,9 +55,9 @@ def _at(clip: Clip, at: np.ndarray) -> Clip:
     )
 
 
-def _lasting(thing: Lasting, pace: float, frames: int) -> Lasting:
-    first = min(round(thing.from_frame / pace), frames - 1)
-    last = min(max(round(thing.to_frame / pace), first + 1), frames)
+def _seat_or_bed(thing: SeatOrBed, speed: float, frames: int) -> SeatOrBed:
+    first = min(round(thing.from_frame / speed), frames - 1)
+    last = min(max(round(thing.to_frame / speed), first + 1), frames)
     return replace(thing, from_frame=first, to_frame=last)
 
 

@@ -11,7 +11,7 @@ from world.character import model as character
 from world.errors import ClipError
 from world.motions.objects import Bed, BoxTrack, Seat, Skeleton
 
-Lasting = TypeVar("Lasting", Seat, Bed)
+SeatOrBed = TypeVar("SeatOrBed", Seat, Bed)
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Clip:
         A seat or a bed whose use lies outside stays out; one that is cut ends at the cut.
         """
 
-        def cut(thing: Lasting) -> Lasting | None:
+        def cut(thing: SeatOrBed) -> SeatOrBed | None:
             first, last = max(thing.from_frame, start), min(thing.to_frame, stop)
             return (
                 None

@@ -1,7 +1,7 @@
 """A set of clips as tensors: where episodes start from, and what the discriminator takes for real.
 
-Everything is drawn by counter (world.random_streams), so that a batch of mocap is the same
-wherever it is drawn.
+Everything is batch by counter (world.random_streams), so that a batch of mocap is the same
+wherever it is batch.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from world.motions import segments
 from world.motions.clip import Clip, mirrored
 from world.motions.mixture import StyleMixture
 from world.motions.uses.seat import SEAT
-from world.motions.uses.use import CONTACT, UPRIGHT_M, ClipUse, Drawn
+from world.motions.uses.use import CONTACT, UPRIGHT_M, ClipUse, TransitionBatch
 
 __all__ = ["Frames", "MotionLibrary", "StyleMixture", "StyleSource"]
 
@@ -31,7 +31,7 @@ _HELD_OUT_EVERY = 20
 
 @dataclass(frozen=True)
 class Frames:
-    """States drawn from the clips: the character and the seat of its clip."""
+    """States batch from the clips: the character and the seat of its clip."""
 
     qpos: Tensor
     """[n, 43] float32, in the clip's world."""
@@ -169,12 +169,12 @@ class StyleSource:
             self._seed, random_streams.MOCAP, torch.arange(n) + (1 << 40), counter, 7
         )
         index = pool[(u[:, 1] * len(pool)).long().clamp_max(len(pool) - 1)]
-        imaginary = (u[:, 0] < self._mixture.locomotion) & (
+        relocated = (u[:, 0] < self._mixture.locomotion) & (
             self._library.qpos[index, 2] > UPRIGHT_M
         )
-        return self._pairs(index, imaginary | ~self._library.has_seat[index], u[:, 2:])
+        return self._pairs(index, relocated | ~self._library.has_seat[index], u[:, 2:])
 
-    def _pairs(self, index: Tensor, imaginary: Tensor, u: Tensor) -> tuple[Tensor, Tensor]:
+    def _pairs(self, index: Tensor, relocated: Tensor, u: Tensor) -> tuple[Tensor, Tensor]:
         library = self._library
         root = library.qpos[index, :3]
         near, far = self._mixture.object_m
@@ -183,5 +183,5 @@ class StyleSource:
         offset = distance[:, None] * torch.stack((angle[:, 0].cos(), angle[:, 0].sin()), 1)
         yaw = torch.stack((angle[:, 1].cos(), angle[:, 1].sin()), dim=1)
         anywhere = root[:, :2] + offset
-        drawn = Drawn(index, imaginary, anywhere, yaw, u[:, 3])
-        return library.use.transitions(library, drawn, self._mixture)
+        batch = TransitionBatch(index, relocated, anywhere, yaw, u[:, 3])
+        return library.use.transitions(library, batch, self._mixture)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from world.errors import ClipError
 from world.motions import cache as disk
-from world.motions.augment import paced
+from world.motions.augment import at_speed
 from world.motions.clip import Clip
 from world.motions.clip_file import SUFFIX, read
 from world.motions.library import MotionLibrary
@@ -64,5 +64,8 @@ def library(
     Each clip is repeated at each of the playback speeds, and with `mirror` all of them mirrored.
     """
     own_speed = clips(paths, use)
-    every = [*own_speed, *(paced(clip, speed) for speed in playback_speeds for clip in own_speed)]
+    every = [
+        *own_speed,
+        *(at_speed(clip, speed) for speed in playback_speeds for clip in own_speed),
+    ]
     return MotionLibrary(every, mirror, use)

@@ -147,7 +147,7 @@ def jerks_m_s3(clip: Clip) -> tuple[float, float]:
 
 def past_limits(clip: Clip) -> tuple[float, float, str]:
     """Share of frames with a joint past its range, by how much at most (rad), and which joint."""
-    low, high = character.target_bounds()
+    low, high = character.set_point_bounds()
     angle = servos.coordinates(torch.from_numpy(clip.qpos())).numpy()
     excess = np.maximum(low - angle, angle - high)
     names = [

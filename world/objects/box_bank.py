@@ -89,7 +89,7 @@ class BoxBank:
         first = (at - 1).clamp(0, len(order) - window)
         return order[first + (u * window).long().clamp_max(window - 1)]
 
-    def put(self, scenes: Scenes, ids: Tensor, variant: Tensor, layout: Layout) -> None:
+    def apply(self, scenes: Scenes, ids: Tensor, variant: Tensor, layout: Layout) -> None:
         """Set up stands and boxes `variant` [m] of the scenes `ids` [m]."""
         down = torch.zeros_like(layout.start)
         down[:, 2] = self.half[variant, 2]

@@ -11,7 +11,7 @@ from torch import Tensor
 from world import rotations
 from world.character import kinematics
 from world.character import model as character
-from world.objects.furniture_bank import Bank
+from world.objects.furniture_bank import FurnitureBank
 
 #: Body, centre in its frame (z alone, m) and radius, m: the collision shapes as spheres.
 _SPHERES = (
@@ -41,7 +41,9 @@ def points(qpos: Tensor) -> Tensor:
     return position[:, BODIES] + rotation[:, BODIES, :, 2] * _HEIGHTS[:, None]
 
 
-def depth(centres: Tensor, origin: Tensor, yaw: Tensor, bank: Bank, variant: Tensor) -> Tensor:
+def depth(
+    centres: Tensor, origin: Tensor, yaw: Tensor, bank: FurnitureBank, variant: Tensor
+) -> Tensor:
     """Deepest penetration of the spheres into a piece, m, negative for clearance: [n].
 
     Args: centres [n, P, 3] world, m; origin [n, 3] m and yaw [n, 2] (cosine, sine) of the piece;

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import torch
 
-from world.furniture.piece import TRIED, Piece, Place, rotation
+from world.furniture.piece import TEST_SCALES, Piece, SeatTarget, rotation
 from world.objects import clearance, seated_pose
 from world.scene.model import FURNITURE_BODY, compile_scene
 
@@ -51,18 +51,18 @@ class Rest:
         )
 
 
-def scales(place: Place) -> tuple[float, ...]:
-    """Those of TRIED that a piece is tried at, by the height of its place."""
-    return tuple(scale for scale in TRIED if scale * place.point_m[2] <= HIGHEST_M)
+def scales(place: SeatTarget) -> tuple[float, ...]:
+    """Those of TEST_SCALES that a piece is tried at, by the height of its place."""
+    return tuple(scale for scale in TEST_SCALES if scale * place.point_m[2] <= HIGHEST_M)
 
 
-def slips_at(place: Place) -> tuple[float, ...]:
+def slips_at(place: SeatTarget) -> tuple[float, ...]:
     """Those at which it was tried in vain; none of a place that was not tried."""
     tried = () if place.rests_at is None else scales(place)
     return tuple(scale for scale in tried if scale not in (place.rests_at or ()))
 
 
-def rests_at(piece: Piece, place: Place) -> tuple[float, ...]:
+def rests_at(piece: Piece, place: SeatTarget) -> tuple[float, ...]:
     """The scales at which a ragdoll let down on this place of the piece is at rest on it after 3 s,
     and still after 10."""
     found = []
@@ -83,7 +83,7 @@ def drop(piece: Piece, seconds: float = 3.0, above_m: float = 0.02, which: int =
     place = piece.sit[which]
     pose = _balanced(model, data, piece, place, above_m)
     data.qpos[:] = seated_pose.qpos(place, above_m, pose)
-    data.ctrl[:] = seated_pose.targets(place, pose)
+    data.ctrl[:] = seated_pose.set_points(place, pose)
     steps = round(seconds / model.opt.timestep)
     deepest = fastest = 0.0
     for step in range(steps):
@@ -107,7 +107,7 @@ def drop(piece: Piece, seconds: float = 3.0, above_m: float = 0.02, which: int =
 
 
 def _balanced(
-    model: mujoco.MjModel, data: mujoco.MjData, piece: Piece, place: Place, above_m: float
+    model: mujoco.MjModel, data: mujoco.MjData, piece: Piece, place: SeatTarget, above_m: float
 ) -> seated_pose.Pose:
     """The pose that stands in nothing and has its centre of mass above the thighs, as anyone's is
     who sits without holding on."""

@@ -10,14 +10,14 @@ from torch import Tensor
 
 from world import rotations
 from world.errors import PieceError
-from world.furniture.piece import TRIED, Piece
-from world.furniture.usage import spots, usage
+from world.furniture.piece import TEST_SCALES, Piece
+from world.furniture.usage import usage, use_points
 from world.scene import slots
 from world.scene.model import Ball, compile_scene
 from world.scene.target import Target
 
 
-class Bank:
+class FurnitureBank:
     """V variants (a piece at a size each): their models, and what the tasks know of them as
     tensors."""
 
@@ -35,7 +35,7 @@ class Bank:
             raise PieceError("no furniture: choose at least one piece")
         self.affordance = affordance
         # a piece with two sides is used from both in turn
-        places = [spots(piece, affordance) for piece in variants]
+        places = [use_points(piece, affordance) for piece in variants]
         chosen = [found[i % len(found)] for i, found in enumerate(places)]
         self.pieces = tuple(variants)
         shared = slots.common(variants)
@@ -188,7 +188,7 @@ def _holding(piece: Piece, scale: float) -> float:
     for target in piece.sit[:1]:
         if target.rests_at is None:
             continue
-        tried = min(TRIED, key=lambda at: abs(at - scale))
+        tried = min(TEST_SCALES, key=lambda at: abs(at - scale))
         fit = [at for at in target.rests_at if at * target.point_m[2] <= MAX_SEAT_M]
         if fit and tried not in target.rests_at:
             return min(fit, key=lambda at: abs(at - scale))

@@ -42,14 +42,14 @@ class Grip:
     """[n]: distance from the centre to the centre of a hand in contact."""
 
 
-def before(root: Tensor, heading: Tensor, depth_m: Tensor) -> Tensor:
+def held_centre(root: Tensor, heading: Tensor, depth_m: Tensor) -> Tensor:
     """[n, 3]: centre of a box in hand, m; root [n, 3], heading [n, 2], depth_m [n]: from its centre
     to its edge along the heading."""
     ahead = root[:, :2] + (_BEFORE_M + depth_m)[:, None] * heading
     return torch.cat((ahead, root[:, 2:] + _ABOVE_M), dim=1)
 
 
-def holding(qpos: Tensor, box: BoxState) -> Tensor:
+def holding_pose(qpos: Tensor, box: BoxState) -> Tensor:
     """qpos [n, 43] with the arms bent so that the hands touch the box on both sides, or come as
     near as the arms reach."""
     position, rotation = kinematics.forward(
@@ -89,7 +89,7 @@ def grip_of(box: BoxState, heading: Tensor) -> Grip:
     return Grip(axes[rows, :, chosen] * sign[:, None], box.half[rows, chosen] + _HAND_M)
 
 
-def deep_m(box: BoxState, heading: Tensor) -> Tensor:
+def half_depth_m(box: BoxState, heading: Tensor) -> Tensor:
     """[n]: distance from the box's centre to its edge along a heading [n, 2], m."""
     axes = rotations.matrix(box.rotation)[:, :2, :2]
     return ((axes * heading[..., None]).sum(dim=1).abs() * box.half[:, :2]).sum(dim=1)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from world.character import model as character
-from world.furniture.piece import Place
+from world.furniture.piece import SeatTarget
 
 #: Radius of the thighs' capsules, whose axes are level with the root when seated, m (humanoid.xml).
 THIGH_M = 0.055
@@ -53,7 +53,7 @@ def angles_rad(height_m: float, pose: Pose = Pose()) -> dict[str, float]:
     }
 
 
-def qpos(place: Place, above_m: float = 0.02, pose: Pose = Pose()) -> np.ndarray:
+def qpos(place: SeatTarget, above_m: float = 0.02, pose: Pose = Pose()) -> np.ndarray:
     """The character upright on a place, its thighs above_m above the surface: [43] float64, in the
     piece's frame."""
     q = character.standing_qpos()
@@ -73,7 +73,7 @@ def qpos(place: Place, above_m: float = 0.02, pose: Pose = Pose()) -> np.ndarray
     return q
 
 
-def targets(place: Place, pose: Pose = Pose()) -> np.ndarray:
+def set_points(place: SeatTarget, pose: Pose = Pose()) -> np.ndarray:
     """Servo targets that hold the pose: [28] rad."""
     flexion = angles_rad(place.point_m[2], pose)
     result = []

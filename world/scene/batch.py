@@ -51,29 +51,29 @@ class Scenes:
         self._map = ActionMap.of(action_scale, action_clip, torch.float64)
         self._warned = np.zeros(self.n, dtype=np.int64)
 
-    def targets(self, action: Tensor) -> Tensor:
+    def set_points(self, action: Tensor) -> Tensor:
         """Set-points [n, 28] rad, within their bounds, of actions [n, 28]."""
-        return self._map.setpoints(action)
+        return self._map.set_points(action)
 
-    def actions(self, targets: Tensor) -> Tensor:
+    def actions(self, set_points: Tensor) -> Tensor:
         """The actions [n, 28], within their clip, that give set-points [n, 28] rad."""
-        return self._map.actions(targets)
+        return self._map.actions(set_points)
 
     def aim(self, action: Tensor) -> None:
         """Write the set-points of actions [n, 28], limited to the servos' effort as they stand."""
-        self._write(self.targets(action))
+        self._write(self.set_points(action))
 
     def act(self, action: Tensor) -> None:
         """One control step (1/30 s) with the given actions [n, 28]."""
-        self.drive(self.targets(action))
+        self.drive(self.set_points(action))
 
-    def drive(self, targets: Tensor) -> None:
+    def drive(self, set_points: Tensor) -> None:
         """One control step (1/30 s) with the given set-points [n, 28] rad."""
-        self._write(targets)
+        self._write(set_points)
         self.batch.step(nstep=character.SUBSTEPS)
 
-    def _write(self, targets: Tensor) -> None:
-        self._ctrl.copy_(servos.limited(targets, self._qpos, self._qvel))
+    def _write(self, set_points: Tensor) -> None:
+        self._ctrl.copy_(servos.limited(set_points, self._qpos, self._qvel))
 
     def finite(self) -> Tensor:
         """[n] bool: scenes that the last step left sound; MuJoCo resets the others silently."""
@@ -93,7 +93,7 @@ class Scenes:
         qvel = self._qvel if ids is None else self._qvel[ids]
         return features.body(qpos.to(torch.float32), qvel.to(torch.float32))
 
-    def set_down(
+    def set_state(
         self, ids: Tensor, qpos: Tensor, qvel: Tensor, origin: Tensor, yaw: Tensor
     ) -> None:
         """Write states qpos [m, 43], qvel [m, 34] and the furniture's origin [m, 3] and yaw [m, 2]

@@ -1,7 +1,7 @@
-"""Sit: bring the hip to a place on a seat, facing as it faces, without falling.
+"""Sit: bring the hip to its target on a seat, with the seat's facing, without falling.
 
 Reward: the form of InterScene, which follows the paper's supplement, with an approach that leads
-round the furniture to its front instead of straight through its back.
+round the furniture to its front.
 """
 
 from typing import ClassVar
@@ -21,22 +21,22 @@ from world.tasks.task import Task
 HIP_ABOVE_SEAT_M = 0.065
 #: Speed of approach that earns the full reward, m/s (mocap walks at 0.5-1.1).
 _SPEED_M_S = 0.9
-#: Radius round the place of use that the approach goes round, and how far in front it leads, m.
+#: Radius about the use point that the approach avoids, and distance in front where it ends, m.
 _DETOUR_M, _FRONT_M = 0.55, 0.60
-#: Standing over a seat, one is within this of the place, to the back and to both sides, m.
+#: A character over the seat is within this of the target, to the back and to both sides, m.
 _ASTRIDE_M = 0.18
-#: Nearer than this one is before a seat only within _ASTRIDE_M of its middle, m: standing beside
-#: a stool is not being before it.
+#: Nearer than this, a character is in front of the seat only within _ASTRIDE_M of its centre line,
+#: m: standing beside a stool does not count.
 _BEFORE_M = 0.25
-#: A root this much above its place, or lower, is down on the seat, m.
+#: A root up to this height above its target is down on the seat, m.
 _DOWN_M = 0.12
-#: Behind a place, this near to the line along which it faces, either way round is as good, m.
+#: Behind the target and this near to its centre line, both ways round count as equal, m.
 _EITHER_M = 0.45
-#: Within this of the front point (or of the place, in front of it) the approach is done, m.
+#: The approach ends within this of the front point, or of the target from its front, m.
 _ARRIVED_M = 0.40
-#: The root this near to its place, horizontally and in height, is on the seat, m.
+#: A root this near to its target, horizontally and in height, is on the seat, m.
 _TOUCH_M, _TOUCH_UP_M = 0.30, 0.08
-#: Where haste is punished, m.
+#: The overspeed penalty applies within this of the target, m.
 _NEAR_M = 1.2
 _HEADING_FRAME = "root heading"
 
@@ -60,7 +60,7 @@ class Sit(Task):
             "corners",
             24,
             "root heading's axes, from the target",
-            "m, in the place's order",
+            "m, in the target's order",
             f"((c - u - np.array([0, 0, {HIP_ABOVE_SEAT_M}])) @ H.T).ravel()",
         ),
     )
@@ -86,7 +86,7 @@ class Sit(Task):
     )
 
     def hip(self, target: Target) -> Tensor:
-        """[n, 3]: where the root should be, world, m."""
+        """[n, 3]: target of the root, world, m."""
         return target.point + target.point.new_tensor((0.0, 0.0, HIP_ABOVE_SEAT_M))
 
     def goal_features(self, body: Body, target: Target) -> Tensor:
@@ -98,19 +98,20 @@ class Sit(Task):
 
     def reward_terms(self, body: Body, target: Target) -> Tensor:
         error = (self.hip(target) - body.root).square().sum(dim=1)
-        # the narrow half: perched on the edge, 0.2 m before the place, one stays there for ever
+        # without the narrow kernel the policy stays perched on the edge, 0.2 m before the target
         sit = 0.5 * torch.exp(-10.0 * error) + 0.5 * torch.exp(-40.0 * error)
         direction, arrived = approach(body.root, body.heading, target)
         speed = (direction * body.root_velocity[:, :2]).sum(dim=1)
-        # linear: the exponential of published rewards is nearly flat for one who stands still
+        # linear: the exponential of published rewards is nearly flat at standstill
         towards = (speed / _SPEED_M_S).clamp(0.0, 1.0)
-        # standing before the seat must be worth less than walking there, and far less than sitting
+        # standing before the seat must earn less than walking there, and far less than sitting
         there = 0.3 + 0.7 * torch.exp(-2.5 * error)
         towards = torch.where(arrived, there, towards)
         distance = (target.point[:, :2] - body.root[:, :2]).norm(dim=1)
-        # before the seat one turns one's back to it; behind it, facing as it faces is worth nothing
+        # before the seat the character turns its back to it; behind the seat, its facing earns
+        # nothing
         wanted = torch.where(arrived[:, None], target.facing, direction)
-        # linear in the angle: turning round pays from the first degree, also from 180
+        # linear in the angle: the gradient of turning is the same at every angle, also at 180
         cosine = (wanted * body.heading).sum(dim=1).clamp(-1.0, 1.0)
         facing = 1.0 - torch.acos(cosine) / torch.pi
         near = distance < _NEAR_M
@@ -138,8 +139,8 @@ class Sit(Task):
 def compressed(offset: Tensor, linear_m: float = 1.5) -> Tensor:
     """Offsets [n, 3] whose horizontal length grows logarithmically beyond linear_m.
 
-    Where to sit matters to the centimetre, how far off the chair is only roughly: one normaliser
-    cannot serve both 10 m and 1 cm.
+    The target matters to the centimetre, a distant chair only roughly: one normaliser cannot
+    resolve both 10 m and 1 cm.
     """
     r = offset[:, :2].norm(dim=1, keepdim=True)
     factor = torch.where(
@@ -151,12 +152,11 @@ def compressed(offset: Tensor, linear_m: float = 1.5) -> Tensor:
 
 
 def approach(root: Tensor, heading: Tensor, target: Target) -> tuple[Tensor, Tensor]:
-    """The way of roots [n, 3] (world, m) to the front of a place: unit directions [n, 2], world,
-    and whether it is reached [n] bool.
+    """Unit directions [n, 2], world, from roots [n, 3] (world, m) to the front of their targets,
+    and whether the approach is done [n] bool.
 
-    In the place's frame (+x where its user faces) the way leads straight to a point _FRONT_M in
-    front, but round a disc of _DETOUR_M about the place where that lies between: along the tangent
-    on the nearer side.
+    In the target's frame (+x along its facing) the route is straight to a point _FRONT_M in front.
+    A disc of _DETOUR_M about the target is avoided along the tangent on the nearer side.
     """
     offset = rotations.turn_back(target.facing, root[:, :2] - target.point[:, :2])
     x, y = offset[:, 0], offset[:, 1]
@@ -165,7 +165,7 @@ def approach(root: Tensor, heading: Tensor, target: Target) -> tuple[Tensor, Ten
     to_front = front.norm(dim=1)
     straight = front / to_front.clamp_min(1e-6)[:, None]
     distance = offset.norm(dim=1).clamp_min(1e-6)
-    # closest point of the segment towards the front to the place
+    # least distance of the target from the segment to the front point
     along = (-(offset * straight).sum(dim=1)).clamp_min(0.0).minimum(to_front)
     closest = (offset + along[:, None] * straight).norm(dim=1)
     blocked = closest < _DETOUR_M - 1e-3
@@ -178,8 +178,8 @@ def approach(root: Tensor, heading: Tensor, target: Target) -> tuple[Tensor, Ten
     tangent = rotations.turn(torch.stack((cosine, side * sine), dim=1), inward)
     direction = torch.where(blocked[:, None], tangent, straight)
     in_front = (x > _BEFORE_M) & (x < _FRONT_M + _ARRIVED_M) & (y.abs() < 0.35)
-    # who leans on the back from behind, stands behind a stool or leans on an arm has not arrived:
-    # that paid like half a seat, and was held for ever
+    # leaning on the back from behind, standing behind a stool or leaning on an arm does not count:
+    # it earned half of what sitting does, and the policy stayed there
     over = (distance < 0.3) & (y.abs() < _ASTRIDE_M) & ((x > 0.0) | ((x > -_ASTRIDE_M) & down))
     arrived = (to_front < _ARRIVED_M) | in_front | over
     return rotations.turn(target.facing, direction), arrived

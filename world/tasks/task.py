@@ -1,5 +1,5 @@
-"""What a task is: a goal, named weighted reward terms, success, stages and termination, on tensors
-of scenes; what its object offers; how it is evaluated."""
+"""The base class of tasks: goal, named weighted reward terms, success, stages and termination, the
+affordance of its object, and evaluation settings."""
 
 from abc import ABC, abstractmethod
 from typing import ClassVar
@@ -12,58 +12,59 @@ from world.character.features import Body, Table
 from world.scene.target import Target
 from world.tasks.evaluation import Evaluation
 
-#: Name of the last stage of every task: success held. Whoever runs the episodes knows it, since
-#: `stage` sees a moment alone.
+#: Name of the last stage of every task: success held. The shard computes it, since `stage` depends
+#: on one control step alone.
 HELD = "held"
 
 
 class Task(ABC):
-    """One thing to do with an object; all tensors are float32 over n scenes."""
+    """A task; all tensors are float32 over n scenes."""
 
     name: ClassVar[str]
     affordance: ClassVar[Affordance]
-    """What the object must offer: the kind of object, of world.affordances. It brings the training
-    objects, initial states, trials, and what is learned of clips."""
+    """Affordance of the object, from world.affordances: training objects, initial states, trials,
+    and the use of clips."""
     episode_s: ClassVar[float] = 10.0
     """Length of a training episode, s."""
     goal: ClassVar[Table]
-    alike: ClassVar[dict[str, str]] = {}
-    """Goal features that mean to a policy what another name means in other tasks: by these, and by
-    equal names, one task's networks begin as another's."""
+    equivalents: ClassVar[dict[str, str]] = {}
+    """Of this task's goal features: the name of the equivalent one in other tasks; empty: none.
+    Networks that are initialised from another task's map features by these and by equal names."""
     sides: ClassVar[tuple[str, str] | None] = None
-    """Two goal features whose first numbers are directions on the floor: where the second points to
-    the right of the first, the networks see the scene mirrored, and so know one side alone. Both
-    must last an episode, but for the heading they are seen from. None: nothing is mirrored."""
+    """Two goal features whose first two numbers are directions on the floor. Where the second
+    points to the right of the first, the networks observe the mirrored scene, so that they learn
+    one side alone. Both are constant in an episode but for the heading. None: nothing is
+    mirrored."""
     terms: ClassVar[dict[str, float]]
-    """Reward terms by name, with their weights: the task's reward is the weighted sum."""
+    """Weights of the reward terms by name; the task reward is the weighted sum."""
     stages: ClassVar[tuple[str, ...]]
-    """What leads to success, in order; an episode has reached a stage that was true once. After
-    them comes HELD."""
+    """Names of the stages on the way to success, in order, before HELD. An episode has reached a
+    stage that held in any step."""
     success_m: ClassVar[float]
-    """Success is an error of at most this, m."""
+    """Greatest error that counts as success, m."""
     evaluation: ClassVar[Evaluation] = Evaluation()
 
     @abstractmethod
     def goal_features(self, body: Body, target: Target) -> Tensor:
-        """[n, goal.width]: what the policy and the value function see of the goal."""
+        """[n, goal.width]: goal features that the policy and the critic observe."""
 
     @abstractmethod
     def reward_terms(self, body: Body, target: Target) -> Tensor:
-        """[n, len(terms)]: the terms, unweighted, each in [0, 1] or [-1, 0]."""
+        """[n, len(terms)]: the unweighted reward terms, each in [0, 1] or [-1, 0]."""
 
     @abstractmethod
     def error_m(self, body: Body, target: Target) -> Tensor:
-        """[n]: how far from done, m; success is being within `success_m`."""
+        """[n]: distance from completion, m; success up to `success_m`."""
 
     @abstractmethod
     def stage(self, body: Body, target: Target) -> Tensor:
-        """[n, len(stages)] bool: which stages hold at this moment."""
+        """[n, len(stages)] bool: the stages that hold in this step."""
 
     def low(self, body: Body, target: Target) -> Tensor:
-        """[n] bool: where the task takes the pelvis down; elsewhere a low pelvis ends a training
-        episode early. By default nowhere."""
+        """[n] bool: where the task allows a low pelvis; elsewhere it ends a training episode early.
+        By default nowhere."""
         return torch.zeros(len(body.root), dtype=torch.bool)
 
     @abstractmethod
     def fell(self, body: Body, target: Target) -> Tensor:
-        """[n] bool: the episode ends here as a failure."""
+        """[n] bool: the episode ends in this step as a failure."""

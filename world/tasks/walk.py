@@ -1,7 +1,7 @@
 """Walk: reach a point on the floor and stand there, facing a direction.
 
-The reward has sit's form (InterScene's, after the paper's supplement) without furniture: the way
-leads straight to the point, and only the last steps turn to the facing that is asked for.
+The reward has sit's form (InterScene's, after the paper's supplement) without furniture: the
+approach is straight, and only the last steps turn to the target's facing.
 """
 
 import math
@@ -22,13 +22,13 @@ from world.tasks.task import Task
 _STANDING_M = float(character.standing_qpos()[2])
 #: Speed of approach that earns the full reward, m/s (mocap walks at 0.5-1.1).
 _SPEED_M_S = 0.9
-#: Within this of the point the approach is done, and the character turns to its facing, m.
+#: The approach ends within this of the point, where the character turns to the target's facing, m.
 _ARRIVED_M = 0.35
-#: Haste is punished within this of the point, m.
+#: The overspeed penalty applies within this of the point, m.
 _NEAR_M = 0.8
 #: Success: the root this near to the point horizontally, m, its heading this near to the facing,
-#: rad, and slower than this, m/s: who walks through the point has not reached it. Walking is twice
-#: as fast, and standing sways at a quarter of it.
+#: rad, and slower than this, m/s, so that walking through the point does not count. Walking is
+#: twice as fast; standing sways at a quarter of it.
 _THERE_M, _FACING_RAD, _STILL_M_S = 0.2, math.radians(20.0), 0.4
 _HEADING_FRAME = "root heading"
 
@@ -74,10 +74,10 @@ class Walk(Task):
         towards = (direction * body.root_velocity[:, :2]).sum(dim=1)
         approach = (towards / _SPEED_M_S).clamp(0.0, 1.0)
         arrived = distance < _ARRIVED_M
-        # to stand there is worth as much as to walk there, to stand beside it less
+        # standing at the point earns as much as walking there, standing beside it less
         approach = torch.where(arrived, 0.5 + 0.5 * near, approach)
         wanted = torch.where(arrived[:, None], target.facing, direction)
-        # linear in the angle: turning round pays from the first degree, also from 180
+        # linear in the angle: the gradient of turning is the same at every angle, also at 180
         facing = 1.0 - _angle(wanted, body.heading) / torch.pi
         fast = (speed - 1.3).clamp(0.0, 1.0)
         spin = ((body.angular_velocity[:, 2].abs() - 3.0) / 3.0).clamp(0.0, 1.0)

@@ -248,7 +248,7 @@ class CarryController:
         """[n, 3]: next move of a carried box, m: to its position before the body, clear of the
         stands."""
         heading = rotations.heading(figure.qpos[:, 3:7])
-        ahead = _AHEAD_M + grasp.deep_m(box, heading).clamp_min(_DEPTH_M)
+        ahead = _AHEAD_M + grasp.half_depth_m(box, heading).clamp_min(_DEPTH_M)
         level = figure.position[:, 0, :2] + ahead[:, None] * unit(self._yaw_rad)
         start = torch.where(view.off_stand_m < _OFF_STAND_M, box.start[:, 2], 0.0)
         end = torch.where(view.left_m < _TO_TARGET_M, box.target[:, 2], 0.0)

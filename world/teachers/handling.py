@@ -115,7 +115,9 @@ def _onward(figure: Figure, box: BoxState, heading: Tensor) -> Tensor:
     # in front of the chest where the trunk is bent
     chest = (figure.position[:, _TORSO] - figure.position[:, 0])[:, :2]
     lean = (chest * heading).sum(dim=1).clamp_min(0.0)
-    held = grasp.before(figure.position[:, 0], heading, grasp.deep_m(box, heading) + lean)
+    held = grasp.held_centre(
+        figure.position[:, 0], heading, grasp.half_depth_m(box, heading) + lean
+    )
     level = held[:, :2]
     within = (box.target[:, :2] - level).norm(dim=1) < _OUT_M
     level = torch.where(within[:, None], box.target[:, :2], level)

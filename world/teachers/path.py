@@ -9,9 +9,9 @@ import torch
 from torch import Tensor
 
 from world import rotations
-from world.objects.grasp import deep_m
+from world.objects.grasp import half_depth_m
 from world.scene.target import BoxState
-from world.tasks.carry import COST_DEEP, DEEP_M, depths, places_before
+from world.tasks.carry import DEPTH_COST, MIN_HALF_DEPTH_M, half_depths, stand_poses
 from world.teachers.gait import Footing, wrapped
 
 #: The character's position lies this far behind the centre of the soles, m: about the ankles.
@@ -99,7 +99,7 @@ class View:
 def view(feet: Footing, heading: Tensor, box: BoxState, face: Tensor) -> View:
     """The view towards face `face` [n] of the box; heading [n, 2]: of the root."""
     position, yaw_rad = position_of(feet), torch.atan2(feet.heading[:, 1], feet.heading[:, 0])
-    directions, points = places_before(box)
+    directions, points = stand_poses(box)
     rows = torch.arange(len(face))
     ahead, point = directions[rows, face], points[rows, face]
     facing = torch.atan2(ahead[:, 1], ahead[:, 0])
@@ -112,7 +112,9 @@ def view(feet: Footing, heading: Tensor, box: BoxState, face: Tensor) -> View:
         pick_up_point=point,
         off_pick_up_m=(point - position).norm(dim=1),
         off_face_rad=wrapped(facing - yaw_rad),
-        left_m=way.norm(dim=1) - deep_m(box, heading).clamp_min(DEEP_M) - _GAP_DOWN_M,
+        left_m=way.norm(dim=1)
+        - half_depth_m(box, heading).clamp_min(MIN_HALF_DEPTH_M)
+        - _GAP_DOWN_M,
         off_target_rad=wrapped(torch.atan2(way[:, 1], way[:, 0]) - yaw_rad),
         off_stand_m=(position - box.start[:, :2]).norm(dim=1),
     )
@@ -125,10 +127,10 @@ def position_of(feet: Footing) -> Tensor:
 
 def choose(root: Tensor, box: BoxState, last: Tensor) -> Tensor:
     """[n]: the face of the box to approach; root [n, 2] m, last [n]: the last choice, or −1."""
-    directions, points = places_before(box)
+    directions, points = stand_poses(box)
     from_box = (root - box.position[:, :2])[:, None]
     cost = (points - root[:, None]).norm(dim=2)
-    cost = cost + COST_DEEP * (depths(box) - DEEP_M).clamp_min(0.0)
+    cost = cost + DEPTH_COST * (half_depths(box) - MIN_HALF_DEPTH_M).clamp_min(0.0)
     cost = cost + _COST_ROUND * (from_box * directions).sum(dim=2).clamp_min(0.0)
     onward = (box.target - box.position)[:, :2]
     onward = onward / onward.norm(dim=1, keepdim=True).clamp_min(1e-6)

@@ -62,7 +62,7 @@ _SUBTREE_KG = _SUBTREE @ _KG
 BODY_KG = float(_KG.sum())
 _TURNED, _AXIS = _servo_axes()
 _KP = torch.from_numpy(character.gains()[0])
-_LOW, _HIGH = (torch.from_numpy(bound) for bound in character.target_bounds())
+_LOW, _HIGH = (torch.from_numpy(bound) for bound in character.set_point_bounds())
 
 
 @dataclass(frozen=True)

@@ -109,7 +109,7 @@ class Controls:
         if changed:
             self._piece.options = tuple(self._stock.pieces(policy))
         piece = self._stock.pieces(policy)[str(self._piece.value)]
-        self._side.options = tuple(str(i) for i in range(affordance.places(piece)))
+        self._side.options = tuple(str(i) for i in range(affordance.use_point_count(piece)))
         self._side.visible = len(self._side.options) > 1
         self._box.visible = affordance.cargo
         if changed:

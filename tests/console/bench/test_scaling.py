@@ -13,7 +13,7 @@ import ray
 from ray.cluster_utils import Cluster
 
 from actors import fleet as ray_fleet
-from actors.cluster import START_S, on_loopback, patience
+from actors.cluster import START_S, on_loopback, startup_timeouts
 from actors.fleet import FleetConfig, RayFleet
 from actors.ray_actor import RolloutActor
 from console.bench import scaling
@@ -65,7 +65,7 @@ def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Cluster]:
         "node_ip_address": "127.0.0.1",
     }
     head = settings | {"num_cpus": 0, "_system_config": {"debug_dump_period_milliseconds": 200}}
-    with on_loopback(), patience(START_S):
+    with on_loopback(), startup_timeouts(START_S):
         found = Cluster(initialize_head=True, head_node_args=head)
         try:
             for _ in range(NODES):
@@ -99,9 +99,9 @@ def chunks_received(cluster: Cluster) -> dict[str, int]:
 def test_weights_cross_once_a_node(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ray_fleet, "RolloutActor", Whereabouts)
     # on a busy machine one may look so slow that its scenes are given to others
-    monkeypatch.setattr(ray_fleet, "_PATIENCE", 1_000)
+    monkeypatch.setattr(ray_fleet, "_DIVISION_ROLLOUTS", 1_000)
     actors = NODES * ACTORS_A_NODE
-    config = FleetConfig(start_s=120, rollout_s=120, late_s=120)
+    config = FleetConfig(start_s=120, rollout_s=120, straggler_s=120)
     fleet = RayFleet(MakePoints(), 8 * actors, 8, actors, seed=5, horizon=HORIZON, config=config)
     handles = [member.handle for member in fleet._members]
     fleet.collect(weights(0), 0, 0.1)

@@ -45,7 +45,7 @@ def test_stand_ins_told_ahead_do_not_wait_for_the_learner(
 ) -> None:
     fleet = SleepingFleet(hosts, part, 6, 0.5)
     first = fleet.ask(weights(0), 0)
-    fleet.ahead(weights(1), 1, 0.1)
+    fleet.prefetch(weights(1), 1, 0.1)
     fleet.take_in(first)
     there, missing = ray.wait(fleet._begun, num_returns=len(fleet._begun))
     assert len(there) == 6 and not missing

@@ -12,11 +12,11 @@ from console.synthesis.request import scene
 from tests.support.console.players import stock
 from world import tasks
 from world.errors import ConfigError
-from world.furniture.usage import spots
+from world.furniture.usage import use_points
 
 
 def test_a_bed_has_a_side_of_its_own_choice() -> None:
-    both = [n for n, p in stock().pieces("lie").items() if len(spots(p, "lie")) == 2]
+    both = [n for n, p in stock().pieces("lie").items() if len(use_points(p, "lie")) == 2]
     beds = [n for n in both if n.startswith("bed")]  # single ones: a double bed has one side
     found = []
     for side in (0, 1):

@@ -92,7 +92,7 @@ def test_a_catalogue_beside_the_files_gives_credit(tmp_path: Path) -> None:
     written(tmp_path, ".obj")
     (tmp_path / "catalog.csv").write_text("file,creator,licence\nchair,Ada,CC-BY 4.0\n")
     (job,) = importing.jobs([tmp_path], told(Meshes()))
-    assert (job.told.credit, job.told.licence) == ("Ada", "CC-BY 4.0")
+    assert (job.options.credit, job.options.licence) == ("Ada", "CC-BY 4.0")
 
 
 def test_a_readme_gives_the_licences_of_the_libraries_that_a_catalogue_names(

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from console.recording import format as recording
-from console.recording import video
 from console.synthesis import files as motion_files
+from console.video import rendering
 from tests.support.console.syntheses import command, made
 from tests.support.policy_cases import make
 from world.motions import load
 
 
-@pytest.mark.skipif(video.choose_gl() is None, reason="nothing draws offscreen here")
+@pytest.mark.skipif(rendering.choose_gl() is None, reason="nothing draws offscreen here")
 def test_a_film_has_every_frame_and_its_balls(tmp_path: Path) -> None:
     flags = command("sit", "low-stool-test-000", seconds=0.5, perturb="projectiles", seed=1)
     motion = made(make(), replace(flags, to_the_end=True))
@@ -27,10 +27,10 @@ def test_a_film_has_every_frame_and_its_balls(tmp_path: Path) -> None:
     take = recording.read(states).takes[0]
     there = np.isfinite(take.balls[-1, :, 0])
     assert motion.summary.balls_thrown == 15 and there.any()
-    look = video.Look(width=160, height=120, distance_m=8.0)
+    look = rendering.Look(width=160, height=120, distance_m=8.0)
 
     def red(shown: recording.Take) -> int:
-        (image,) = video.draw(shown, look, [len(take) - 1], 1.0)
+        (image,) = rendering.draw(shown, look, [len(take) - 1], 1.0)
         r, g, b = np.moveaxis(image.astype(int), -1, 0)
         return int(((r > 90) & (r > 2 * g) & (r > 2 * b)).sum())
 

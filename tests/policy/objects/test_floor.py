@@ -5,9 +5,9 @@ import pytest
 import torch
 
 from policy.errors import RequestError
+from policy.messages import requests
 from policy.objects import adapter
 from policy.objects.columns import POSE_WIDTH
-from policy.service import requests
 from policy.service.poses import observations
 from policy.synthesis.simulation import Simulation
 from rpc.v1 import policy_pb2 as pb

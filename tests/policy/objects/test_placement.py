@@ -17,7 +17,7 @@ from world.furniture.catalogue import find
 def test_a_place_turns_and_moves_with_its_piece() -> None:
     yaw = 0.8
     row = np.zeros(POSE_WIDTH)
-    placement.fill_place(row, placement.standing(chair(2.0, -1.0, yaw), SIT))
+    placement.fill_target(row, placement.standing(chair(2.0, -1.0, yaw), SIT))
     seat = find("chair-test-000").sit[0]
     x, y, z = seat.point_m
     wanted = [

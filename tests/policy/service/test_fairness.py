@@ -73,7 +73,7 @@ def test_large_calls_are_read_one_at_a_time() -> None:
     """However many there are, a frame of a stream waits for one part of one of them."""
 
     async def order() -> list[str]:
-        from policy.service import requests
+        from policy.messages import requests
 
         seen: list[str] = []
         real = requests.poses

@@ -3,8 +3,8 @@
 import numpy as np
 import torch
 
+from policy.messages.requests import pose as row
 from policy.service.poses import observations
-from policy.service.requests import pose as row
 from rpc.v1 import policy_pb2 as pb
 from tests.support.policy_cases import SIT, WIDTH, chair, pose
 

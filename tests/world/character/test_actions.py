@@ -8,8 +8,8 @@ from world.character.actions import ActionMap
 from world.config import WorldConfig
 
 WORLD = WorldConfig()
-LOW, HIGH = (torch.from_numpy(bound) for bound in character.target_bounds())
-NEUTRAL = torch.from_numpy(character.neutral_targets())
+LOW, HIGH = (torch.from_numpy(bound) for bound in character.set_point_bounds())
+NEUTRAL = torch.from_numpy(character.neutral_set_points())
 
 
 def mapping(dtype: torch.dtype = torch.float64) -> ActionMap:
@@ -17,7 +17,7 @@ def mapping(dtype: torch.dtype = torch.float64) -> ActionMap:
 
 
 def test_action_one_is_a_share_of_the_range_beyond_the_mean_pose() -> None:
-    found = mapping().setpoints(torch.stack((torch.zeros(28), torch.full((28,), 0.1))))
+    found = mapping().set_points(torch.stack((torch.zeros(28), torch.full((28,), 0.1))))
     torch.testing.assert_close(found[0], NEUTRAL)
     torch.testing.assert_close(found[1], NEUTRAL + 0.1 * 0.35 * (HIGH - LOW), atol=1e-7, rtol=0)
 
@@ -25,7 +25,7 @@ def test_action_one_is_a_share_of_the_range_beyond_the_mean_pose() -> None:
 @pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
 def test_set_points_stay_within_bounds_whatever_the_action(dtype: torch.dtype) -> None:
     ours = mapping(dtype)
-    beyond = ours.setpoints(torch.tensor([[50.0], [-50.0]], dtype=dtype).expand(2, 28))
+    beyond = ours.set_points(torch.tensor([[50.0], [-50.0]], dtype=dtype).expand(2, 28))
     assert beyond.dtype == dtype
     assert (beyond <= ours.high).all() and (beyond >= ours.low).all()
     # 0.35 * 3 of the range reaches at least one bound of each servo from anywhere within
@@ -36,7 +36,7 @@ def test_actions_invert_set_points_within_the_clip() -> None:
     ours = mapping()
     draw = torch.Generator().manual_seed(1)
     wanted = LOW + (HIGH - LOW) * torch.rand(64, 28, generator=draw, dtype=torch.float64)
-    torch.testing.assert_close(ours.setpoints(ours.actions(wanted)), wanted)
+    torch.testing.assert_close(ours.set_points(ours.actions(wanted)), wanted)
     assert ours.actions(wanted + 100.0).max() == WORLD.action_clip
 
 
@@ -44,8 +44,8 @@ def test_both_precisions_agree() -> None:
     draw = torch.Generator().manual_seed(2)
     action = torch.randn(64, 28, generator=draw)
     torch.testing.assert_close(
-        mapping(torch.float32).setpoints(action),
-        mapping().setpoints(action.double()).float(),
+        mapping(torch.float32).set_points(action),
+        mapping().set_points(action.double()).float(),
         atol=1e-5,
         rtol=0,
     )

@@ -7,7 +7,7 @@ import pytest
 
 from world.errors import PieceError
 from world.furniture.catalogue import catalogue, find
-from world.furniture.piece import SLOTS, Box, Piece, Place
+from world.furniture.piece import SLOTS, Box, Piece, SeatTarget
 
 PIECES = catalogue("train") + catalogue("test")
 
@@ -58,7 +58,7 @@ def test_padding_keeps_the_boxes_and_marks_the_rest():
 def test_pieces_that_cannot_be_are_refused():
     box = Box((0.0, 0.0, 0.5), (0.5, 0.5, 0.5))
     with pytest.raises(PieceError, match="9 boxes"):
-        Piece("x", "chair", (box,) * 9, (Place((0.0, 0.0, 1.0)),), 1.0)
+        Piece("x", "chair", (box,) * 9, (SeatTarget((0.0, 0.0, 1.0)),), 1.0)
     with pytest.raises(PieceError, match="0 boxes"):
         Piece("x", "chair", (), (), 1.0)
     with pytest.raises(PieceError, match="volume"):

@@ -12,7 +12,7 @@ from world.character import model as character
 from world.config import CarryConfig, InitialStates, WorldConfig
 from world.episodes.shard import Shard
 from world.errors import ClipError
-from world.initial.box import BoxStarter
+from world.initial.box import BoxSampler
 from world.motions.library import MotionLibrary, StyleMixture, StyleSource
 from world.motions.synthetic.carries import carrying
 from world.motions.synthetic.library import walking
@@ -49,8 +49,8 @@ def test_a_box_on_its_stand_stays_there(bank: BoxBank) -> None:
     yaw = torch.tensor([[0.8, 0.6]]).expand(n, -1)
     layout = resting(there, yaw, there + torch.tensor([0.0, 3.0, 0.1]))
     none = torch.zeros(n, character.NV)
-    scenes.set_down(every, qpos, none, there, yaw)
-    bank.put(scenes, every, every, layout)
+    scenes.set_state(every, qpos, none, there, yaw)
+    bank.apply(scenes, every, every, layout)
     for _ in range(30):
         scenes.act(torch.zeros(n, 28))
     now = scenes.now(bank.target(every, layout))
@@ -62,8 +62,8 @@ def test_a_box_on_its_stand_stays_there(bank: BoxBank) -> None:
 def test_starts_on_stands(library: MotionLibrary, bank: BoxBank) -> None:
     n = 1024
     config = replace(CONFIG, initial=InitialStates(0, 1, 1))
-    starts = BoxStarter(config, library, bank, 0).draw(torch.arange(n), torch.ones(n).long())
-    layout, half = starts.layout, bank.half[starts.variant]
+    states = BoxSampler(config, library, bank, 0).draw(torch.arange(n), torch.ones(n).long())
+    layout, half = states.layout, bank.half[states.variant]
     low, high = config.carry.stand_m
     for rests in (layout.start, layout.target):
         top = (rests - half * torch.tensor([0.0, 0.0, 1.0]))[:, 2]
@@ -71,28 +71,28 @@ def test_starts_on_stands(library: MotionLibrary, bank: BoxBank) -> None:
         assert high - 0.01 < top.max() <= high + 1e-5
     distance = layout.start[:, :2].norm(dim=1)
     assert (distance >= half[:, :2].norm(dim=1) + 0.35 - 1e-5).all()
-    assert distance[starts.kind == 2].max() > 9.9
+    assert distance[states.kind == 2].max() > 9.9
     carried = (layout.target - layout.start)[:, :2].norm(dim=1)
     assert 1.0 - 1e-5 <= carried.min() < 1.1
     assert 9.9 < carried.max() <= 10.0 + 1e-5
     assert (layout.target[:, :2].norm(dim=1) > 0.5).all()
-    place = BoxStarter(config, library, bank, 0).target(starts)
-    assert not Carry().stage(features.body(starts.qpos, starts.qvel), place)[:, 4].any()
+    place = BoxSampler(config, library, bank, 0).target(states)
+    assert not Carry().stage(features.body(states.qpos, states.qvel), place)[:, 4].any()
 
 
 def test_starts_from_the_clips_have_the_box_in_hand(library: MotionLibrary, bank: BoxBank) -> None:
     n = 512
     config = replace(CONFIG, initial=InitialStates(1, 0, 0, reference_stages=(0, 0, 1)))
-    starter = BoxStarter(config, library, bank, 0)
-    starts = starter.draw(torch.arange(n), torch.ones(n).long())
-    place, body = starter.target(starts), features.body(starts.qpos, starts.qvel)
+    sampler = BoxSampler(config, library, bank, 0)
+    states = sampler.draw(torch.arange(n), torch.ones(n).long())
+    place, body = sampler.target(states), features.body(states.qpos, states.qvel)
     assert place.box is not None
     # 12 sizes are 4 cm of width apart: half of that, for each hand half, and two neighbours
     assert reach_m(body, place.box).max() < 0.05
     stages = Carry().stage(body, place).float().mean(dim=0)
     assert stages[0] == 1.0
     assert stages[1] > 0.7
-    press, weight = starter.load_n(starts)
+    press, weight = sampler.load_n(states)
     assert (press > 0.5 * weight / box_scene.FRICTION).all()
     # some of the targets are within reach of one who has only to put the box down
     off = (place.box.target - place.box.position)[:, :2].norm(dim=1)
@@ -106,18 +106,18 @@ def test_no_episode_starts_where_it_would_end(bank: BoxBank) -> None:
     low = carrying(generator, (0.24, 0.34, 0.2), (0.1, 0.1), 1.5, 0.6)
     library = MotionLibrary([low, walking(generator, 1.0)], use=BOX)
     config = replace(CONFIG, initial=InitialStates(1, 0, 0, reference_stages=(1, 1, 1)))
-    starter = BoxStarter(config, library, bank, 0)
-    starts = starter.draw(torch.arange(n), torch.ones(n).long())
+    sampler = BoxSampler(config, library, bank, 0)
+    states = sampler.draw(torch.arange(n), torch.ones(n).long())
     assert library.box is not None and library.box.position[library.stages[0], 2].max() < 0.3
-    assert starts.layout.position[:, 2].min() > 0.34
-    body = features.body(starts.qpos, starts.qvel)
-    assert not Carry().fell(body, starter.target(starts)).any()
+    assert states.layout.position[:, 2].min() > 0.34
+    body = features.body(states.qpos, states.qvel)
+    assert not Carry().fell(body, sampler.target(states)).any()
 
 
 def test_clips_without_a_box_are_refused_for_clip_starts(bank: BoxBank) -> None:
     clip = walking(np.random.default_rng(0), 1.0)
     with pytest.raises(ClipError, match="no clip carries a box"):
-        BoxStarter(CONFIG, MotionLibrary([clip], use=BOX), bank, 0)
+        BoxSampler(CONFIG, MotionLibrary([clip], use=BOX), bank, 0)
 
 
 def test_style_sees_the_box(library: MotionLibrary) -> None:
@@ -134,14 +134,14 @@ def test_style_sees_the_box(library: MotionLibrary) -> None:
 def test_a_box_in_hand_is_between_the_hands(library: MotionLibrary, bank: BoxBank) -> None:
     carry = replace(CONFIG.carry, in_hand=1.0, near_target=0.0)
     config = replace(CONFIG, initial=InitialStates(0, 1, 0, standing_fraction=1.0), carry=carry)
-    starter = BoxStarter(config, library, bank, 3)
-    starts = starter.draw(torch.arange(24), torch.ones(24).long())
-    box = starter.target(starts).box
+    sampler = BoxSampler(config, library, bank, 3)
+    states = sampler.draw(torch.arange(24), torch.ones(24).long())
+    box = sampler.target(states).box
     assert box is not None
     # the arms do not reach round the largest boxes
     narrow = box.half[:, 1] < 0.25
     assert narrow.sum() > 8
-    body = features.body(starts.qpos, starts.qvel)
+    body = features.body(states.qpos, states.qvel)
     assert reach_m(body, box)[narrow].max() < 0.04
 
 

@@ -9,7 +9,7 @@ from world.furniture.catalogue import find
 from world.furniture.piece import Box, Piece
 from world.furniture.surface import triangles
 from world.meshes import decompose
-from world.meshes.build import Told, located
+from world.meshes.build import ImportOptions, located
 
 CHAIR = find("chair-train-000")
 
@@ -30,7 +30,7 @@ def test_places_in_which_hulls_stand_are_left_out() -> None:
 
     def places(boxes: tuple[Box, ...]) -> list[float]:
         parts = tuple(h for b in boxes if (h := decompose.closed(b.corners())) is not None)
-        piece, _ = located("bench", surface, parts, Told(category="sofa"))
+        piece, _ = located("bench", surface, parts, ImportOptions(category="sofa"))
         assert all(p.point_m[2] == pytest.approx(0.45, abs=0.01) for p in piece.sit)
         return sorted(p.point_m[1] for p in piece.sit)
 
@@ -44,4 +44,4 @@ def test_a_piece_without_a_seat_is_refused() -> None:
     hull = decompose.closed(np.concatenate((spike[0], spike[0] + [0.05, 0.05, 0.0])))
     assert hull is not None
     with pytest.raises(PieceError, match=r"no place to sit on this chair .*--sit"):
-        located("spike", spike, (hull,), Told(category="chair"))
+        located("spike", spike, (hull,), ImportOptions(category="chair"))

@@ -7,7 +7,7 @@ import trimesh
 from tests.support.world.meshes import TRIANGLES
 from world.furniture.catalogue import find
 from world.meshes import decompose, source
-from world.meshes.build import Told, build
+from world.meshes.build import ImportOptions, build
 
 CHAIR = find("chair-train-000")
 
@@ -58,7 +58,7 @@ def test_a_sheet_gets_a_thickness_and_a_hull_is_cut_level() -> None:
 def test_a_decomposition_covers_the_chair() -> None:
     made = build(source.Source("mine", TRIANGLES.reshape(-1, 3),
                                np.arange(len(TRIANGLES) * 3).reshape(-1, 3), ".obj"),
-                 Told(category="chair"))  # fmt: skip
+                 ImportOptions(category="chair"))  # fmt: skip
     assert 4 <= len(made.piece.hulls) <= 16
     assert all(len(h.vertices_m) <= 48 for h in made.piece.hulls)
     assert np.allclose(made.piece.size_m, CHAIR.size_m, atol=0.02)

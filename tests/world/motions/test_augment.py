@@ -9,7 +9,7 @@ from world.motions.synthetic import library
 
 
 def test_a_slower_clip_is_the_same_motion_slower(imported: Clip) -> None:
-    slow = augment.paced(imported, 0.8)
+    slow = augment.at_speed(imported, 0.8)
     assert slow.fps == imported.fps
     assert slow.frames == int((imported.frames - 1) / 0.8) + 1
     # every fifth frame of the slow one is every fourth of the clip
@@ -22,13 +22,13 @@ def test_a_slower_clip_is_the_same_motion_slower(imported: Clip) -> None:
     ratio = np.linalg.norm(easy[:n, :3], axis=1) / np.linalg.norm(quick[:n, :3], axis=1)
     assert np.median(ratio) == pytest.approx(0.8, abs=0.03)
     with pytest.raises(Exception, match="small time scaling is"):
-        augment.paced(imported, 2.0)
+        augment.at_speed(imported, 2.0)
 
 
 def test_pacing_keeps_the_seat_with_its_frames() -> None:
     clip = library.sitting(np.random.default_rng(0), 0.44, 1.5, 0.3, 1, back=True)
     assert clip.seat is not None
-    seat = augment.paced(clip, 1.25).seat
+    seat = augment.at_speed(clip, 1.25).seat
     assert seat is not None
     assert seat.point_m == clip.seat.point_m
     assert seat.from_frame == pytest.approx(clip.seat.from_frame / 1.25, abs=1)

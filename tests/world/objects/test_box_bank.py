@@ -51,7 +51,7 @@ def test_a_box_that_rests_goes_with_its_stand_and_one_in_hand_does_not() -> None
     at = torch.tensor([[2.0, 0.0, 0.7], [2.0, 1.0, 0.7]])
     layout = resting(at, YAW, at + 1.0)
     variant = torch.zeros(2, dtype=torch.int64)
-    bank.put(scenes, HERE, variant, layout)
+    bank.apply(scenes, HERE, variant, layout)
     np.testing.assert_allclose(scenes.free_qpos[:, :3], at)
     top = scenes.physics()["mocap_pos"][:, 0, 2]
     np.testing.assert_allclose(top, 0.7 - bank.half[0, 2], atol=1e-6)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from world.furniture.catalogue import find, whole
-from world.furniture.piece import Box, Piece, Place
+from world.furniture.piece import Box, Piece, SeatTarget
 from world.objects.drop_test import drop
 
 #: One of every construction or so; docs/results/furniture.md has the figures of all.
@@ -37,13 +37,13 @@ def test_nothing_explodes_in_ten_seconds(name: str, scale: float) -> None:
 def test_a_place_that_is_wrong_is_told() -> None:
     """The oracle itself: too high, in the air, turned against the back, beside the seat."""
     slab = (Box((0.0, 0.0, 0.43), (0.25, 0.25, 0.02)), Box((-0.25, 0.0, 0.7), (0.02, 0.25, 0.3)))
-    chair = Piece("chair", "chair", slab, (Place((0.0, 0.0, 0.45)),), 5.0)
+    chair = Piece("chair", "chair", slab, (SeatTarget((0.0, 0.0, 0.45)),), 5.0)
     right = drop(chair)
     assert right.rests
     # it sinks in by the softness of the contact alone
     assert abs(right.height_error_m) < 0.005
-    high = drop(replace(chair, sit=(Place((0.0, 0.0, 0.50)),)))
+    high = drop(replace(chair, sit=(SeatTarget((0.0, 0.0, 0.50)),)))
     assert not high.rests
     assert high.height_error_m == pytest.approx(-0.05, abs=0.01)
-    assert not drop(replace(chair, sit=(Place((0.0, 0.0, 0.45), np.pi),))).rests
-    assert not drop(replace(chair, sit=(Place((0.30, 0.0, 0.45)),))).rests
+    assert not drop(replace(chair, sit=(SeatTarget((0.0, 0.0, 0.45), np.pi),))).rests
+    assert not drop(replace(chair, sit=(SeatTarget((0.30, 0.0, 0.45)),))).rests

@@ -8,7 +8,7 @@ import torch
 
 from world.errors import PieceError
 from world.furniture.catalogue import catalogue, find
-from world.objects.furniture_bank import MAX_SEAT_M, Bank, scaled, variants
+from world.objects.furniture_bank import MAX_SEAT_M, FurnitureBank, scaled, variants
 
 
 def test_no_seat_is_scaled_out_of_reach() -> None:
@@ -27,7 +27,7 @@ def test_every_band_of_sizes_is_there() -> None:
 
 
 def test_a_place_is_where_it_is_told() -> None:
-    bank = Bank(variants(catalogue("train", 4), 2, (0.8, 1.2)))
+    bank = FurnitureBank(variants(catalogue("train", 4), 2, (0.8, 1.2)))
     variant = torch.arange(len(bank))
     angle = torch.linspace(-3, 3, len(bank))
     facing = torch.stack((angle.cos(), angle.sin()), 1)
@@ -51,7 +51,7 @@ def test_a_place_is_where_it_is_told() -> None:
 
 
 def test_the_nearest_heights_are_chosen() -> None:
-    bank = Bank(variants(catalogue("train", 12), 4, (0.8, 1.2)))
+    bank = FurnitureBank(variants(catalogue("train", 12), 4, (0.8, 1.2)))
     heights = bank.point[:, 2]
     chosen = bank.of_height(torch.full((40,), 0.45), torch.linspace(0, 0.999, 40))
     near = heights[(heights - 0.45).abs().argsort()[: len(bank) // 6]]
@@ -59,7 +59,10 @@ def test_the_nearest_heights_are_chosen() -> None:
 
 
 def test_only_beds_keep_a_standing_character_off_their_footprint() -> None:
-    bed, chair = Bank([find("bed-train-000")], "lie"), Bank([find("chair-train-000")])
+    bed, chair = (
+        FurnitureBank([find("bed-train-000")], "lie"),
+        FurnitureBank([find("chair-train-000")]),
+    )
     zero, here = torch.zeros(1, dtype=torch.int64), torch.zeros(1, 2)
     facing = torch.tensor([[1.0, 0.0]])
     offset = torch.tensor([[-0.2, 0.0]])
@@ -72,6 +75,6 @@ def test_only_beds_keep_a_standing_character_off_their_footprint() -> None:
 
 def test_what_has_no_place_is_refused() -> None:
     with pytest.raises(PieceError, match="choose at least one piece"):
-        Bank([])
+        FurnitureBank([])
     with pytest.raises(PieceError, match="has no place to lie"):
-        Bank([find("chair-train-000")], "lie")
+        FurnitureBank([find("chair-train-000")], "lie")

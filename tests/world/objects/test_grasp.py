@@ -69,11 +69,11 @@ def test_hands_hold_a_box_on_both_sides() -> None:
     n = len(bank)
     qpos = torch.from_numpy(character.standing_qpos()).float()[None].repeat(n, 1)
     ahead = torch.tensor([[1.0, 0.0]]).repeat(n, 1)
-    at = grasp.before(qpos[:, :3], ahead, bank.half[:, 0])
+    at = grasp.held_centre(qpos[:, :3], ahead, bank.half[:, 0])
     place = bank.target(torch.arange(n), resting(at, ahead, at + 3.0))
     assert place.box is not None
     assert not grasp.is_placed(place.box).any() and grasp.is_at_start(place.box).all()
-    held = grasp.holding(qpos, place.box)
+    held = grasp.holding_pose(qpos, place.box)
     assert reach_m(body(held, torch.zeros(n, character.NV)), place.box).max() < 0.02
     arms = torch.ones(character.NQ, dtype=torch.bool)
     for _, _, ball, hinge in grasp._SIDES:

@@ -4,18 +4,18 @@ import mujoco
 import numpy as np
 
 from world.character import model as character
-from world.furniture.piece import Place
+from world.furniture.piece import SeatTarget
 from world.objects import seated_pose
 
 
 def test_seated_poses_are_in_the_joints_ranges_and_off_the_floor() -> None:
     model = mujoco.MjModel.from_xml_string(character.spec().to_xml())
     data = mujoco.MjData(model)
-    low, high = character.target_bounds()
+    low, high = character.set_point_bounds()
     for height in (0.2, 0.35, 0.45, 0.6, 0.8):
         for pose in seated_pose.poses():
-            place = Place((0.0, 0.0, height))
-            targets = seated_pose.targets(place, pose)
+            place = SeatTarget((0.0, 0.0, height))
+            targets = seated_pose.set_points(place, pose)
             assert (targets >= low - 1e-9).all()
             assert (targets <= high + 1e-9).all()
             data.qpos[:] = seated_pose.qpos(place, 0.0, pose)

@@ -17,19 +17,21 @@ def scenes(n: int = 3) -> Scenes:
     qpos = torch.from_numpy(character.standing_qpos()).repeat(n, 1)
     yaw = torch.tensor([[1.0, 0.0]]).repeat(n, 1)
     origin = torch.tensor([[2.0, 0.0, 0.0]]).repeat(n, 1)
-    found.set_down(torch.arange(n), qpos, torch.zeros(n, character.NV), origin, yaw)
+    found.set_state(torch.arange(n), qpos, torch.zeros(n, character.NV), origin, yaw)
     return found
 
 
 def test_actions_and_targets_are_inverse_within_the_bounds() -> None:
     found = scenes()
     action = torch.randn(3, 28, generator=torch.Generator().manual_seed(0)).clamp(-1, 1) * 0.5
-    torch.testing.assert_close(found.actions(found.targets(action.double())), action.double())
-    far = found.targets(torch.full((3, 28), 99.0, dtype=torch.float64))
-    _, high = character.target_bounds()
+    torch.testing.assert_close(found.actions(found.set_points(action.double())), action.double())
+    far = found.set_points(torch.full((3, 28), 99.0, dtype=torch.float64))
+    _, high = character.set_point_bounds()
     assert (far <= torch.from_numpy(high)).all()
-    neutral = torch.from_numpy(character.neutral_targets())
-    torch.testing.assert_close(found.targets(torch.zeros(3, 28, dtype=torch.float64))[0], neutral)
+    neutral = torch.from_numpy(character.neutral_set_points())
+    torch.testing.assert_close(
+        found.set_points(torch.zeros(3, 28, dtype=torch.float64))[0], neutral
+    )
 
 
 @pytest.mark.parametrize("yaw", [-3.0, -0.4, 0.0, 1.7, math.pi])
@@ -49,7 +51,7 @@ def test_a_scene_that_blows_up_is_told_once_and_the_others_are_sound() -> None:
     found.qvel[1, 6:] = 1e12
     found.act(torch.zeros(3, 28))
     assert found.finite().tolist() == [True, False, True]
-    found.set_down(
+    found.set_state(
         torch.tensor([1]), torch.from_numpy(character.standing_qpos())[None],
         torch.zeros(1, character.NV), torch.tensor([[2.0, 0, 0]]), torch.tensor([[1.0, 0]]),
     )  # fmt: skip

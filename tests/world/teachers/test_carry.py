@@ -73,7 +73,7 @@ def test_states_near_the_box_and_stalled_ones_are_labelled(
     share = labelled.any(dim=2).float().unflatten(0, (8, 5)).mean(dim=1)
     controller = teacher.controller
     picks_up = controller.phase == Phase.PICK_UP
-    now = shard._place().box
+    now = shard._target().box
     assert now is not None
     near = (now.position - shard._scenes.qpos[:, :3].float())[:, :2].norm(dim=1) < 1.2
     torch.testing.assert_close(share[0], 0.4 * near.float())

@@ -51,8 +51,8 @@ def test_it_carries_boxes_to_their_targets() -> None:
     target = torch.cat((at[:, :2] + 2.0 * unit(way), bank.half[:, 2:] + 0.6), dim=1)
     layout = resting(at, unit(yaw), target)
     standing = torch.from_numpy(character.standing_qpos()).float()[None].repeat(n, 1)
-    scenes.set_down(ids, standing, torch.zeros(n, 34), layout.start, layout.start_yaw)
-    bank.put(scenes, ids, ids, layout)
+    scenes.set_state(ids, standing, torch.zeros(n, 34), layout.start, layout.start_yaw)
+    bank.apply(scenes, ids, ids, layout)
     place, task, controller = bank.target(ids, layout), Carry(), CarryController(n)
     fell, lasted = torch.zeros(n, dtype=torch.bool), torch.zeros(n)
     seen, lifted = torch.zeros(n, 4, dtype=torch.bool), torch.zeros(n, dtype=torch.bool)
@@ -77,14 +77,14 @@ def test_gripping_hands_add_the_load_to_the_balance() -> None:
     scenes, ids, still = Scenes(bank.models, 0.35, 3.0), torch.arange(2), torch.zeros(2, 34)
     ahead = torch.tensor([[1.0, 0.0]]).repeat(2, 1)
     qpos = torch.from_numpy(character.standing_qpos()).float()[None].repeat(2, 1)
-    at = grasp.before(qpos[:, :3], ahead, bank.half[:, 0])
+    at = grasp.held_centre(qpos[:, :3], ahead, bank.half[:, 0])
     layout = resting(at, ahead, at + torch.tensor([3.0, 0.0, 0.0]))
     held = bank.target(ids, layout).box
     assert held is not None and grasp.is_at_start(held).all()
     away = torch.full((2, 3), -9.0)
-    for state, load_kg in ((qpos, torch.zeros(2)), (grasp.holding(qpos, held), bank.mass)):
-        scenes.set_down(ids, state, still, away, ahead)
-        bank.put(scenes, ids, ids, layout)
+    for state, load_kg in ((qpos, torch.zeros(2)), (grasp.holding_pose(qpos, held), bank.mass)):
+        scenes.set_state(ids, state, still, away, ahead)
+        bank.apply(scenes, ids, ids, layout)
         controller = CarryController(2)
         controller.phase[:] = Phase.PICK_UP
         place = scenes.now(bank.target(ids, layout))

@@ -64,7 +64,7 @@ def test_the_neck_returns_while_standing() -> None:
     walk = Walk(1)
     away, ahead = torch.full((1, 3), -9.0), torch.tensor([[1.0, 0.0]])
     start = bent((0.3, 0.3, -0.3))
-    walk.scenes.set_down(torch.arange(1), start, torch.zeros(1, 34), away, ahead)
+    walk.scenes.set_state(torch.arange(1), start, torch.zeros(1, 34), away, ahead)
     walk.go(torch.zeros(1, 3), stop=True, steps=45)
     rest = phase_cue.angles(torch.from_numpy(character.standing_qpos())[None])
     assert walk.gait.standing.all()

@@ -135,7 +135,7 @@ def test_set_points_are_a_share_of_the_move_and_the_effort_by_the_stiffness() ->
     found = set_points(figure, move, effort, torch.tensor([0.5]).double())
     # a knee of 500 N·m/rad, bent by 0.2
     assert found[0, 17].item() == pytest.approx(0.2 + 0.05 + 25.0 / 500.0)
-    _, high = character.target_bounds()
+    _, high = character.set_point_bounds()
     far = set_points(figure, 100.0 * move, 1e6 * effort, torch.tensor([0.5]).double())
     assert far[0, 17].item() == pytest.approx(high[17])
 
@@ -161,7 +161,7 @@ def squat(height_m: list[float], steps: int) -> tuple[Tensor, Tensor, Tensor]:
     scenes = Scenes([compile_scene(None)] * n, 0.35, 3.0)
     standing = torch.from_numpy(character.standing_qpos()).float()[None].repeat(n, 1)
     none, ahead = torch.zeros(n, 3), torch.tensor([[1.0, 0.0]]).repeat(n, 1)
-    scenes.set_down(torch.arange(n), standing, torch.zeros(n, 34), none - 5.0, ahead)
+    scenes.set_state(torch.arange(n), standing, torch.zeros(n, 34), none - 5.0, ahead)
     gait, worst = Gait(n), torch.zeros(n, dtype=torch.float64)
     high = torch.tensor(height_m, dtype=torch.float64)
     goal = torch.stack([torch.tensor([0.40, y]).double().expand(n, 2) for y in (-0.2, 0.2)], dim=1)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from world.furniture.affordance.relief import CELL_M, Relief
 from world.furniture.affordance.seats import Zone, seen, standing_out
-from world.furniture.piece import HIP_TO_HEAD_M, Lying, Place
+from world.furniture.piece import HIP_TO_HEAD_M, Lying, SeatTarget
 
 HEIGHTS_M = (0.10, 0.92)
 """Heights at which a surface can be lain on."""
@@ -61,7 +61,7 @@ def find(relief: Relief, front_rad: float = 0.0) -> Lying | None:
     )
 
 
-def edges(relief: Relief, lie: Lying) -> tuple[Place, ...]:
+def edges(relief: Relief, lie: Lying) -> tuple[SeatTarget, ...]:
     """Where one sits on a bed before lying down so: on its long edges, facing out, beside the hip;
     the nearer edge first, and none where something stands there or the floor is too far down."""
     hip, head = np.array(lie.hip_m), np.array(lie.head_m)
@@ -81,7 +81,7 @@ def edges(relief: Relief, lie: Lying) -> tuple[Place, ...]:
         if heights[edge : edge + 8].max() > LEVEL_M or heights[edge:].min() > -0.10:
             continue
         spot = hip[:2] + (reach[edge] - FROM_EDGE_M) * out
-        place = Place((float(spot[0]), float(spot[1]), float(hip[2])), heading)
+        place = SeatTarget((float(spot[0]), float(spot[1]), float(hip[2])), heading)
         found.append((float(reach[edge]), place))
     return tuple(place for _, place in sorted(found, key=lambda item: item[0]))
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from world.furniture.affordance.relief import CELL_M, Relief
-from world.furniture.piece import Place
+from world.furniture.piece import SeatTarget
 
 HEIGHTS_M = (0.12, 0.92)
 """Heights at which a surface can be a seat."""
@@ -51,7 +51,7 @@ BACK = Zone((-0.40, -0.12), (-0.16, 0.16))
 SIDES = (Zone((-0.10, 0.25), (0.24, 0.44)), Zone((-0.10, 0.25), (-0.44, -0.24)))
 
 
-def find(relief: Relief, front_rad: float = 0.0) -> tuple[Place, ...]:
+def find(relief: Relief, front_rad: float = 0.0) -> tuple[SeatTarget, ...]:
     """Places to sit, best first, piece frame; none where nothing carries and leaves room.
 
     front_rad: heading of the piece's front, which decides only where the geometry does not.
@@ -191,7 +191,7 @@ def _picked(
     score: Array,
     height: Array,
     front_rad: float,
-) -> tuple[Place, ...]:
+) -> tuple[SeatTarget, ...]:
     """The best place, and those beside it that are nearly as good and face as it does."""
     order = np.argsort(-score, axis=None, kind="stable")
     best = float(score.flat[order[0]])
@@ -199,7 +199,7 @@ def _picked(
         return ()
     first = float(height.flat[order[0]])
     taken: list[tuple[Array, float]] = []
-    places: list[Place] = []
+    places: list[SeatTarget] = []
     for flat in order:
         d, n = divmod(int(flat), len(spots))
         if score[d, n] < KEPT * best or not math.isfinite(score[d, n]):
@@ -216,10 +216,10 @@ def _picked(
     return tuple(places)
 
 
-def _refined(relief: Relief, spot: Array, heading: float, height: float) -> Place:
+def _refined(relief: Relief, spot: Array, heading: float, height: float) -> SeatTarget:
     """The place with the height of the surface itself, slits left out."""
     raw = seen(relief, spot[None], PELVIS, heading, raw=True)[0]
     near = raw[np.abs(raw - height) < LEVEL_M]
     z = float(np.median(near)) if len(near) else height
     yaw = math.remainder(heading, 2 * math.pi)
-    return Place((float(spot[0]), float(spot[1]), z), yaw)
+    return SeatTarget((float(spot[0]), float(spot[1]), z), yaw)

@@ -19,7 +19,7 @@ class JointRanges(mink.Limit):
     """
 
     def __init__(self) -> None:
-        low, high = character.target_bounds()
+        low, high = character.set_point_bounds()
         self._rows, ball, hinge = np.zeros((character.NU, character.NV)), [], []
         row = 0
         for joint in character.JOINTS:

@@ -108,7 +108,7 @@ def _places(target: Targets) -> Array:
 
 def within_ranges(qpos: Array) -> Array:
     """qpos [T, 43] with each joint's axes clipped to the bounds of its servos."""
-    low, high = character.target_bounds()
+    low, high = character.set_point_bounds()
     qpos, row = qpos.copy(), 0
     address = 7
     for joint in character.JOINTS:

@@ -12,14 +12,14 @@ from world.motions.fit.bed import with_beds
 from world.motions.mixture import StyleMixture
 from world.motions.objects import Bed
 from world.motions.uses.seat import point_of, yaw_of
-from world.motions.uses.use import APPROACH, PlaceUse, Use, use_at
+from world.motions.uses.use import APPROACH, StandingObjectUse, Use, use_at
 from world.scene.target import Target
 
 #: Root height from which a character stands on its feet, m.
 _STANDS_M = 0.75
 
 
-class BedUse(PlaceUse):
+class BedUse(StandingObjectUse):
     """Lying down on a bed and getting up."""
 
     kind = "bed"
@@ -51,7 +51,7 @@ class BedUse(PlaceUse):
             (root[:, :2], root[:, 2:] + up), dim=1
         )
 
-    def marked(self, clip: Clip, target: Target, run: tuple[int, int]) -> Clip:
+    def with_object(self, clip: Clip, target: Target, run: tuple[int, int]) -> Clip:
         """See ClipUse."""
         assert target.head is not None, "a place to lie has a head"
         hip, head = point_of(target.point), point_of(target.head)

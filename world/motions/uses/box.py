@@ -13,7 +13,15 @@ from world.motions import segments
 from world.motions.clip import Clip
 from world.motions.fit.box import with_box
 from world.motions.mixture import StyleMixture
-from world.motions.uses.use import LEFT, BoxFrames, ClipUse, Drawn, FrameTable, Use, use_at
+from world.motions.uses.use import (
+    EXCLUDED,
+    BoxFrames,
+    ClipUse,
+    FrameTable,
+    TransitionBatch,
+    Use,
+    use_at,
+)
 from world.scene.box import GROUND_M
 from world.scene.target import Target
 
@@ -42,7 +50,7 @@ class BoxUse(ClipUse):
         edges = np.flatnonzero(np.diff(np.concatenate(([0], track.held.astype(np.int8), [0]))))
         found = torch.from_numpy(segments.stages(clip))
         # who has put the box down and leaves has nothing more to do with it
-        stage = torch.where(found == segments.LEAVE, LEFT, found)
+        stage = torch.where(found == segments.LEAVE, EXCLUDED, found)
         first, last = int(edges[0]), min(int(edges[-1]), clip.frames - 1)
         box = BoxFrames(
             position=pose[:, :3],
@@ -71,19 +79,19 @@ class BoxUse(ClipUse):
         return table.box.position[:, 2] < _LOWEST_M
 
     def transitions(
-        self, table: FrameTable, drawn: Drawn, mixture: StyleMixture
+        self, table: FrameTable, batch: TransitionBatch, mixture: StyleMixture
     ) -> tuple[Tensor, Tensor]:
-        """With the box as the clip has it, or an imaginary one on a stand."""
-        box, index, imaginary = table.box, drawn.index, drawn.imaginary
+        """With the box as the clip has it, or an relocated one on a stand."""
+        box, index, relocated = table.box, batch.index, batch.relocated
         assert box is not None
         low, high = mixture.box_height_m
-        height = low + (high - low) * drawn.u[:, None]
-        there = torch.cat((drawn.anywhere, height), dim=1)
-        turned = rotations.from_heading(drawn.yaw)
+        height = low + (high - low) * batch.u[:, None]
+        there = torch.cat((batch.anywhere, height), dim=1)
+        turned = rotations.from_heading(batch.yaw)
 
         def state(frames: Tensor) -> Tensor:
-            position = torch.where(imaginary[:, None], there, box.position[frames])
-            rotation = torch.where(imaginary[:, None], turned, box.rotation[frames])
+            position = torch.where(relocated[:, None], there, box.position[frames])
+            rotation = torch.where(relocated[:, None], turned, box.rotation[frames])
             around = features.posed_object_features(
                 table.qpos[frames, :3], table.body.heading[frames], position, rotation
             )
@@ -91,7 +99,7 @@ class BoxUse(ClipUse):
 
         return state(index), state(index + 1)
 
-    def marked(self, clip: Clip, target: Target, run: tuple[int, int]) -> Clip:
+    def with_object(self, clip: Clip, target: Target, run: tuple[int, int]) -> Clip:
         """The clip: its box is recorded with it."""
         return clip
 

@@ -10,14 +10,14 @@ from world.motions import segments
 from world.motions.clip import Clip
 from world.motions.fit.objects import with_any
 from world.motions.fit.poses import stretches
-from world.motions.uses.use import APPROACH, LEFT, UPRIGHT_M, PlaceUse, Use, use_at
+from world.motions.uses.use import APPROACH, EXCLUDED, UPRIGHT_M, StandingObjectUse, Use, use_at
 from world.scene.target import Target
 
 #: How far ahead in its clip the target of a walking frame is, s.
 _AHEAD_S = (0.5, 5.0)
 
 
-class FloorUse(PlaceUse):
+class FloorUse(StandingObjectUse):
     """Walking, turning and standing, in whatever clip."""
 
     missing = "no clip walks: set --world.initial.reference to 0 or add clips that do"
@@ -45,14 +45,14 @@ class FloorUse(PlaceUse):
         level = np.array([1.0, 1.0, 0.0], np.float32)
         point = torch.from_numpy(clip.root_position_m[goal].astype(np.float32) * level)
         heading = rotations.heading(torch.from_numpy(clip.local_rotation[goal, 0]).float())
-        stage = torch.from_numpy(np.where(on_foot, APPROACH, LEFT))
+        stage = torch.from_numpy(np.where(on_foot, APPROACH, EXCLUDED))
         nothing = use_at(clip, None, None, 0.0, stage)
         kept = torch.from_numpy(on_foot)
         return replace(
             nothing, known=bool(on_foot.any()), point=point, head=point, facing=heading, kept=kept
         )
 
-    def marked(self, clip: Clip, target: Target, run: tuple[int, int]) -> Clip:
+    def with_object(self, clip: Clip, target: Target, run: tuple[int, int]) -> Clip:
         """The clip: it uses nothing."""
         return clip
 

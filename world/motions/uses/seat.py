@@ -9,11 +9,11 @@ from world.motions import segments
 from world.motions.clip import Clip
 from world.motions.fit.seat import with_seats
 from world.motions.objects import Point, Seat
-from world.motions.uses.use import APPROACH, PlaceUse, Use, use_at
+from world.motions.uses.use import APPROACH, StandingObjectUse, Use, use_at
 from world.scene.target import Target
 
 
-class SeatUse(PlaceUse):
+class SeatUse(StandingObjectUse):
     """Sitting down on a seat and getting up."""
 
     kind = "seat"
@@ -32,7 +32,7 @@ class SeatUse(PlaceUse):
         stage = torch.where(found == segments.LEAVE, APPROACH, found)
         return use_at(clip, seat.point_m, seat.point_m, seat.facing_rad, stage)
 
-    def marked(self, clip: Clip, target: Target, run: tuple[int, int]) -> Clip:
+    def with_object(self, clip: Clip, target: Target, run: tuple[int, int]) -> Clip:
         """See ClipUse."""
         return replace(clip, seat=Seat(point_of(target.point), yaw_of(target.facing), *run))
 

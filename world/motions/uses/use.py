@@ -20,7 +20,7 @@ from world.scene.target import Target
 #: carrying.
 APPROACH, TRANSITION, CONTACT = 0, 1, 2
 #: Done with it for good: no stage to start at.
-LEFT = -1
+EXCLUDED = -1
 #: Pelvis height from which a frame counts as upright, m.
 UPRIGHT_M = 0.72
 
@@ -64,7 +64,7 @@ class Use:
     facing: Tensor
     """[T, 2]."""
     stage: Tensor
-    """[T] int64: APPROACH, TRANSITION, CONTACT, or LEFT."""
+    """[T] int64: APPROACH, TRANSITION, CONTACT, or EXCLUDED."""
     box: BoxFrames
     kept: Tensor
     """[T] bool: frames to learn from; where a clip does what the task never does, False."""
@@ -85,12 +85,12 @@ class FrameTable(Protocol):
 
 
 @dataclass(frozen=True)
-class Drawn:
-    """Transitions drawn for the discriminator, and numbers to place their objects by."""
+class TransitionBatch:
+    """Transitions batch for the discriminator, and numbers to place their objects by."""
 
     index: Tensor
     """[n]: the first frame of each."""
-    imaginary: Tensor
+    relocated: Tensor
     """[n] bool: the object is anywhere, instead of where the clip has it."""
     anywhere: Tensor
     """[n, 2]: where such an object is, clip's world, m."""
@@ -132,12 +132,12 @@ class ClipUse(ABC):
 
     @abstractmethod
     def transitions(
-        self, table: FrameTable, drawn: Drawn, mixture: StyleMixture
+        self, table: FrameTable, batch: TransitionBatch, mixture: StyleMixture
     ) -> tuple[Tensor, Tensor]:
         """Mocap transitions (s, s') [n, 114] each, with the object that each state needs."""
 
     @abstractmethod
-    def marked(self, clip: Clip, target: Target, run: tuple[int, int]) -> Clip:
+    def with_object(self, clip: Clip, target: Target, run: tuple[int, int]) -> Clip:
         """A clip that a policy made, with the object that it used in the frames `run` (first, one
         beyond the last), which is where `target` [1] says."""
 
@@ -150,21 +150,21 @@ class ClipUse(ABC):
         return torch.zeros(len(table.qpos), dtype=torch.bool)
 
 
-class PlaceUse(ClipUse):
+class StandingObjectUse(ClipUse):
     """Of an upright object at a place on the floor."""
 
     def transitions(
-        self, table: FrameTable, drawn: Drawn, mixture: StyleMixture
+        self, table: FrameTable, batch: TransitionBatch, mixture: StyleMixture
     ) -> tuple[Tensor, Tensor]:
         """See ClipUse."""
-        index, imaginary = drawn.index, drawn.imaginary[:, None]
-        point = torch.where(imaginary, drawn.anywhere, table.seat[index, :2])
-        facing = torch.where(imaginary, drawn.yaw, table.facing[index])
+        index, relocated = batch.index, batch.relocated[:, None]
+        point = torch.where(relocated, batch.anywhere, table.seat[index, :2])
+        facing = torch.where(relocated, batch.yaw, table.facing[index])
         place = torch.cat((point, torch.zeros_like(point[:, :1])), dim=1)
 
         def state(frames: Tensor) -> Tensor:
             own, at = self.raised(
-                table.body.features[frames], table.qpos[frames, :3], drawn.u, mixture
+                table.body.features[frames], table.qpos[frames, :3], batch.u, mixture
             )
             around = features.object_features(at, table.body.heading[frames], place, facing)
             return torch.cat((own, around), dim=1)

@@ -13,7 +13,7 @@ from world.motions.retarget.body import Targets
 
 
 def test_joints_beyond_their_ranges_are_brought_back() -> None:
-    low, high = character.target_bounds()
+    low, high = character.set_point_bounds()
     qpos = np.tile(character.standing_qpos(), (2, 1))
     address = character.HINGE_QPOS[0]
     row = next(

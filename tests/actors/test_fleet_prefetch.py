@@ -1,4 +1,4 @@
-"""Actors told ahead what comes next begin when they are done: the same bits, and no waiting."""
+"""Prefetched rollouts: actors begin with them without waiting, and the bits are the same."""
 
 import os
 import signal
@@ -13,10 +13,10 @@ import pytest
 import ray as ray_api
 
 from actors.cluster import ray_session
-from actors.collection import Job, Order
+from actors.collection import Job, PublishedPolicy
+from actors.division import state_of_scenes
 from actors.fleet import FleetConfig, RayFleet
 from actors.local import LocalFleet
-from actors.shares import state_of
 from learner.gathering import Gathering
 from policy.rollout import Rollout
 from tests.support.faulty_shard import MakePoints, MakeSlowPoints
@@ -27,14 +27,14 @@ CONFIG = FleetConfig(start_s=120, rollout_s=60, restarts=2)
 
 
 class Counting(RayFleet):
-    """Counts the parts that were begun ahead and taken."""
+    """Counts the prefetched parts that are used."""
 
     taken = 0
 
-    def _begun_for(self, *asked: Any) -> tuple[Order, list[Job]]:
-        order, begun = super()._begun_for(*asked)
-        self.taken += len(begun)
-        return order, begun
+    def _take_prefetched(self, *asked: Any) -> tuple[PublishedPolicy, list[Job]]:
+        policy, prefetched = super()._take_prefetched(*asked)
+        self.taken += len(prefetched)
+        return policy, prefetched
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -73,7 +73,7 @@ def slow(folder: Path, scene_s: float) -> MakeSlowPoints:
 
 
 @pytest.mark.parametrize("workers", [1, 3])
-def test_begun_ahead_they_give_the_same_bits(workers, tmp_path, wanted) -> None:
+def test_prefetched_rollouts_have_the_same_bits(workers, tmp_path, wanted) -> None:
     fleet = rayed(slow(tmp_path, 0.5e-3), workers)
     assert_same(run(fleet, lambda version: time.sleep(0.03)), wanted)
     # In the first collection they may not have been asked yet when they are told.
@@ -81,16 +81,16 @@ def test_begun_ahead_they_give_the_same_bits(workers, tmp_path, wanted) -> None:
     fleet.close()
 
 
-def test_nobody_waits_until_all_parts_were_taken_in(tmp_path) -> None:
+def test_actors_do_not_wait_for_the_collection_of_all_parts(tmp_path) -> None:
     fleet = rayed(slow(tmp_path, 2.5e-3), 2)  # 24 scenes and 8 steps: 0.48 s
     with ThreadPoolExecutor(1) as pool:
         first = pool.submit(fleet.collect, weights(0), 0, SIGMA)
         time.sleep(0.2)
         then = weights(1)
-        fleet.ahead(then, 1, SIGMA)
+        fleet.prefetch(then, 1, SIGMA)
         first.result()
         # The learner takes its time; then no actor can do any more.
-        there, missing = ray_api.wait([job.reference for job in fleet._begun], num_returns=2)
+        there, missing = ray_api.wait([job.reference for job in fleet._prefetched], num_returns=2)
         assert len(there) == 2 and not missing
         for pid in fleet.pids():
             os.kill(pid, signal.SIGSTOP)
@@ -103,7 +103,7 @@ def test_nobody_waits_until_all_parts_were_taken_in(tmp_path) -> None:
     fleet.close()
 
 
-def test_told_while_actors_are_being_asked(tmp_path, monkeypatch) -> None:
+def test_prefetch_during_requests(tmp_path, monkeypatch) -> None:
     """What comes next is never queued before what it goes on from."""
     fleet = rayed(slow(tmp_path, 0.5e-3), 2)
     alone = LocalFleet(MakePoints(), SCENES, BLOCK, 1, seed=5, horizon=HORIZON)
@@ -114,28 +114,28 @@ def test_told_while_actors_are_being_asked(tmp_path, monkeypatch) -> None:
     def slowly(*of: Any) -> Any:
         began.set()
         time.sleep(0.2)
-        return state_of(*of)
+        return state_of_scenes(*of)
 
-    monkeypatch.setattr("actors.fleet.state_of", slowly)
+    monkeypatch.setattr("actors.fleet.state_of_scenes", slowly)
     with ThreadPoolExecutor(1) as pool:
         second = pool.submit(fleet.collect, weights(1), 1, SIGMA)
         assert began.wait(60)
         then = weights(2)
-        fleet.ahead(then, 2, SIGMA)
+        fleet.prefetch(then, 2, SIGMA)
         got += [second.result(), fleet.collect(then, 2, SIGMA)]
     assert_same(got, [alone.collect(weights(k), k, SIGMA) for k in range(3)])
     for held in (fleet, alone):
         held.close()
 
 
-def test_told_something_else_than_what_comes(tmp_path) -> None:
+def test_prefetch_of_another_policy(tmp_path) -> None:
     """What was begun is dropped, and begun again from the right state."""
     fleet = rayed(slow(tmp_path, 0.5e-3), 2)
     alone = LocalFleet(MakePoints(), SCENES, BLOCK, 1, seed=5, horizon=HORIZON)
     with ThreadPoolExecutor(1) as pool:
         first = pool.submit(fleet.collect, weights(0), 0, SIGMA)
         time.sleep(0.02)
-        fleet.ahead(weights(1), 1, SIGMA)
+        fleet.prefetch(weights(1), 1, SIGMA)
         got = [first.result(), fleet.collect(weights(2), 2, SIGMA)]
         assert_same(got, [alone.collect(weights(k), k, SIGMA) for k in (0, 2)])
         # And where the scenes are put elsewhere in between.
@@ -143,7 +143,7 @@ def test_told_something_else_than_what_comes(tmp_path) -> None:
         second = pool.submit(fleet.collect, weights(3), 3, SIGMA)
         time.sleep(0.02)
         then = weights(4)
-        fleet.ahead(then, 4, SIGMA)
+        fleet.prefetch(then, 4, SIGMA)
         second.result()
         fleet.load_state_dict(kept)
         assert_same([fleet.collect(then, 4, SIGMA)], [alone.collect(then, 4, SIGMA)])
@@ -152,7 +152,7 @@ def test_told_something_else_than_what_comes(tmp_path) -> None:
 
 
 @pytest.mark.parametrize("fault", ["kill", "raise", "hang"])
-def test_one_that_fails_with_the_next_part_in_its_queue(fault, tmp_path, wanted) -> None:
+def test_a_failure_with_a_prefetched_part_in_the_queue(fault, tmp_path, wanted) -> None:
     config = FleetConfig(start_s=120, rollout_s=5, restarts=2)
     make = MakePoints(fault=fault, at=3 * HORIZON - 3, once=tmp_path / fault)
     fleet = rayed(make, 3, config)

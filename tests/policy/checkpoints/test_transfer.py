@@ -8,8 +8,8 @@ import torch
 from learner.config import LearnerConfig
 from learner.ppo import Learner
 from policy.checkpoints.format import Layout
+from policy.checkpoints.transfer import adopt, widened
 from policy.errors import LayoutError
-from policy.model.transfer import adopt, widened
 from world.precision import FLOAT32
 
 OLD = Layout("sit", (("height", 1), ("pose", 2)), (("target", 3), ("facing", 2)), 4, (8, 4))

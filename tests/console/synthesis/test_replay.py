@@ -10,13 +10,13 @@ from console.evaluation.stepping import Track
 from console.report import scene3d
 from tests.support.console.recordings import take
 from world.furniture.catalogue import catalogue
-from world.objects.furniture_bank import Bank
+from world.objects.furniture_bank import FurnitureBank
 
 
 def track() -> Track:
     shown = take(6)
     shown.qpos[:, 0] = np.linspace(0, 1, 6)
-    model = Bank([catalogue("test", 1)[0].scaled(1.1)]).models[0]
+    model = FurnitureBank([catalogue("test", 1)[0].scaled(1.1)]).models[0]
     return Track(shown, np.zeros((6, 114), np.float32), np.linspace(1, 0.5, 6), model, 6)
 
 

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 Result = TypeVar("Result")
 
 
-async def beside(work: Callable[..., Result], *arguments: Any) -> Result:
+async def run_in_background(work: Callable[..., Result], *arguments: Any) -> Result:
     """What `work(*arguments)` gives, on a thread of its own that the process does not wait for.
 
     A pool of threads is joined at exit: one read that hangs would keep the process for ever.
@@ -36,5 +36,5 @@ async def beside(work: Callable[..., Result], *arguments: Any) -> Result:
         except RuntimeError:
             return  # the loop is gone
 
-    threading.Thread(target=run, name="beside", daemon=True).start()
+    threading.Thread(target=run, name="background", daemon=True).start()
     return await found

@@ -116,7 +116,7 @@ def _dress(model: mujoco.MjModel, look: Look) -> None:
     model.vis.headlight.specular[:] = 0.1
 
 
-def film(
+def write_video(
     recording: Recording,
     out: Path,
     look: Look = Look(),
@@ -176,7 +176,9 @@ def _encode(
     return count
 
 
-def sheet(recording: Recording, out: Path, columns: int = 8, look: Look | None = None) -> None:
+def write_filmstrip(
+    recording: Recording, out: Path, columns: int = 8, look: Look | None = None
+) -> None:
     """Write a filmstrip: one row a take, `columns` moments evenly spaced over it, as PNG."""
     import imageio.v3 as imageio
 

@@ -4,7 +4,7 @@ import mujoco
 import pytest
 import torch
 
-from policy.service import description
+from policy.messages import description
 from tests.support.policy_cases import NOTES, make
 from world.character import model as character
 from world.character.features import STATE

@@ -6,9 +6,9 @@ from typing import Any
 import pytest
 
 from console.commands import Video
-from console.recording import command, video
 from console.recording import format as recording
 from console.recording.format import Recording
+from console.video import command, rendering
 from tests.support.console.recordings import take
 from world.errors import ConfigError
 
@@ -32,8 +32,8 @@ def test_a_recording_is_drawn_up_to_the_trials_asked_for(
         drawn.append((len(found.takes), out, look.width))
         return 7
 
-    monkeypatch.setattr(video, "require_gl", lambda: None)
-    monkeypatch.setattr(video, "film", film)
+    monkeypatch.setattr(rendering, "require_gl", lambda: None)
+    monkeypatch.setattr(rendering, "write_video", film)
     words = Video(path, tmp_path / "a.mp4", trials=2, width=320)
     assert command.video_command(words) == 0
     assert drawn == [(2, tmp_path / "a.mp4", 320)]

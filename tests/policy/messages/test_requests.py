@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from policy.errors import RequestError
+from policy.messages import requests
 from policy.objects.columns import COLUMNS, POSE_WIDTH
-from policy.service import requests
 from rpc.v1 import policy_pb2 as pb
 from tests.support.policy_cases import SIT, WIDTH, chair, observation, pose
 from world.character import model as character

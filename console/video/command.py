@@ -4,9 +4,9 @@ from console.commands import Video
 from console.evaluation import trials
 from console.evaluation.command import objects_of
 from console.recording import format as recording
-from console.recording import video
 from console.recording.format import Recording
 from console.run import assembly, machine
+from console.video import rendering
 from world.character.model import CONTROL_HZ
 from world.errors import ConfigError
 
@@ -17,18 +17,18 @@ def video_command(command: Video) -> int:
         raise ConfigError("nothing to write: name OUT.mp4, or a filmstrip with --sheet FILE.png")
     if command.trials < 1 or command.seconds <= 0:
         raise ConfigError("--trials must be at least 1, --seconds above 0")
-    video.require_gl()
+    rendering.require_gl()
     if command.source.is_file():
         found = recording.read(command.source)
         found = Recording(found.takes[: command.trials], found.meta)
     else:
         found = played(command)
     if command.out is not None:
-        look = video.Look(width=command.width, height=command.height)
-        frames = video.film(found, command.out, look)
+        look = rendering.Look(width=command.width, height=command.height)
+        frames = rendering.write_video(found, command.out, look)
         print(f"{command.out}: {frames} frames, {len(found.takes)} trials")
     if command.sheet is not None:
-        video.sheet(found, command.sheet)
+        rendering.write_filmstrip(found, command.sheet)
         print(f"{command.sheet}: {len(found.takes)} trials")
     return 0
 

@@ -1,4 +1,4 @@
-"""How many blocks of scenes each actor gets, so that all are done at the same time."""
+"""Division of blocks of scenes over actors of different speeds."""
 
 import heapq
 from collections.abc import Mapping, Sequence
@@ -8,10 +8,11 @@ import numpy as np
 from actors.ray_actor import Arrays
 
 
-def shares(blocks: int, costs: Sequence[float]) -> list[int]:
-    """Blocks of each actor, so that the last one is done as early as can be.
+def block_counts(blocks: int, costs: Sequence[float]) -> list[int]:
+    """Number of blocks of each actor that minimises the time until the last actor is done.
 
-    costs: seconds a block of each actor. A slow one may get none. Of equals the first gets more.
+    costs: seconds per block of each actor. A slow actor may get 0 blocks. Of equally fast actors
+    the first ones get more.
     """
     counts = [0] * len(costs)
     done = [(cost, index) for index, cost in enumerate(costs)]
@@ -23,13 +24,13 @@ def shares(blocks: int, costs: Sequence[float]) -> list[int]:
     return counts
 
 
-def longest(counts: Sequence[int], costs: Sequence[float]) -> float:
+def makespan(counts: Sequence[int], costs: Sequence[float]) -> float:
     """Seconds until the last actor is done."""
     return max(count * cost for count, cost in zip(counts, costs, strict=True))
 
 
-def consecutive(counts: Sequence[int], block: int) -> list[range]:
-    """Ranges of scenes in order, some of them empty."""
+def consecutive_ranges(counts: Sequence[int], block: int) -> list[range]:
+    """Consecutive ranges of scenes of `counts` blocks each; some may be empty."""
     ranges, first = [], 0
     for count in counts:
         ranges.append(range(first, first + count * block))
@@ -43,7 +44,7 @@ def within(inner: range, outer: range) -> bool:
 
 
 def rows(state: Arrays, held: range, wanted: range) -> Arrays:
-    """The state of the scenes `wanted`, out of that of `held`: views."""
+    """State of the scenes `wanted`, as views of the state of the scenes `held`."""
     first, last = wanted.start - held.start, wanted.stop - held.start
     return {
         key: value[first:last] if value.ndim and len(value) == len(held) else value
@@ -51,8 +52,8 @@ def rows(state: Arrays, held: range, wanted: range) -> Arrays:
     }
 
 
-def state_of(wanted: range, parts: Mapping[range, Arrays]) -> Arrays:
-    """The state of the scenes `wanted` out of parts that hold them between them."""
+def state_of_scenes(wanted: range, parts: Mapping[range, Arrays]) -> Arrays:
+    """State of the scenes `wanted`, from the states of parts that together contain them."""
     pieces = [
         rows(state, held, range(max(held.start, wanted.start), min(held.stop, wanted.stop)))
         for held, state in sorted(parts.items(), key=lambda item: item[0].start)
