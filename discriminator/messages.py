@@ -1,4 +1,4 @@
-"""Rollouts and states as messages of rpc.v1, and back."""
+"""Conversion of rollouts and states to messages of rpc.v1 and back."""
 
 from collections.abc import Iterable, Iterator, Mapping
 
@@ -28,7 +28,7 @@ def rollout_chunks(
     valid: Tensor,
     half: bool = False,
 ) -> list[pb.ScoreChunk]:
-    """The messages that carry a rollout (layouts as in `Discriminator.score`); `half`: float16."""
+    """Messages of a rollout, with layouts as in `Discriminator.score`; half: states as float16."""
     header = pb.ScoreHeader(
         batch=batch,
         steps=states.shape[0] - 1,
@@ -57,9 +57,9 @@ def rollout_chunks(
 def rollout_of(
     header: pb.ScoreHeader, chunks: Iterator[pb.ScoreChunk], width: int
 ) -> dict[str, Tensor]:
-    """The rollout that follows a header, as the arguments of `Discriminator.score`.
+    """Arguments of `Discriminator.score` from the chunks that follow a header.
 
-    Raises CodecError that names the field and its valid form.
+    Raises CodecError, naming the field and its valid form.
     """
     if header.batch < 0:
         raise CodecError(f"header.batch: {header.batch}, must be 0 or more")
@@ -98,7 +98,7 @@ def rollout_of(
 
 
 def state_chunks(state: Mapping[str, Tensor]) -> Iterator[pb.StateChunk]:
-    """The messages that carry a state_dict."""
+    """Messages of a state_dict."""
     yield pb.StateChunk(header=pb.StateHeader(tensors=len(state)))
     for name, tensor in state.items():
         array = tensor.detach().cpu().numpy()
@@ -111,7 +111,7 @@ def state_chunks(state: Mapping[str, Tensor]) -> Iterator[pb.StateChunk]:
 def state_of(
     chunks: Iterable[pb.StateChunk], max_bytes: int = MAX_STATE_BYTES
 ) -> dict[str, Tensor]:
-    """The state_dict that messages carry; CodecError if truncated, out of order or too large."""
+    """State_dict of messages; CodecError if truncated, out of order or too large."""
     chunks = iter(chunks)
     first = next(chunks, None)
     if first is None or first.WhichOneof("part") != "header":

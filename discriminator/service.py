@@ -1,4 +1,4 @@
-"""The discriminator behind gRPC: a thin servicer around `Discriminator`."""
+"""gRPC service of a `Discriminator`."""
 
 import json
 import secrets
@@ -33,35 +33,35 @@ ERRORS: dict[type[Exception], grpc.StatusCode] = {
 
 @dataclass(frozen=True)
 class ServiceConfig:
-    """When the service trains, and where it keeps what must outlive its process."""
+    """Training schedule and journal of the service."""
 
     train_every: int = 0
-    """Train of its own accord after so many rollouts; 0: only when told (lockstep)."""
+    """Number of rollouts after which the service trains by itself; 0: only at Train (lockstep)."""
     state: str = ""
-    """Directory of the journal from which a killed service goes on; empty: none."""
+    """Directory of the journal from which a killed service continues; empty: none."""
 
 
 class StyleService(style_pb2_grpc.StyleServicer):
-    """Scores, trains and reports; one call at a time touches the discriminator."""
+    """Servicer of scoring and training; one call at a time uses the discriminator."""
 
     def __init__(
         self, style: Discriminator, config: ServiceConfig, journal: Journal | None = None
     ) -> None:
-        """`journal`: goes on from what it holds, if it holds something."""
+        """journal: its state is loaded if it has one."""
         self._style, self._config, self._journal = style, config, journal
         self._lock = threading.Lock()
         self._instance = secrets.token_hex(8)
         self._began = time.monotonic()
         self._due = threading.Semaphore(0)
         self._training = ""
-        """Id of the training that the service belongs to; empty: to whoever calls without one."""
+        """Id of the training that the service belongs to; empty: to calls without an id"""
         saved = journal.load() if journal else None
         if saved is not None:
             style.load_state_dict(saved)
         if journal is not None:
             self._training = journal.training()
         if config.train_every > 0:
-            threading.Thread(target=self._train_of_its_own_accord, daemon=True).start()
+            threading.Thread(target=self._train_periodically, daemon=True).start()
 
     def Score(
         self, request_iterator: Iterator[pb.ScoreChunk], context: grpc.ServicerContext
@@ -75,7 +75,7 @@ class StyleService(style_pb2_grpc.StyleServicer):
         rollout = rollout_of(header, request_iterator, self._style.width)
         with self._lock:
             self._own(context)
-            known = self._style.knows(header.batch)
+            known = self._style.has_scores(header.batch)
             if header.HasField("version") and not known and header.version != self._style.version:
                 raise TurnError(
                     f"header.version: {header.version}, must be {self._style.version} (the "
@@ -142,16 +142,16 @@ class StyleService(style_pb2_grpc.StyleServicer):
         with self._lock:
             self._style.check_state(state)
             if self._journal is not None:
-                # killed half-way, the replay would be of the one state and the rest of the other
+                # a kill in between would leave the replay of one state and the rest of another
                 self._journal.clear()
-                self._journal.belong(training_of(context))
+                self._journal.set_training(training_of(context))
             self._training = training_of(context)
             self._style.load_state_dict(state)
             self._save(new=True)
             return pb.RestoreReply(version=self._style.version)
 
     def _own(self, context: grpc.ServicerContext) -> None:
-        """TurnError for a call of another training than the one that restored the service last."""
+        """Raise TurnError for a call of another training than that of the last Restore."""
         if training_of(context) != self._training:
             raise TurnError(
                 "the service belongs to another training, which began with Restore: start a"
@@ -159,7 +159,7 @@ class StyleService(style_pb2_grpc.StyleServicer):
             )
 
     def _save(self, new: bool) -> None:
-        """Write the journal; `new`: with the last rollout, for a training still to come."""
+        """Write the journal; new: with the last rollout, which is still to be trained on."""
         if self._journal is None:
             return
         state = self._style.state_dict(replay=False)
@@ -167,7 +167,7 @@ class StyleService(style_pb2_grpc.StyleServicer):
             state["new"] = state["new"][:0]
         self._journal.save(state)
 
-    def _train_of_its_own_accord(self) -> None:
+    def _train_periodically(self) -> None:
         while True:
             self._due.acquire()
             with self._lock:
@@ -175,7 +175,7 @@ class StyleService(style_pb2_grpc.StyleServicer):
                 self._save(new=False)
 
     def observe(self, server: Server) -> None:
-        """Show version and replay among the server's metrics."""
+        """Add version and replay size to the server's metrics."""
         style = self._style
         figures = {
             "style_version": ("Trainings so far.", lambda: style.version),
@@ -187,7 +187,7 @@ class StyleService(style_pb2_grpc.StyleServicer):
 
 
 def training_of(context: grpc.ServicerContext) -> str:
-    """The id of the training that makes a call; empty where it shows none."""
+    """Id of the training that makes a call; empty without one."""
     shown = dict(context.invocation_metadata() or ()).get(TRAINING, "")
     return shown if isinstance(shown, str) else shown.decode("ascii", "replace")
 
@@ -198,7 +198,7 @@ def start(
     config: ServiceConfig | None = None,
     journal: Journal | None = None,
 ) -> Server:
-    """A started server of `style`; `server.address` says where, `server.drain()` ends it."""
+    """Start a server of `style` at `server.address`; `server.drain()` ends it."""
     server = Server(server_config, ERRORS)
     service = StyleService(style, config or ServiceConfig(), journal)
     style_pb2_grpc.add_StyleServicer_to_server(service, server.grpc)
@@ -213,6 +213,6 @@ def serve(
     config: ServiceConfig | None = None,
     journal: Journal | None = None,
 ) -> None:
-    """Serve until SIGTERM or SIGINT, then drain; on one thread of torch."""
+    """Serve until SIGTERM or SIGINT, then drain; torch uses one thread."""
     torch.set_num_threads(1)
     start(style, server_config, config, journal).run()

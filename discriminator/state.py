@@ -1,5 +1,5 @@
-"""What a discriminator's state must be before anything of it is taken: names, shapes, number types,
-finite values, and counts that fit one another."""
+"""Validation of a discriminator's state before it is loaded: names, shapes, number types, finite
+values and consistent counters."""
 
 import re
 from collections.abc import Mapping
@@ -11,9 +11,9 @@ from torch import Tensor
 from world.errors import LayoutError
 
 MAX_NEW_ROWS = 1 << 22
-"""Transitions of the last rollout."""
+"""Most transitions of the last rollout."""
 MAX_FIGURES = 64
-"""Metrics that are kept of a training, and of each rollout scored."""
+"""Most metrics of a training, and of each scored rollout."""
 _COUNTERS = {"seed": 0, "version": 0, "batches": 0, "transitions": 0, "replay": 0,
              "last_batch": -1, "forgotten": -1}  # fmt: skip
 _MOMENT = re.compile(r"adam/(\d{1,4})/(step|exp_avg|exp_avg_sq)")
@@ -22,24 +22,24 @@ _SCORE = re.compile(r"scores/(\d{1,2})/(.+)")
 
 @dataclass(frozen=True)
 class Form:
-    """What the state of one discriminator looks like."""
+    """Valid form of the state of one discriminator."""
 
     tensors: Mapping[str, Tensor]
-    """The network's and the normaliser's own."""
+    """Tensors of the network and the normaliser."""
     parameters: tuple[torch.Size, ...]
-    """Shapes of what is trained, in the optimiser's order."""
+    """Shapes of the trained parameters, in the optimiser's order."""
     inputs: int
-    """Width of a row."""
+    """Width of a row of network input."""
     capacity: int
-    """Of the replay."""
+    """Capacity of the replay."""
     steps: int
     """Gradient steps of each training."""
     remembered: int
-    """Rollouts whose scores are kept."""
+    """Number of rollouts whose scores are kept."""
 
 
 def check(state: Mapping[str, Tensor], form: Form) -> None:
-    """LayoutError, naming the tensor and its valid form, unless the state fits."""
+    """Raise LayoutError, naming the tensor and its valid form, unless the state fits."""
     for name, own in form.tensors.items():
         _same(state, name, own.dtype, own.shape)
     if not (state["normaliser/deviation"] > 0).all():
@@ -75,7 +75,7 @@ def _counters(state: Mapping[str, Tensor], form: Form) -> dict[str, int]:
 
 
 def _moments(state: Mapping[str, Tensor], form: Form, version: int) -> None:
-    """The optimiser's: of all parameters or of none, after as many steps as there were."""
+    """Check Adam's moments: of all parameters or none, with the right number of steps."""
     names = [name for name in state if name.startswith("adam/")]
     for name in names:
         match = _MOMENT.fullmatch(name)
@@ -98,7 +98,7 @@ def _moments(state: Mapping[str, Tensor], form: Form, version: int) -> None:
 
 
 def _figures(state: Mapping[str, Tensor], form: Form) -> None:
-    """Metrics of the last training, and the scores that are kept for a retry."""
+    """Check the metrics of the last training, and the scores that are kept for a retry."""
     trained = [name for name in state if name.startswith("trained/")]
     scores: dict[int, list[str]] = {}
     for name in (name for name in state if name.startswith("scores/")):

@@ -1,4 +1,4 @@
-"""Bytes that are no message, and words of errors that are nobody else's business."""
+"""Malformed requests, and error texts that are safe to send to a caller."""
 
 import re
 from typing import Any, cast
@@ -10,11 +10,11 @@ from rpc.errors import CodecError
 
 _FOLDERS = re.compile(r"(?<![\w./])(?:/[^\s/:'\"]+)+/(?=[^\s/])")
 LONGEST = 1000
-"""Characters of a refusal that a caller gets: names in it may be as long as its message."""
+"""Most characters of an error text for a caller: names in it may be as long as its message."""
 
 
 class Malformed:
-    """Stands for bytes that are no message: a CodecError as soon as one looks into it."""
+    """Stand-in for bytes that are no message: any access to a field raises CodecError."""
 
     def __init__(self, why: str) -> None:
         self.__dict__["why"] = why
@@ -23,8 +23,11 @@ class Malformed:
         raise CodecError(f"message: cannot be parsed ({self.__dict__['why']})")
 
 
-def forgiving(handler: grpc.RpcMethodHandler) -> grpc.RpcMethodHandler:
-    """The handler with a parser that never fails, so that its caller gets a status worth having."""
+def defer_parse_errors(handler: grpc.RpcMethodHandler) -> grpc.RpcMethodHandler:
+    """Handler whose parse errors are raised in its behaviour, as INVALID_ARGUMENT.
+
+    gRPC itself answers a parse error with INTERNAL.
+    """
     parse = handler.request_deserializer
     if parse is None:
         return handler
@@ -38,7 +41,7 @@ def forgiving(handler: grpc.RpcMethodHandler) -> grpc.RpcMethodHandler:
     return cast(grpc.RpcMethodHandler, handler._replace(request_deserializer=parsed))
 
 
-def public(text: str) -> str:
-    """An error's words for a caller: one line of bounded length, files without their folders."""
+def redact(text: str) -> str:
+    """Error text for a caller: one line of bounded length, paths without their folders."""
     plain = _FOLDERS.sub("", " ".join(text.split()))
     return plain if len(plain) <= LONGEST else f"{plain[:LONGEST]}..."

@@ -1,7 +1,7 @@
-"""Calls of many messages within bounds: how many at a time, and how long they wait for a client.
+"""Bounds on streaming calls: their number, and their time of waiting for a client.
 
-A worker of a synchronous server belongs to its call until that ends. A client that opens a few
-streams and says nothing would otherwise hold all of them.
+A call occupies a worker of a synchronous server until it ends. Without bounds a client that opens a
+few streams and sends nothing would occupy all workers.
 """
 
 import threading
@@ -14,12 +14,12 @@ import grpc
 
 from rpc.errors import RefusedError
 
-LOOK_S = 0.25
-"""Between two looks at the calls in progress."""
+POLL_S = 0.25
+"""Interval of the check of calls in progress, s."""
 
 
 class _Call:
-    """One call in progress: how long it has waited for its client."""
+    """One call in progress, with its time of waiting for the client."""
 
     def __init__(self, context: grpc.ServicerContext) -> None:
         self.context = context
@@ -29,7 +29,7 @@ class _Call:
 
     @contextmanager
     def waiting(self) -> Iterator[None]:
-        """Within it, the client is waited for."""
+        """Count the time within as waiting for the client."""
         self.since = time.monotonic()
         try:
             yield
@@ -39,18 +39,18 @@ class _Call:
 
 
 class StreamGuard:
-    """Counts the calls of many messages, and ends those whose client keeps them waiting."""
+    """Limits the number of streaming calls, and cancels those whose client is idle."""
 
     def __init__(
         self,
-        most: int,
+        limit: int,
         idle_s: float,
         total_s: float,
-        full: Callable[[bool], None] = lambda full: None,
+        on_full: Callable[[bool], None] = lambda full: None,
     ) -> None:
-        """`most`: calls at a time; `idle_s`, `total_s`: what one waits for its client, at a time
-        and in all; `full`: told when no more are taken, and when there are again."""
-        self._most, self._idle_s, self._total_s, self._told = most, idle_s, total_s, full
+        """limit: most calls at a time. idle_s, total_s: longest wait for a client, once and in
+        total. on_full: called with True when the limit is reached, with False afterwards."""
+        self._limit, self._idle_s, self._total_s, self._on_full = limit, idle_s, total_s, on_full
         self._calls: set[_Call] = set()
         self._lock = threading.Lock()
         self._closed = threading.Event()
@@ -58,32 +58,32 @@ class StreamGuard:
 
     @contextmanager
     def call(self, context: grpc.ServicerContext) -> Iterator[_Call]:
-        """Within it, the call is counted; RefusedError where there are too many."""
+        """Count a call while it runs; RefusedError beyond the limit."""
         one = _Call(context)
         with self._lock:
-            refused = len(self._calls) >= self._most
+            refused = len(self._calls) >= self._limit
             if not refused:
                 self._calls.add(one)
-                if len(self._calls) == self._most:
-                    self._told(True)
+                if len(self._calls) == self._limit:
+                    self._on_full(True)
                 if self._watch is None:
-                    self._watch = threading.Thread(target=self._look, daemon=True)
+                    self._watch = threading.Thread(target=self._poll, daemon=True)
                     self._watch.start()
         if refused:
             raise RefusedError(
                 grpc.StatusCode.RESOURCE_EXHAUSTED,
-                f"{self._most} calls of many messages are in progress: try again",
+                f"{self._limit} calls of many messages are in progress: try again",
             )
         try:
             yield one
         finally:
             with self._lock:
-                if len(self._calls) == self._most and not self._closed.is_set():
-                    self._told(False)
+                if len(self._calls) == self._limit and not self._closed.is_set():
+                    self._on_full(False)
                 self._calls.discard(one)
 
     def requests(self, messages: Iterator[Any], one: _Call) -> Iterator[Any]:
-        """A client's messages as they come."""
+        """Messages of the client; waiting for them is timed."""
         while True:
             with one.waiting():
                 try:
@@ -93,17 +93,17 @@ class StreamGuard:
             yield message
 
     def responses(self, messages: Iterator[Any], one: _Call) -> Iterator[Any]:
-        """A service's messages as the client takes them."""
+        """Messages of the service; the client's time to read them is timed."""
         for message in messages:
             with one.waiting():
                 yield message
 
     def close(self) -> None:
-        """Watch no more."""
+        """End the check of calls."""
         self._closed.set()
 
-    def _look(self) -> None:
-        while not self._closed.wait(LOOK_S):
+    def _poll(self) -> None:
+        while not self._closed.wait(POLL_S):
             now = time.monotonic()
             with self._lock:
                 calls = tuple(self._calls)

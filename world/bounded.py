@@ -1,7 +1,7 @@
-"""Work on files that nobody vouches for: each in a process of its own with bounded time and memory.
+"""Work on untrusted files, each in its own process with bounded time and memory.
 
-What comes back is JSON: nothing that a damaged process sends is unpickled. A file that takes its
-process down takes nothing else with it.
+Results are returned as JSON: nothing that a damaged process sends is unpickled. A file that crashes
+its process affects no other.
 """
 
 import contextlib
@@ -26,12 +26,12 @@ LOOK_S = 0.2
 
 @dataclass(frozen=True)
 class Bounds:
-    """What one piece of work may take."""
+    """Bounds of one piece of work."""
 
     cpu_s: float
     """Processor time, s."""
     wall_s: float
-    """Time in all, s: a disk that hangs takes no processor time."""
+    """Wall-clock time, s: a hanging disk takes no processor time."""
     memory_bytes: int
     """Address space beyond what the process begins with."""
 
@@ -41,21 +41,21 @@ class Task:
     """One piece of work."""
 
     name: str
-    """What a refusal is to begin with."""
+    """First words of a refusal."""
     arguments: tuple[Any, ...]
     bounds: Bounds
 
 
 @dataclass(frozen=True)
 class Result:
-    """What became of a task."""
+    """Result of a task."""
 
     value: Any
-    """What the work returned, as JSON has it; None where it was refused."""
+    """Return value of the work, after JSON; None where it was refused."""
     refused: str
-    """Why there is none, in one line; empty otherwise."""
+    """Reason of the refusal in one line; empty without one."""
     died: bool = False
-    """Whether its process ended without an answer, or was ended."""
+    """Whether the process ended without an answer, or was ended."""
 
 
 @dataclass
@@ -74,16 +74,16 @@ def run(
     preload: Sequence[str] = (),
     stopped: Callable[[], bool] = lambda: False,
 ) -> Iterator[tuple[int, Result]]:
-    """Results of `work(*arguments)` with the tasks' indices, as they end.
+    """Yield results of `work(*arguments)` with the tasks' indices, as they end.
 
     Args:
         tasks: the work; taken one by one as workers become free.
         work: a function of a module, called in a process of its own for each task.
         workers: processes at a time.
-        advice: what to do about a file that breaks its bounds.
-        preload: modules that the processes begin with.
-        stopped: asked several times a second; true ends all that still runs, without results.
-    All that still runs is ended when the iterator is closed, or Ctrl-C is pressed.
+        advice: remedy, for the refusal of a file that exceeds its bounds.
+        preload: modules that are imported before the processes start.
+        stopped: called several times a second; true ends all running tasks, without results.
+    Running tasks are ended when the iterator is closed, or by Ctrl-C.
     """
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload([work.__module__, *preload])
@@ -158,11 +158,11 @@ def _death(code: int | None, bounds: Bounds) -> str:
 
 
 def _child(end: Connection, work: Callable[..., Any], task: Task, advice: str) -> None:
-    """In the process of a task: do the work within bounds, and send back what came of it."""
-    # Ctrl-C is for the parent, which then ends this process
+    """In the process of a task: do the work within bounds, and send the result."""
+    # Ctrl-C is handled by the parent, which then ends this process
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     limit(task.bounds)
-    # libraries write their progress; the command's output is the parent's alone
+    # libraries print their progress; only the parent writes the command's output
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     value: Any = None
     try:
@@ -175,13 +175,13 @@ def _child(end: Connection, work: Callable[..., Any], task: Task, advice: str) -
     except Exception as error:
         refused = f"{task.name}: {type(error).__name__}: {one_line(error)}"
     answer = f"[{value or 'null'}, {json.dumps(refused)}]"
-    # a parent that was stopped listens no more
+    # a stopped parent has closed the connection
     with contextlib.suppress(OSError):
         end.send_bytes(answer.encode())
 
 
 def limit(bounds: Bounds) -> None:
-    """Put this process within bounds, for good."""
+    """Apply the bounds to this process."""
     cpu_s = max(1, round(bounds.cpu_s))
     resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 5))
     pages = int(Path("/proc/self/statm").read_text().split()[0])

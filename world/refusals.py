@@ -1,4 +1,4 @@
-"""Damaged files refused in one line that names them, however the reader of the format fails."""
+"""One-line refusals of damaged files, for any failure of the reader."""
 
 import warnings
 from collections.abc import Iterator
@@ -10,22 +10,22 @@ import numpy as np
 from world.errors import ChoiceError, InhabitError
 
 LONGEST = 300
-"""Characters of a reason that are shown."""
+"""Greatest number of characters of a reason in a message."""
 
 
 @contextmanager
 def refusing(kind: type[InhabitError], path: Path, what: str) -> Iterator[None]:
-    """Within it, every failure is a `kind` in one line with the path in it.
+    """Context in which every failure is raised as a `kind` in one line with the path.
 
-    A reader expects the damages that it can name. A parser fails in more ways than are known, so
-    that what is left is caught here. Numpy's warnings of overflow are those of the file, too.
+    A reader raises for the damage that it expects; parsers fail in unexpected ways too, which are
+    caught here. Numpy's overflow warnings are failures of the file as well.
     """
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore")
             yield
     except (ChoiceError, MemoryError):
-        raise  # say nothing of the file
+        raise  # not a fault of the file
     except InhabitError as error:
         text = one_line(error, 2000)
         if path.name in text and text == str(error):
@@ -36,6 +36,6 @@ def refusing(kind: type[InhabitError], path: Path, what: str) -> Iterator[None]:
 
 
 def one_line(error: BaseException, longest: int = LONGEST) -> str:
-    """An exception's text on one line, cut to a length; its type's name where it has none."""
+    """An exception's text on one line, cut to `longest`; its type's name where it has none."""
     text = " ".join(str(error).split()) or type(error).__name__
     return text if len(text) <= longest else f"{text[:longest]}..."

@@ -8,7 +8,7 @@ import numpy as np
 from world.motions import measures
 from world.motions.clip import Clip
 from world.motions.fit.bed import find_beds
-from world.motions.fit.floor import floor_mended, resampled
+from world.motions.fit.floor import floor_corrected, resampled
 from world.motions.fit.seat import find_seats
 
 #: What still trains well: beyond the first `fair`, beyond the second `poor`.
@@ -49,7 +49,7 @@ class ClipReport:
 
 def examine(clip: Clip) -> ClipReport:
     """The report of a clip that could be read."""
-    ready = floor_mended(resampled(clip))
+    ready = floor_corrected(resampled(clip))
     before, after = measures.skates_m_s(ready)
     error = measures.key_body_error_m(ready)
     sinks, breaks = measures.penetration_m(ready), measures.discontinuities(ready)

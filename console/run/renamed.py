@@ -45,7 +45,10 @@ RENAMED: Table = {
 }
 
 
-RENAMED_SERVE: Table = {"max_situations": "max_poses"}
+RENAMED_SERVE: Table = {
+    "max_situations": "max_poses",
+    "synthesis.ahead": "synthesis.buffer_frames",
+}
 """The same of the flags of `serve`."""
 
 RENAMED_METRICS = {

@@ -1,5 +1,4 @@
-"""Work beside an event loop that may never end, as a read from a network disk: nobody waits for it
-at the end of the process."""
+"""Blocking work on daemon threads, such as reads from a network disk, for an event loop."""
 
 import asyncio
 import threading
@@ -10,9 +9,10 @@ Result = TypeVar("Result")
 
 
 async def run_in_background(work: Callable[..., Result], *arguments: Any) -> Result:
-    """What `work(*arguments)` gives, on a thread of its own that the process does not wait for.
+    """Result of `work(*arguments)`, run on a daemon thread.
 
-    A pool of threads is joined at exit: one read that hangs would keep the process for ever.
+    The process does not wait for that thread at exit. It would wait for a thread pool, and a read
+    that hangs would then keep it from ending.
     """
     loop = asyncio.get_running_loop()
     found: asyncio.Future[Result] = loop.create_future()
@@ -34,7 +34,7 @@ async def run_in_background(work: Callable[..., Result], *arguments: Any) -> Res
         try:
             loop.call_soon_threadsafe(end, value, failed)
         except RuntimeError:
-            return  # the loop is gone
+            return  # the loop is closed
 
     threading.Thread(target=run, name="background", daemon=True).start()
     return await found

@@ -1,5 +1,4 @@
-"""Networks as a beginning for others: for those of another task, where what both observe keeps its
-weights, and for wider ones."""
+"""Transfer of networks to another task, by common features, and to wider layers."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -10,7 +9,7 @@ from policy.checkpoints.format import Layout, State
 from policy.errors import LayoutError
 from policy.model.networks import hidden_widths, perceptron
 
-#: How many samples the old task's moments still count for: the new one's soon outweigh them.
+#: Cap on the sample count of the old task's moments, so that the new task soon outweighs them.
 _REMEMBERED = 2e5
 _FIRST = ("layers.0.weight", "skip.weight")
 
@@ -20,8 +19,8 @@ def adopt(
 ) -> State:
     """The `policy` section of a checkpoint with layout `theirs`, for layout `mine`.
 
-    Observed features are matched by name; `names` says what one of mine is called there. Weights on
-    features that the old task lacked are 0, so that the networks begin by doing what they did.
+    Features are matched by name; `names` maps a name of `mine` to the one of `theirs`. Weights on
+    features that the old task lacks are 0, so that the networks initially compute the same outputs.
 
     Raises LayoutError, naming the first difference, where states, actions or widths differ.
     """
@@ -52,11 +51,12 @@ def adopt(
 
 
 def widened(state: State, hidden: Sequence[int], seed: int, where: str) -> State:
-    """The `policy` section of a checkpoint for hidden layers of these widths, with networks that do
-    what they did: new units see something at random, by the seed, and are not heard yet (after Chen
-    et al., "Net2Net", 2016).
+    """The `policy` section of a checkpoint with wider hidden layers and the same outputs.
 
-    Raises LayoutError where the widths there are are not as many, or one of them is larger.
+    New units have random input weights, drawn from the seed, and zero output weights (after
+    "Net2Net", Chen et al. 2016).
+
+    Raises LayoutError where the number of layers differs or a layer would become narrower.
     """
     found = dict(state)
     for network in ("actor", "average", "critic"):
@@ -68,7 +68,7 @@ def widened(state: State, hidden: Sequence[int], seed: int, where: str) -> State
                     f"{where}: its hidden widths {widths} cannot become {tuple(hidden)}: choose as"
                     " many layers, none of them narrower"
                 )
-            # averages go on from the same units
+            # one seed for actor and average, so that their new units agree
             found[network] = _widened(found[network], hidden, seed)
     return found
 
@@ -81,7 +81,7 @@ def _widened(weights: Mapping[str, Tensor], hidden: Sequence[int], seed: int) ->
     for name, values in wide.items():
         old = weights[f"layers.{name}"]
         if values.dim() == 2:
-            # what was there does not hear what is new
+            # zero weights from new units to old ones
             values[: old.shape[0], old.shape[1] :] = 0.0
             values[: old.shape[0], : old.shape[1]] = old
         else:
@@ -90,7 +90,7 @@ def _widened(weights: Mapping[str, Tensor], hidden: Sequence[int], seed: int) ->
 
 
 def _columns(theirs: Layout, mine: Layout, names: Mapping[str, str]) -> Iterator[int]:
-    """For each number that my networks observe the one of theirs that means the same, or −1."""
+    """For each column of the observation of `mine`, its column in `theirs`, or −1."""
     first, start = {}, 0
     for name, width in (*theirs.features, *theirs.goal):
         first[name, width] = start
@@ -101,6 +101,6 @@ def _columns(theirs: Layout, mine: Layout, names: Mapping[str, str]) -> Iterator
 
 
 def _picked(rows: Tensor, columns: Tensor, known: Tensor, default: float) -> Tensor:
-    """Rows by index, `default` where it is not known."""
+    """Rows by index; `default` where `known` is False."""
     shape = (-1, *[1] * (rows.dim() - 1))
     return torch.where(known.view(shape), rows[columns.clamp(min=0)], default)

@@ -1,4 +1,4 @@
-"""What the policy service says of itself: features, actions, joints, gains, data and licence."""
+"""Descriptions of served policies: features, actions, joints, gains, data and licence."""
 
 from collections.abc import Iterable, Mapping
 from functools import cache
@@ -6,7 +6,7 @@ from functools import cache
 import mujoco
 
 from policy.checkpoints.served import ACTIONS, Served
-from rpc.malformed import public
+from rpc.malformed import redact
 from rpc.v1 import policy_pb2 as pb
 from world.character import kinematics
 from world.character import model as character
@@ -22,7 +22,7 @@ MEANING = (
 
 
 def features(table: Table) -> list[pb.Feature]:
-    """A table of features, in order."""
+    """Messages of a table of features, in order."""
     return [pb.Feature(name=f.name, width=f.width, frame=f.frame, unit=f.unit) for f in table]
 
 
@@ -73,7 +73,7 @@ def mjcf() -> str:
 
 
 def action(served: Served) -> pb.Action:
-    """What the numbers of an action mean."""
+    """Meaning of an action's numbers."""
     ours = served.action_map
     return pb.Action(
         width=ACTIONS,
@@ -89,13 +89,13 @@ def action(served: Served) -> pb.Action:
 
 
 def training_data(notes: Mapping[str, str]) -> tuple[str, str]:
-    """What the weights were trained on, and under which terms they may be used."""
+    """Training data and licence of the weights."""
     data = notes.get("data") or "motion clips of the run's configuration; not published with it"
     return data, notes.get("licence") or notes.get("data_licences") or "not stated"
 
 
 def policy(served: Served, reloads: int = 0, last_refusal: str = "") -> pb.PolicyDescription:
-    """One policy."""
+    """Description of one policy."""
     data, licence = training_data(served.manifest.notes)
     return pb.PolicyDescription(
         name=served.name,
@@ -115,14 +115,14 @@ def policy(served: Served, reloads: int = 0, last_refusal: str = "") -> pb.Polic
         ],
         success_m=served.task.success_m,
         reloads=reloads,
-        last_refusal=public(last_refusal),
+        last_refusal=redact(last_refusal),
     )
 
 
 def everything(
     policies: Iterable[pb.PolicyDescription], limits: pb.Limits | None
 ) -> pb.DescribeReply:
-    """The whole reply."""
+    """Reply of Describe."""
     return pb.DescribeReply(
         policies=policies,
         bodies=bodies(),

@@ -1,4 +1,4 @@
-"""Messages of the policy service to rows of numbers; every refusal names the field and its form."""
+"""Conversion of messages to rows of numbers; every error names the field and its valid form."""
 
 from collections.abc import Sequence
 
@@ -18,14 +18,14 @@ _BALLS = [address - 7 for address in character.BALL_QPOS]
 
 
 def _turned_back(q: Numbers, v: Numbers) -> Numbers:
-    """A world vector in the axes of a rotation."""
+    """World vector v [3] in the axes of rotation q [4]."""
     w, u = q[0], -q[1:]
     across: Numbers = np.asarray(np.cross(u, v), dtype=np.float64)
     return v + 2.0 * np.asarray(np.cross(u, across + w * v), dtype=np.float64)
 
 
 def coordinates(pose: pb.Pose, name: str) -> tuple[Numbers, Numbers]:
-    """Generalised coordinates [43] and velocities [34], as MuJoCo has them, of a pose."""
+    """MuJoCo's qpos [43] and qvel [34] of a pose; RequestError names a wrong field."""
     rotation = quaternion(pose.root_rotation, f"{name}.root_rotation")
     joints = vector(
         pose.joint_position, f"{name}.joint_position", JOINT_POSITIONS, 4.0 * np.pi
@@ -67,7 +67,7 @@ def pose(message: pb.Situation, task: Task, name: str) -> Numbers:
     row[COLUMNS["qpos"]], row[COLUMNS["qvel"]] = coordinates(message.pose, f"{name}.pose")
     require(message, task, f"{name}.")
     adapter(task).fill(row, message, task, name)
-    # float32 would lose the centimetres of a large world
+    # relative, because float32 would lose centimetres at large coordinates
     x, y = row[:2].copy()
     for start in _WORLD_POINTS:
         row[start] -= x
@@ -85,7 +85,7 @@ def poses(messages: Sequence[pb.Situation], task: Task, first: int = 0) -> tuple
 def observation(
     state: bytes, goal: bytes, widths: tuple[int, int], limit: int
 ) -> tuple[bytes, int]:
-    """(state, goal) rows [n, width] float32, as bytes, and n."""
+    """Observation rows (state, goal) [n, width] float32, as bytes, and n."""
     state_width, goal_width = widths
     rows, rest = divmod(len(state), 4 * state_width)
     if rest:
@@ -106,12 +106,12 @@ def observation(
 
 
 def noise(seed: int, counter: int, rows: int) -> NDArray[np.float32]:
-    """Standard normal numbers [rows, 28] that depend on seed and counter alone."""
+    """Standard normal numbers [rows, 28], a function of seed and counter."""
     draw = np.random.Generator(np.random.Philox(key=seed, counter=[0, 0, 0, counter]))
     return draw.standard_normal((rows, character.NU), dtype=np.float32)
 
 
 def count(rows: int, name: str, limit: int) -> None:
-    """RequestError unless there are 1 to `limit` rows; before any of them is looked at."""
+    """Raise RequestError unless there are 1 to `limit` rows; to be called before they are read."""
     if not 1 <= rows <= limit:
         raise RequestError(f"{name}: {rows} rows, must be 1 to {limit}")

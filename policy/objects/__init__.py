@@ -1,4 +1,4 @@
-"""Objects in messages: an adapter for each kind of object that tasks use."""
+"""Objects in messages: one adapter for each kind of object that a task uses."""
 
 from collections.abc import Sequence
 
@@ -14,7 +14,7 @@ from world.furniture.piece import Piece
 from world.scene.model import Ball
 from world.tasks import Task
 
-#: By `Affordance.kind`. A new kind is a file and a line here.
+#: Adapters by `Affordance.kind`; a new kind is one file and one line here.
 ADAPTERS: dict[str, Adapter] = {
     "furniture": FurnitureAdapter(),
     "box": BoxAdapter(),
@@ -23,12 +23,12 @@ ADAPTERS: dict[str, Adapter] = {
 
 
 def adapter(task: Task) -> Adapter:
-    """The adapter of a task's object."""
+    """Adapter of a task's object."""
     return ADAPTERS[task.affordance.kind]
 
 
 def require(message: Message, task: Task, name: str = "") -> None:
-    """Raise RequestError where a message, called `name`, lacks the task's object."""
+    """Raise RequestError where a message at the path `name` lacks the task's object."""
     needed = adapter(task).message
     if not message.HasField(needed):
         raise RequestError(f"{name}{needed}: missing, '{task.name}' needs it")
@@ -39,12 +39,13 @@ def props_of(
     task: Task,
     balls: Sequence[Ball] = (),
     piece: Piece | None = None,
-    gone: Cancelled = not_cancelled,
+    cancelled: Cancelled = not_cancelled,
 ) -> Props:
-    """The object of a request; RequestError names what is missing or wrong.
+    """Object of a request in its scene.
 
-    balls: projectiles that its scene has besides. piece: the furniture, at its scale, in the place
-    of the request's shape. gone: whether the client gave up.
+    balls: projectiles of the scene. piece: furniture, at its scale, used instead of the request's
+    shape. cancelled: returns whether the client has cancelled the call.
+    Raises RequestError, naming the field, where something is missing or wrong.
     """
     require(request, task)
-    return adapter(task).props(request, task, balls, piece, gone)
+    return adapter(task).props(request, task, balls, piece, cancelled)

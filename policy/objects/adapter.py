@@ -1,4 +1,4 @@
-"""What messages say of a kind of object, as rows and as the object of a simulated scene."""
+"""Protocols of the objects of messages: as rows of numbers and as the object of a scene."""
 
 from collections.abc import Callable, Sequence
 from typing import Protocol
@@ -15,62 +15,65 @@ from world.scene.target import Target
 from world.tasks import Task
 
 Cancelled = Callable[[], bool]
-"""Whether the client gave up."""
+"""Returns whether the client has cancelled the call."""
 
 
 def not_cancelled() -> bool:
-    """False: the client waits."""
+    """False: the call cannot be cancelled."""
     return False
 
 
 class Props(Protocol):
-    """The object of one scene."""
+    """Object of one simulated scene."""
 
     model: mujoco.MjModel
+    """Compiled scene"""
 
     def begin(self, scenes: Scenes) -> None:
-        """Put everything where the request has it."""
+        """Place the object as in the request."""
         ...
 
     def target(self, scenes: Scenes) -> Target:
-        """What the task must know of it now."""
+        """Target of the task at present."""
         ...
 
     def move(self, scenes: Scenes, position: Numbers, yaw: float) -> None:
-        """Put it elsewhere: furniture to position [3] m, or the box's first stand below it."""
+        """Move the furniture, or the box's first stand, to position [3], m, and yaw, rad."""
         ...
 
-    def spot(self) -> tuple[Tensor, Tensor]:
-        """The floor below the place of use, or below the box's first place, [1, 2] m, and where it
-        faces [1, 2] (cosine, sine)."""
+    def use_point(self) -> tuple[Tensor, Tensor]:
+        """Use point on the floor [1, 2], m, and its heading [1, 2] (cosine, sine); for a box the
+        point below its initial position."""
         ...
 
     def shift(self, scenes: Scenes, point: Tensor, facing: Tensor) -> None:
-        """Put it where its spot is point [1, 2] m and faces facing [1, 2]; a box on its first stand
-        goes along with it."""
+        """Move the object so that its use point is `point` [1, 2], m, with heading `facing` [1, 2].
+
+        A box on its first stand moves with the stand.
+        """
         ...
 
     def pose(self, scenes: Scenes) -> tuple[list[float], list[float]]:
-        """Position [3] m and rotation [4] of the object, world."""
+        """Position [3], m, and rotation [4] of the object in the world frame."""
         ...
 
     def boxes(self) -> tuple[Box, ...]:
-        """What it is made of, in its frame."""
+        """Boxes that the object consists of, in its frame."""
         ...
 
 
 class Adapter(Protocol):
-    """Of one kind of object."""
+    """Reader of one kind of object in messages."""
 
     message: str
-    """The field of requests and situations that holds it."""
+    """Field of requests and situations that holds the object"""
 
     def target(self, rows: Tensor) -> Target:
-        """What the task must know of the object, of situations [n, POSE_WIDTH]."""
+        """Targets of pose rows [n, POSE_WIDTH]."""
         ...
 
     def fill(self, row: Numbers, message: pb.Situation, task: Task, name: str) -> None:
-        """Write what a situation says of the object into its row; RequestError names the field."""
+        """Write the object of a situation into its pose row; RequestError names the field."""
         ...
 
     def props(
@@ -79,9 +82,7 @@ class Adapter(Protocol):
         task: Task,
         balls: Sequence[Ball],
         piece: Piece | None,
-        gone: Cancelled = not_cancelled,
+        cancelled: Cancelled = not_cancelled,
     ) -> Props:
-        """The object of a request; RequestError names what is wrong. balls: projectiles that its
-        scene has besides. piece: the furniture, at its scale, in the place of the request's
-        shape. gone: whether the client gave up."""
+        """Object of a request in its scene; arguments as in `policy.objects.props_of`."""
         ...

@@ -1,4 +1,4 @@
-"""The box of messages: what the carry task must know of it."""
+"""Boxes in messages, for the carry task."""
 
 from collections.abc import Sequence
 
@@ -21,12 +21,12 @@ from world.scene.target import BoxState, Target
 from world.tasks import Task
 
 _HERE = torch.zeros(1, dtype=torch.int64)
-#: Edges and weights of boxes, m and kg.
+#: Bounds of a box's edge lengths, m, and mass, kg.
 SIZES_M, MASSES_KG = (0.05, 2.0), (0.05, 100.0)
 
 
 def size_of(box: pb.CarriedBox, name: str) -> Numbers:
-    """Edge lengths [3], m."""
+    """Edge lengths [3], m; RequestError outside of SIZES_M."""
     size = vector(box.size, f"{name}.size", 3, SIZES_M[1])
     if not (size >= SIZES_M[0]).all():
         raise RequestError(f"{name}.size: must be {SIZES_M[0]:g} to {SIZES_M[1]:g} m each")
@@ -34,7 +34,7 @@ def size_of(box: pb.CarriedBox, name: str) -> Numbers:
 
 
 def fill_box(row: Numbers, box: pb.CarriedBox, name: str) -> None:
-    """Write what the task must know of a box into a row: world frame."""
+    """Write a box into a pose row, in the world frame."""
     row[COLUMNS["box_half"]] = 0.5 * size_of(box, name)
     row[COLUMNS["box_position"]] = vector(box.position, f"{name}.position", 3)
     row[COLUMNS["box_rotation"]] = quaternion(box.rotation, f"{name}.rotation")
@@ -44,7 +44,7 @@ def fill_box(row: Numbers, box: pb.CarriedBox, name: str) -> None:
 
 
 def carried(box: pb.CarriedBox) -> tuple[Numbers, Layout]:
-    """Size [3] m and layout of a box that rests upright on its stand; goal: where it should go."""
+    """Edge lengths [3], m, and layout of a box that rests upright on its stand."""
     size = size_of(box, "box")
     position = vector(box.position, "box.position", 3)
     yaw = upright(box.rotation, "box.rotation") if box.rotation else 0.0
@@ -67,7 +67,7 @@ class BoxAdapter:
         """See Adapter."""
         names = ("position", "rotation", "velocity", "half", "start", "target")
         box = BoxState(*(rows[:, COLUMNS[f"box_{name}"]] for name in names))
-        # as training has it: the point of use is the target
+        # as in training: the use point is the target of the box
         facing = rotations.heading(box.rotation)
         return Target(box.target, facing, box.corners(), box.target, box)
 
@@ -81,14 +81,14 @@ class BoxAdapter:
         task: Task,
         balls: Sequence[Ball],
         piece: Piece | None,
-        gone: Cancelled = not_cancelled,
+        cancelled: Cancelled = not_cancelled,
     ) -> "BoxArrangement":
         """See Adapter."""
         return BoxArrangement(request.box, balls)
 
 
 class BoxArrangement:
-    """A box to carry, on a stand, and the stand to bring it to."""
+    """A box on its stand, and the stand at its target."""
 
     def __init__(self, message: pb.CarriedBox, balls: Sequence[Ball] = ()) -> None:
         size, layout = carried(message)
@@ -115,7 +115,7 @@ class BoxArrangement:
         turned = torch.tensor([[np.cos(yaw), np.sin(yaw)]])
         scenes.move_furniture(_HERE, torch.from_numpy(position)[None], turned)
 
-    def spot(self) -> tuple[Tensor, Tensor]:
+    def use_point(self) -> tuple[Tensor, Tensor]:
         """See Props."""
         return self._layout.start[:, :2], self._layout.start_yaw
 

@@ -1,4 +1,4 @@
-"""Raw poses of a character and its object as rows of numbers: where each part stands."""
+"""Columns of a pose row: the pose of a character and its object as numbers."""
 
 from world.character import model as character
 
@@ -27,4 +27,4 @@ def _slices() -> tuple[dict[str, slice], int]:
 
 
 COLUMNS, POSE_WIDTH = _slices()
-"""Columns of each part of a pose request in its row, and the width of a row."""
+"""Columns of each part of a pose row, and the width of a row."""

@@ -1,4 +1,4 @@
-"""A point of the floor in messages: the position and rotation of a furniture without a shape."""
+"""Floor targets in messages: position and rotation of a Furniture without a shape."""
 
 from collections.abc import Sequence
 
@@ -43,14 +43,14 @@ class FloorAdapter:
         task: Task,
         balls: Sequence[Ball],
         piece: Piece | None,
-        gone: Cancelled = not_cancelled,
+        cancelled: Cancelled = not_cancelled,
     ) -> "FloorArrangement":
         """See Adapter."""
         return FloorArrangement(*_where(request.furniture), balls)
 
 
 def _where(message: pb.Furniture) -> tuple[Numbers, float]:
-    """The target's position [3] m, and the yaw that the character should face, rad."""
+    """Position [3], m, of the target, and its heading, rad."""
     if message.WhichOneof("shape") is not None:
         raise RequestError(
             "furniture: this task needs no furniture; leave the shape out, position and rotation "
@@ -87,7 +87,7 @@ class FloorArrangement:
         self._set(torch.from_numpy(position[:2]).float()[None], yaw)
         self.begin(scenes)
 
-    def spot(self) -> tuple[Tensor, Tensor]:
+    def use_point(self) -> tuple[Tensor, Tensor]:
         """See Props."""
         return self._point, self._facing
 
@@ -103,5 +103,5 @@ class FloorArrangement:
         return [x, y, 0.0], [float(np.cos(self._yaw / 2)), 0.0, 0.0, float(np.sin(self._yaw / 2))]
 
     def boxes(self) -> tuple[Box, ...]:
-        """The marker's."""
+        """Boxes of the marker."""
         return MARKER.boxes

@@ -17,8 +17,8 @@ from policy.objects.placement import (
     PlacedFurniture,
     fill_target,
     mesh_use_point,
-    placed,
-    standing,
+    place,
+    placed_furniture,
     turned,
 )
 from rpc.v1 import policy_pb2 as pb
@@ -31,12 +31,15 @@ from world.scene.target import Target
 from world.tasks import Task
 
 _HERE = torch.zeros(1, dtype=torch.int64)
-#: Mesh formats that arrive in one piece.
+#: Mesh formats that consist of one file.
 FORMATS = ("obj", "stl", "ply", "glb")
 
 
-def piece_of_mesh(furniture: pb.Furniture, gone: Cancelled = not_cancelled) -> Piece:
-    """The piece that a mesh gives, made in a process of its own within bounds, or known already."""
+def piece_of_mesh(furniture: pb.Furniture, cancelled: Cancelled = not_cancelled) -> Piece:
+    """Piece of a mesh, decomposed in a bounded process of its own or read from the cache.
+
+    Raises RequestError where the mesh is refused.
+    """
     mesh = furniture.mesh
     if mesh.format not in FORMATS:
         raise RequestError(
@@ -46,7 +49,7 @@ def piece_of_mesh(furniture: pb.Furniture, gone: Cancelled = not_cancelled) -> P
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"mesh.{mesh.format}"
         path.write_bytes(mesh.data)
-        (outcome,) = importing.run(importing.jobs([path], ImportOptions()), 1, stopped=gone)
+        (outcome,) = importing.run(importing.jobs([path], ImportOptions()), 1, stopped=cancelled)
     piece = outcome.piece()
     if piece is None:
         raise RequestError(f"furniture.mesh: {outcome.refused}")
@@ -64,7 +67,7 @@ class FurnitureAdapter:
 
     def fill(self, row: Numbers, message: pb.Situation, task: Task, name: str) -> None:
         """See Adapter."""
-        fill_target(row, standing(message.furniture, task))
+        fill_target(row, placed_furniture(message.furniture, task))
 
     def props(
         self,
@@ -72,22 +75,22 @@ class FurnitureAdapter:
         task: Task,
         balls: Sequence[Ball],
         piece: Piece | None,
-        gone: Cancelled = not_cancelled,
+        cancelled: Cancelled = not_cancelled,
     ) -> "FurnitureArrangement":
         """See Adapter."""
         if piece is None and request.furniture.WhichOneof("shape") == "mesh":
-            piece = piece_of_mesh(request.furniture, gone)
+            piece = piece_of_mesh(request.furniture, cancelled)
         if piece is not None:
-            where = placed(
+            where = place(
                 request.furniture, piece, mesh_use_point(piece, request.furniture, task), True
             )
         else:
-            where = standing(request.furniture, task, anywhere=True)
+            where = placed_furniture(request.furniture, task, anywhere=True)
         return FurnitureArrangement(where, balls)
 
 
 def target_of(rows: Tensor) -> Target:
-    """The targets of situations [n, POSE_WIDTH]."""
+    """Targets of pose rows [n, POSE_WIDTH]."""
     corners = rows[:, COLUMNS["corners"]].unflatten(1, (8, 3))
     point, facing, head = (rows[:, COLUMNS[name]] for name in ("point", "facing", "head"))
     return Target(point, facing, corners, head)
@@ -101,7 +104,7 @@ class FurnitureArrangement:
         self._row = torch.zeros(1, POSE_WIDTH)
         try:
             self.model = compile_scene(where.piece, balls)
-        except ValueError as error:  # MuJoCo's own word on a model that it does not take
+        except ValueError as error:  # MuJoCo's error for a model that it does not compile
             raise RequestError(f"furniture: cannot be simulated: {error}") from error
 
     def begin(self, scenes: Scenes) -> None:
@@ -121,19 +124,19 @@ class FurnitureArrangement:
         turned = torch.tensor([[np.cos(yaw), np.sin(yaw)]])
         scenes.move_furniture(_HERE, torch.from_numpy(position)[None], turned)
 
-    def spot(self) -> tuple[Tensor, Tensor]:
+    def use_point(self) -> tuple[Tensor, Tensor]:
         """See Props."""
-        heading = self._where.yaw + self._where.spot.facing_rad
-        point = self._where.position + turned(self._where.spot.point_m, self._where.yaw)
+        heading = self._where.yaw + self._where.use_point.facing_rad
+        point = self._where.position + turned(self._where.use_point.point_m, self._where.yaw)
         facing = torch.tensor([[np.cos(heading), np.sin(heading)]], dtype=torch.float32)
         return torch.from_numpy(point[:2]).float()[None], facing
 
     def shift(self, scenes: Scenes, point: Tensor, facing: Tensor) -> None:
         """See Props."""
         cos, sin = facing[0].double().tolist()
-        yaw = float(np.arctan2(sin, cos)) - self._where.spot.facing_rad
+        yaw = float(np.arctan2(sin, cos)) - self._where.use_point.facing_rad
         origin = np.append(point[0].double().numpy(), 0.0)
-        origin = origin - turned(self._where.spot.point_m, yaw)
+        origin = origin - turned(self._where.use_point.point_m, yaw)
         origin[2] = self._where.position[2]
         self.move(scenes, origin, yaw)
 

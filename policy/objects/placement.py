@@ -1,4 +1,4 @@
-"""Furniture of messages: which piece, where it stands, and which of its places is meant."""
+"""Furniture of messages: the piece, its position and its use point."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,75 +16,76 @@ from world.furniture.usage import UsePoint, usage, use_points
 from world.tasks import Task
 
 SCALES = (0.2, 5.0)
-#: Sizes and offsets within a piece of furniture, m; edges thinner than this have no volume to speak
-#: of.
+#: Bounds of a piece of furniture, m: largest coordinate, and least half edge of a box.
 _LARGE_M, _THIN_M = 20.0, 5e-4
 
 
 @dataclass(frozen=True)
 class PlacedFurniture:
-    """A piece of furniture, the place of it that is meant, and where it stands."""
+    """A piece of furniture at its position, with one of its use points."""
 
     piece: Piece
-    spot: UsePoint
-    """In the piece's frame."""
+    use_point: UsePoint
+    """Use point in the piece's frame."""
     position: Numbers
-    """[3]: of the piece's frame, world, m."""
+    """[3]: origin of the piece's frame in the world, m."""
     yaw: float
-    """Of the piece's frame, rad."""
+    """Yaw of the piece's frame, rad."""
 
     def moved(self, position: Numbers, yaw: float) -> "PlacedFurniture":
-        """The same, standing elsewhere."""
-        return PlacedFurniture(self.piece, self.spot, position, yaw)
+        """The same furniture at another position [3], m, and yaw, rad."""
+        return PlacedFurniture(self.piece, self.use_point, position, yaw)
 
 
 @lru_cache(maxsize=512)
 def piece_of(name: str, scale: float) -> Piece:
-    """A piece of the catalogue at a scale; RequestError names what there is."""
+    """Piece of the catalogue at a scale; RequestError for an unknown name."""
     try:
         return catalogue.find(name).scaled(scale)
     except InhabitError as error:
         raise RequestError(f"furniture.piece: {error}") from error
 
 
-def standing(furniture: pb.Furniture, task: Task, anywhere: bool = False) -> PlacedFurniture:
-    """The furniture of a message.
+def placed_furniture(
+    furniture: pb.Furniture, task: Task, anywhere: bool = False
+) -> PlacedFurniture:
+    """Furniture of a message; RequestError names a wrong field.
 
-    anywhere: position and rotation may be left out: the origin, facing +x.
+    anywhere: position and rotation are optional; their defaults are the origin, facing +x.
     """
     shape = furniture.WhichOneof("shape")
     if shape == "piece":
         scale = furniture.scale if furniture.HasField("scale") else 1.0
         piece = piece_of(furniture.piece, number(scale, "furniture.scale", *SCALES))
-        spot = _spot(piece, task, furniture.place)
+        use_point = _use_point(piece, task, furniture.place)
     elif shape == "custom":
-        piece, spot = custom(furniture.custom, task)
+        piece, use_point = custom(furniture.custom, task)
     else:
         raise RequestError(
             "furniture: must have a piece (of the catalogue) or a custom shape (a mesh in "
             "Synthesize only)"
         )
-    return placed(furniture, piece, spot, anywhere)
+    return place(furniture, piece, use_point, anywhere)
 
 
-def placed(
-    furniture: pb.Furniture, piece: Piece, spot: UsePoint, anywhere: bool = False
+def place(
+    furniture: pb.Furniture, piece: Piece, use_point: UsePoint, anywhere: bool = False
 ) -> PlacedFurniture:
-    """The piece where the message has it."""
+    """The piece at the position and rotation of the message."""
     position, yaw = np.zeros(3), 0.0
     if furniture.position or not anywhere:
         position = vector(furniture.position, "furniture.position", 3)
     if furniture.rotation or not anywhere:
         yaw = upright(furniture.rotation, "furniture.rotation")
-    return PlacedFurniture(piece, spot, position, yaw)
+    return PlacedFurniture(piece, use_point, position, yaw)
 
 
 MAX_BOXES = 64
-"""Boxes of one custom shape."""
+"""Most boxes of one custom shape."""
 
 
 def custom(shape: pb.Shape, task: Task) -> tuple[Piece, UsePoint]:
-    """A piece of the caller's own, of its boxes or of one box round all of it, and its place."""
+    """Piece and use point of a custom shape, made of its boxes or of its bounding box."""
     where = "furniture.custom"
     if len(shape.boxes) > MAX_BOXES:
         raise RequestError(f"{where}.boxes: {len(shape.boxes)}, must be at most {MAX_BOXES}")
@@ -109,31 +110,31 @@ def custom(shape: pb.Shape, task: Task) -> tuple[Piece, UsePoint]:
 
 
 def fill_target(row: Numbers, where: PlacedFurniture) -> None:
-    """Write what a task must know of furniture into a row: world frame."""
+    """Write the target of furniture into a pose row, in the world frame."""
 
     def world(points: Numbers | Vector) -> Numbers:
         return turned(points, where.yaw) + where.position
 
-    heading = where.yaw + where.spot.facing_rad
-    row[COLUMNS["point"]] = world(where.spot.point_m)
-    row[COLUMNS["head"]] = world(where.spot.head_m)
+    heading = where.yaw + where.use_point.facing_rad
+    row[COLUMNS["point"]] = world(where.use_point.point_m)
+    row[COLUMNS["head"]] = world(where.use_point.head_m)
     row[COLUMNS["facing"]] = np.cos(heading), np.sin(heading)
-    row[COLUMNS["corners"]] = world(where.spot.corners(where.piece)).ravel()
+    row[COLUMNS["corners"]] = world(where.use_point.corners(where.piece)).ravel()
 
 
 def turned(points: Numbers | Vector, yaw: float) -> Numbers:
-    """Points [..., 3] turned about z by yaw, rad."""
+    """Points [..., 3] rotated about z by yaw, rad."""
     cos, sin = np.cos(yaw), np.sin(yaw)
     turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
     return np.asarray(points) @ turn.T
 
 
 def mesh_use_point(piece: Piece, furniture: pb.Furniture, task: Task) -> UsePoint:
-    """The place that is meant of a piece made from a mesh."""
-    return _spot(piece, task, furniture.place)
+    """Use point of a piece made from a mesh, by the index `place` of the message."""
+    return _use_point(piece, task, furniture.place)
 
 
-def _spot(piece: Piece, task: Task, index: int) -> UsePoint:
+def _use_point(piece: Piece, task: Task, index: int) -> UsePoint:
     try:
         found = use_points(piece, task.affordance.name)
     except InhabitError as error:

@@ -1,4 +1,4 @@
-"""The observations that raw poses of a character and its object give."""
+"""Observations of raw poses of a character and its object."""
 
 import torch
 from torch import Tensor
@@ -14,7 +14,7 @@ from world.tasks import Task
 def observations(rows: Tensor, task: Task) -> Tensor:
     """Return (state, goal) [n, width] of pose rows [n, POSE_WIDTH], float32: world frame, SI units.
 
-    The same functions build them as in training.
+    They are computed by the same functions as in training.
     """
     body = features.body(rows[:, COLUMNS["qpos"]], rows[:, COLUMNS["qvel"]])
     target = adapter(task).target(rows)

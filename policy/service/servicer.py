@@ -1,4 +1,4 @@
-"""The policy service: a thin servicer round batchers, checkpoints that are followed, and scenes."""
+"""gRPC service of policies: batching, reload of checkpoints, and simulation."""
 
 import asyncio
 from collections.abc import AsyncIterator, Callable, Sequence
@@ -25,9 +25,9 @@ from world.errors import ChoiceError, ConfigError, InhabitError
 from world.tasks import Task
 
 NAME = "rpc.v1.Policy"
-#: One Control frame in so many is timed: each costs a few microseconds.
+#: One Control frame in so many is timed; timing costs a few microseconds.
 _SAMPLED = 32
-#: Situations that are read at a time: a millisecond or two.
+#: Situations that are read without a pause, which takes one or two milliseconds.
 _PART = 8
 ERRORS: dict[type[Exception], grpc.StatusCode] = {
     ChoiceError: grpc.StatusCode.NOT_FOUND,
@@ -37,7 +37,7 @@ ERRORS: dict[type[Exception], grpc.StatusCode] = {
 
 
 class PolicyService(policy_pb2_grpc.PolicyServicer):
-    """Serves one or more policies by name, on one event loop."""
+    """Servicer of one or more policies by name, on one event loop."""
 
     def __init__(
         self, followers: Sequence[Follower], config: PolicyServiceConfig, server: AioServer
@@ -75,7 +75,7 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
         )
 
     def _named(self, task: str) -> str:
-        """The policy that a request means."""
+        """Name of the policy of a request; RequestError or ChoiceError if there is none."""
         if task in self.followers:
             return task
         if not task and len(self.followers) == 1:
@@ -113,8 +113,8 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
         return await self._answer(name, data, rows, True, seed)
 
     async def _poses(self, messages: Sequence[pb.Situation], task: Task) -> tuple[bytes, int]:
-        """As `requests.poses`, in parts, and of one large call at a time: the streams have
-        their turn after each part, however many large calls there are."""
+        """As `requests.poses`, in parts, one large call at a time, so that streams are served after
+        each part."""
         requests.count(len(messages), "situations", self.config.max_poses)
         if len(messages) <= _PART:
             return requests.poses(messages, task)
@@ -131,7 +131,7 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
     ) -> pb.ActReply:
         batcher = self.batchers[name]
         noise = None if seed is None else requests.noise(seed, 0, rows)
-        # in parts, so that a large call does not keep the streams waiting
+        # in parts, so that a large call does not delay the streams
         most, size = self.config.batch.max_rows, len(data) // rows
         found: list[Answer] = []
         batcher.calls += 1
@@ -176,7 +176,7 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
         stream: Stream,
         context: grpc.aio.ServicerContext,
     ) -> None:
-        """Frame after frame of one character, until the client has no more."""
+        """Answer the frames of one character until the client ends the stream."""
         served = self.followers[name].served
         task, widths = served.task, _widths(served)
         clock = asyncio.get_running_loop().time
@@ -230,7 +230,7 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
                 stream.reads()
 
     async def watch(self) -> None:
-        """Look for better checkpoints and for streams that stand still, until cancelled."""
+        """Poll checkpoints and end idle streams, until cancelled."""
         since = 0.0
         while True:
             await asyncio.sleep(min(1.0, self.config.poll_s))
@@ -243,7 +243,7 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
                     follower.watch()
 
     async def end_streams(self) -> None:
-        """Close what is still open, before the server stops."""
+        """Close the open streams, before the server stops."""
         for streams in (self.streams, self.syntheses):
             streams.end_all("the server is shutting down: connect to another, or again later")
         await asyncio.sleep(0)
@@ -262,11 +262,11 @@ async def serving(
     sources: Sequence[Source],
     server_config: ServerConfig,
     config: PolicyServiceConfig | None = None,
-    say: Callable[[str], None] | None = None,
+    report: Callable[[str], None] | None = None,
 ) -> AsyncIterator[tuple[AioServer, PolicyService]]:
-    """A started server of policies; it is drained at the end.
+    """Run a server of policies within a `with`, and drain it at the end.
 
-    Raises InhabitError where a policy cannot be served, RpcError where the address cannot.
+    Raises InhabitError where a policy cannot be served, RpcError where the address cannot be used.
     """
     torch.set_num_threads(1)
     names = [source.name for source in sources]
@@ -274,7 +274,7 @@ async def serving(
         raise ConfigError(f"policies {', '.join(names)}: each needs a name of its own, NAME=RUN")
     server = AioServer(server_config, ERRORS)
     service = PolicyService(
-        [Follower(s, say) for s in sources], config or PolicyServiceConfig(), server
+        [Follower(s, report) for s in sources], config or PolicyServiceConfig(), server
     )
     server.add(policy_pb2_grpc.add_PolicyServicer_to_server, service)
     await server.start([NAME])
@@ -292,10 +292,10 @@ async def serve(
     sources: Sequence[Source],
     server_config: ServerConfig,
     config: PolicyServiceConfig | None = None,
-    say: Callable[[str], None] | None = None,
+    report: Callable[[str], None] | None = None,
     started: Callable[[AioServer, PolicyService], None] = lambda server, service: None,
 ) -> None:
-    """Serve until SIGTERM or SIGINT, then drain; `started` is called when it serves."""
-    async with serving(sources, server_config, config, say) as (server, service):
+    """Serve until SIGTERM or SIGINT, then drain; started: called once the server runs."""
+    async with serving(sources, server_config, config, report) as (server, service):
         started(server, service)
         await server.wait()

@@ -1,4 +1,4 @@
-"""One scene simulated for a client: furniture, start, disturbances, a frame after every step."""
+"""One scene simulated for a client: object, initial state, disturbances and frames."""
 
 from collections.abc import Callable, Iterator
 
@@ -21,17 +21,17 @@ from world.furniture.piece import Piece
 from world.scene.batch import Scenes
 from world.scene.target import Target, state
 
-#: How far above the floor a standing start is set down, m.
+#: Height of a standing initial state above the floor, m.
 _LIFT_M = 0.002
 DEFAULT_S = 20.0
 
 
 class UnstableError(InhabitError):
-    """A simulation that blew up."""
+    """The state of a simulation became non-finite."""
 
 
 class Simulation:
-    """What one Synthesize request asks for; not shared between threads."""
+    """Simulation of one Synthesize request; not thread-safe."""
 
     def __init__(
         self,
@@ -39,13 +39,13 @@ class Simulation:
         served: Served,
         max_s: float,
         piece: Piece | None = None,
-        gone: Callable[[], bool] = lambda: False,
+        cancelled: Callable[[], bool] = lambda: False,
     ) -> None:
-        """Compile the scene and set the character down.
+        """Compile the scene and set its initial state.
 
-        piece: the furniture, at its scale, in the place of the request's shape. gone: whether
-        nobody waits for it any more, asked while it is long in the making. Raises RequestError
-        for what cannot be simulated, naming the field.
+        piece: furniture, at its scale, used instead of the request's shape. cancelled: returns
+        whether the client has cancelled the call; polled while a mesh is decomposed.
+        Raises RequestError, naming the field, for what cannot be simulated.
         """
         self._served, self._task = served, served.task
         seconds = request.seconds if request.HasField("seconds") else DEFAULT_S
@@ -56,7 +56,7 @@ class Simulation:
         self._seed = request.seed if request.HasField("seed") else None
         throws, displacement = thrown(request, self.steps), displaced(request)
         self.balls = balls_of(throws)
-        self.props = props_of(request, self._task, self.balls, piece, gone)
+        self.props = props_of(request, self._task, self.balls, piece, cancelled)
         world = served.world
         self.scenes = Scenes([self.props.model], world.action_scale, world.action_clip)
         qpos, qvel = _start(request.start)
@@ -75,7 +75,10 @@ class Simulation:
 
     @torch.inference_mode()
     def frames(self) -> Iterator[pb.SynthesizeReply]:
-        """The start, a frame a step, and the summary; UnstableError if the simulation blows up."""
+        """The initial frame, a frame per control step, and the summary.
+
+        Raises UnstableError if the state becomes non-finite.
+        """
         body = self.scenes.body()
         target = self.props.target(self.scenes)
         seen = state(body, target)
@@ -151,7 +154,7 @@ class Simulation:
         if style is not None:
             frame.style_score = style
         for index, at in enumerate(self.disturbances.balls().tolist()):
-            if at[0] == at[0]:  # not those that wait, which have no place
+            if at[0] == at[0]:  # balls out of the scene are NaN
                 frame.balls.add(number=index, position=at)
         if self._with_bodies:
             frame.body_position.extend(body.position[0].flatten().tolist())
@@ -160,7 +163,7 @@ class Simulation:
 
 
 def body_rotations(qpos: Tensor) -> Tensor:
-    """World rotations [n, 15, 4] (w, x, y, z) of the bodies at qpos [n, 43]."""
+    """Rotations [n, 15, 4] (w, x, y, z) of the bodies in the world frame at qpos [n, 43]."""
     local = kinematics.local_rotations(qpos)
     found = [local[:, 0]]
     for body in range(1, len(character.BODIES)):
@@ -169,7 +172,7 @@ def body_rotations(qpos: Tensor) -> Tensor:
 
 
 def _start(start: pb.Start) -> tuple[Numbers, Numbers]:
-    """qpos [43] and qvel [34] of a start; absent: standing at the origin, facing +x."""
+    """qpos [43] and qvel [34] of the initial state; default: standing at the origin, facing +x."""
     if start.WhichOneof("how") == "pose":
         return coordinates(start.pose, "start.pose")
     stance = start.standing

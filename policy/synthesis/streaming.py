@@ -1,4 +1,4 @@
-"""Simulations beside the serving: made on threads, sent as fast as the client takes them."""
+"""Simulations on threads, whose frames are streamed as fast as the client reads them."""
 
 import asyncio
 import functools
@@ -20,7 +20,7 @@ Made = TypeVar("Made")
 
 
 class Synthesis:
-    """Runs requests, a few at a time."""
+    """Runs Synthesize requests on a pool of threads."""
 
     def __init__(self, config: SynthesisConfig) -> None:
         self._config = config
@@ -31,36 +31,38 @@ class Synthesis:
     async def run(
         self, request: pb.SynthesizeRequest, served: Served
     ) -> AsyncIterator[pb.SynthesizeReply]:
-        """The replies to a request; nothing is made that the client is not ready to take.
+        """Replies to a request, simulated only as far ahead as `buffer_frames`.
 
-        A client that gives up ends what is being made for it, and is counted until it has ended.
+        A cancelled call stops its simulation, and counts as running until that has stopped.
         """
-        gone = threading.Event()
-        make = functools.partial(Simulation, request, served, self._config.max_s, gone=gone.is_set)
-        simulation = await self._whole(make, gone)
+        cancelled = threading.Event()
+        make = functools.partial(
+            Simulation, request, served, self._config.max_s, cancelled=cancelled.is_set
+        )
+        simulation = await self._run(make, cancelled)
         yield pb.SynthesizeReply(header=header(simulation, served))
-        some = functools.partial(self._some, simulation.frames(), gone)
-        while part := await self._whole(some, gone):
+        some = functools.partial(self._next_replies, simulation.frames(), cancelled)
+        while part := await self._run(some, cancelled):
             for reply in part:
                 yield reply
 
-    async def _whole(self, work: Callable[[], Made], gone: threading.Event) -> Made:
-        """What work on a thread gives; cancelled, it tells the work and waits for its end."""
+    async def _run(self, work: Callable[[], Made], cancelled: threading.Event) -> Made:
+        """Result of work on a thread; when cancelled, set the event and wait for the thread."""
         future = asyncio.get_running_loop().run_in_executor(self._threads, work)
         try:
             return await asyncio.shield(future)
         except asyncio.CancelledError:
-            gone.set()
+            cancelled.set()
             await asyncio.wait([future])
             if not future.cancelled():
-                future.exception()  # nobody is there to be told
+                future.exception()  # retrieved, so that asyncio does not log it
             raise
 
-    def _some(
-        self, frames: Iterator[pb.SynthesizeReply], gone: threading.Event
+    def _next_replies(
+        self, frames: Iterator[pb.SynthesizeReply], cancelled: threading.Event
     ) -> list[pb.SynthesizeReply]:
         made: list[pb.SynthesizeReply] = []
-        while len(made) < self._config.ahead and not gone.is_set():
+        while len(made) < self._config.buffer_frames and not cancelled.is_set():
             frame = next(frames, None)
             if frame is None:
                 break
@@ -69,7 +71,7 @@ class Synthesis:
 
 
 def header(simulation: Simulation, served: Served) -> pb.SynthesisHeader:
-    """What the frames of a simulation mean."""
+    """Header of a simulation, which describes its frames."""
     return pb.SynthesisHeader(
         task=served.task.name,
         version=served.version,

@@ -21,6 +21,6 @@ def server() -> Iterator[Server]:
 
 @pytest.fixture
 def client(server: Server) -> Iterator[StyleClient]:
-    client = StyleClient(ChannelConfig(server.address, patience_s=20))
+    client = StyleClient(ChannelConfig(server.address, retry_s=20))
     yield client
     client.close()

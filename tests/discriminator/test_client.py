@@ -52,7 +52,7 @@ def test_restored_elsewhere_it_goes_on_exactly(client: StyleClient) -> None:
 
 def test_a_service_that_lost_its_state_never_scores_as_if_nothing_had_been() -> None:
     process = start_process(SPEC)
-    client = StyleClient(ChannelConfig(process.address, patience_s=60))
+    client = StyleClient(ChannelConfig(process.address, retry_s=60))
     try:
         client.score(0, **rollout(0))
         client.train(0)
@@ -66,4 +66,4 @@ def test_a_service_that_lost_its_state_never_scores_as_if_nothing_had_been() -> 
         client.close()
         process.stop()
     with pytest.raises(UnreachableError):
-        StyleClient(ChannelConfig(process.address, patience_s=0.3))
+        StyleClient(ChannelConfig(process.address, retry_s=0.3))

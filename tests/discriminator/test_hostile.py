@@ -95,7 +95,7 @@ def server() -> Iterator[Server]:
 
 @pytest.mark.parametrize("name", WRONG)
 def test_a_state_that_does_not_fit_changes_nothing(name: str, server: Server) -> None:
-    client = StyleClient(ChannelConfig(server.address, patience_s=20))
+    client = StyleClient(ChannelConfig(server.address, retry_s=20))
     try:
         before = client.state_dict()
         wrong = WRONG[name](dict(before))
@@ -162,7 +162,7 @@ def test_silent_streams_stop_nobody(kind: str) -> None:
         )
         assert seen, "health tells that no stream is taken"
         assert asked(server.address, "") == health_pb2.HealthCheckResponse.SERVING
-        client = StyleClient(ChannelConfig(server.address, deadline_s=30, patience_s=60))
+        client = StyleClient(ChannelConfig(server.address, deadline_s=30, retry_s=60))
         try:
             assert client.version == 3, "a short call is answered meanwhile"
             style = trained()
@@ -192,7 +192,7 @@ def test_watchers_of_health_hold_no_worker() -> None:
         watchers = [stub.Watch(health_pb2.HealthCheckRequest(service=NAME)) for _ in range(40)]
         for watcher in watchers:
             assert next(watcher).status == health_pb2.HealthCheckResponse.SERVING
-        client = StyleClient(ChannelConfig(server.address, deadline_s=20, patience_s=20))
+        client = StyleClient(ChannelConfig(server.address, deadline_s=20, retry_s=20))
         client.score(3, **rollout(3))
         client.close()
         for watcher in watchers:
@@ -203,7 +203,7 @@ def test_a_slow_client_is_ended_in_all() -> None:
     """One message a moment, never silent for long: the sum is bounded."""
 
     def drops() -> Iterator[pb.ScoreChunk]:
-        head = pb.ScoreHeader(batch=9, steps=4, scenes=16, width=7, format=1)
+        head = pb.ScoreHeader(batch=9, steps=4, scenes=16, width=7, format=pb.NUMBER_FORMAT_FLOAT32)
         yield pb.ScoreChunk(header=head)
         for _ in range(200):
             time.sleep(0.2)
@@ -227,8 +227,8 @@ def test_a_training_s_own_service_is_reached_by_it_alone() -> None:
     try:
         for token in ("", "guess"):
             with pytest.raises(RefusedError, match="authorization: must be 'Bearer"):
-                StyleClient(ChannelConfig(process.address, token=token, patience_s=20))
-        client = StyleClient(ChannelConfig(process.address, token="own", patience_s=20))
+                StyleClient(ChannelConfig(process.address, token=token, retry_s=20))
+        client = StyleClient(ChannelConfig(process.address, token="own", retry_s=20))
         assert client.version == 0
         client.close()
         assert "own" not in repr(ServerConfig(token="own")) + repr(ChannelConfig(token="own"))
@@ -238,7 +238,7 @@ def test_a_training_s_own_service_is_reached_by_it_alone() -> None:
 
 def test_a_stranger_s_rollout_never_enters_a_training(server: Server) -> None:
     def client(training: str) -> StyleClient:
-        return StyleClient(ChannelConfig(server.address, patience_s=20), training=training)
+        return StyleClient(ChannelConfig(server.address, retry_s=20), training=training)
 
     mine, stranger, nobody = client("mine"), client("other"), client("")
     fresh = trained()

@@ -30,6 +30,6 @@ def test_a_write_that_did_not_end_leaves_the_state_before_it(tmp_path: Path) -> 
 
 def test_a_damaged_state_is_one_line(tmp_path: Path) -> None:
     (tmp_path / "state.safetensors").write_bytes(b"torn")
-    with pytest.raises(StyleError, match="remove it to start anew") as caught:
+    with pytest.raises(StyleError, match="remove it to start from scratch") as caught:
         Journal(tmp_path).load()
     assert "\n" not in str(caught.value)

@@ -24,7 +24,7 @@ def test_killed_and_back_it_goes_on_exactly(tmp_path: Path) -> None:
     service = ServiceConfig(state=str(tmp_path / "style"))
     process = start_process(replace(SPEC, service=service), said.append)
     waiting: list[str] = []
-    config = ChannelConfig(process.address, deadline_s=20, patience_s=60)
+    config = ChannelConfig(process.address, deadline_s=20, retry_s=60)
     client = StyleClient(config, waiting.append)
     try:
         for k in range(8):
@@ -46,7 +46,7 @@ def test_killed_and_back_it_goes_on_exactly(tmp_path: Path) -> None:
 
 
 def test_a_crash_loop_ends_the_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("discriminator.process.LIVES", 1)
+    monkeypatch.setattr("discriminator.process.MAX_DEATHS", 1)
     process = start_process(SPEC)
     client = StyleClient(ChannelConfig(process.address), lost=lambda: process.lost)
     try:
@@ -67,7 +67,7 @@ def test_a_service_that_cannot_start_says_why_in_one_line(server: Server, tmp_pa
         with pytest.raises(StyleError, match=f"^style service: .*{message}"):
             start_process(spec)
     (tmp_path / "state.safetensors").write_bytes(b"torn")
-    with pytest.raises(StyleError, match="remove it to start anew"):
+    with pytest.raises(StyleError, match="remove it to start from scratch"):
         start(local(), ServerConfig(), journal=Journal(tmp_path))
 
 

@@ -98,8 +98,8 @@ def test_out_of_turn_is_said(client: StyleClient) -> None:
 
 def test_large_rollouts_go_in_small_messages_and_halves_nearly_agree() -> None:
     server = start(Discriminator(SMALL, Mocap(), 0), ServerConfig(max_message_bytes=1_000_000))
-    whole = StyleClient(ChannelConfig(server.address, patience_s=20))
-    half = StyleClient(ChannelConfig(server.address, patience_s=20), half=True)
+    whole = StyleClient(ChannelConfig(server.address, retry_s=20))
+    half = StyleClient(ChannelConfig(server.address, retry_s=20), half=True)
     try:
         large = rollout(1, steps=16, scenes=4096)
         chunks = rollout_chunks(0, 0, large["rollout_states"], *list(large.values())[1:])
@@ -118,7 +118,7 @@ def test_large_rollouts_go_in_small_messages_and_halves_nearly_agree() -> None:
 def test_a_service_may_train_by_itself() -> None:
     style = local()
     server = start(style, ServerConfig(), ServiceConfig(train_every=2))
-    client = StyleClient(ChannelConfig(server.address, patience_s=20))
+    client = StyleClient(ChannelConfig(server.address, retry_s=20))
     try:
         for k in range(5):
             client.score(k, **rollout(k))

@@ -144,7 +144,7 @@ def test_disk_full(
 def test_service_unreachable() -> None:
     said: list[str] = []
     with pytest.raises(UnreachableError) as caught:
-        StyleClient(ChannelConfig("127.0.0.1:1", patience_s=0.5), said.append)
+        StyleClient(ChannelConfig("127.0.0.1:1", retry_s=0.5), said.append)
     assert exit_code(caught.value) == 1
     text = one_line(caught.value)
     assert text.startswith("style service at 127.0.0.1:1 did not answer for ")
@@ -183,7 +183,7 @@ def test_standalone_style_service(begun: Path) -> None:
             assert select.select([process.stdout], [], [], 120)[0], "it must say where it serves"
             line = process.stdout.readline()
             assert line.endswith(", version 2\n"), process.communicate(timeout=10)
-            client = StyleClient(ChannelConfig(line.split(" at ")[1].split(",")[0], patience_s=20))
+            client = StyleClient(ChannelConfig(line.split(" at ")[1].split(",")[0], retry_s=20))
             status = client.status()
             client.close()
             assert (status.version, status.batches, status.width) == (2, 2, 114)

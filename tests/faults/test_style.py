@@ -33,7 +33,7 @@ class Served:
         service = ServiceConfig(state=str(folder / "style"))
         self.process: StyleProcess = start_process(replace(spec, service=service))
         self.proxy = Proxy(self.process.address)
-        config = ChannelConfig(self.proxy.address, patience_s=200)
+        config = ChannelConfig(self.proxy.address, retry_s=200)
         self.client = StyleClient(config, self.said.append)
         self.here = Discriminator(SMALL, Mocap(), 0)
         self.iterations = 0
@@ -102,29 +102,28 @@ def test_killed_in_the_middle_of_a_training_step(tmp_path: Path) -> None:
         served.close()
 
 
-def test_what_lives_are_forked_from_has_no_threads_and_may_be_killed_too(tmp_path: Path) -> None:
+def test_the_supervisor_has_no_threads_and_may_be_killed(tmp_path: Path) -> None:
     served = Served(tmp_path)
     try:
         served.iterate()
-        keeper, life = served.process.keeper, served.process.pid
-        assert len(list(Path(f"/proc/{keeper}/task").iterdir())) == 1, "or a fork could lock up"
+        supervisor, life = served.process.supervisor, served.process.pid
+        assert len(list(Path(f"/proc/{supervisor}/task").iterdir())) == 1, "or a fork could lock up"
         served.kill()
         served.iterate()
-        assert served.process.keeper == keeper and served.process.pid != life
-        # The keeper alone: nobody misses it. Then its life too: what serves after that was started
-        # from nothing.
+        assert served.process.supervisor == supervisor and served.process.pid != life
+        # A death of the supervisor alone has no effect; after one of its server, both are new.
         life = served.process.pid
-        os.kill(keeper, signal.SIGKILL)
+        os.kill(supervisor, signal.SIGKILL)
         served.iterate()
         assert served.process.pid == life
         served.kill()
         served.iterate()
-        assert keeper != served.process.keeper and gone(life)
-        os.kill(served.process.keeper, signal.SIGKILL)
+        assert supervisor != served.process.supervisor and gone(life)
+        os.kill(served.process.supervisor, signal.SIGKILL)
         served.same()
     finally:
         served.close()
-    assert gone(served.process.keeper) and gone(served.process.pid)
+    assert gone(served.process.supervisor) and gone(served.process.pid)
 
 
 def gone(pid: int) -> bool:

@@ -7,7 +7,7 @@ import grpc
 import pytest
 from prometheus_client import CollectorRegistry
 
-from rpc.aio_interceptors import Watch, asking_for, rewrapped
+from rpc.aio_interceptors import CallWatch, require_token, rewrap
 from rpc.errors import CodecError
 
 
@@ -40,14 +40,14 @@ async def doubled(request: int, context: Any) -> int:
 
 def test_a_handler_keeps_its_kind_and_codecs() -> None:
     handler = grpc.stream_unary_rpc_method_handler(doubled, str, int)
-    found = rewrapped(handler, lambda behaviour: lambda r, c: behaviour(r + 1, c))
+    found = rewrap(handler, lambda behaviour: lambda r, c: behaviour(r + 1, c))
     assert found.request_streaming and not found.response_streaming
     assert (found.request_deserializer, found.response_serializer) == (str, int)
     assert asyncio.run(found.stream_unary(3, None)) == 8
 
 
 def test_the_token_is_compared_whole() -> None:
-    guarded = asking_for("secret", doubled)
+    guarded = require_token("secret", doubled)
     assert asyncio.run(guarded(4, Context(("authorization", "Bearer secret")))) == 8
     for shown in ((), (("authorization", "Bearer secre"),), (("authorization", "secret"),)):
         with pytest.raises(Aborted) as caught:
@@ -63,15 +63,15 @@ def test_calls_are_counted_by_how_they_end() -> None:
         raise asyncio.CancelledError
 
     registry = CollectorRegistry()
-    watch = Watch(registry, {KeyError: grpc.StatusCode.NOT_FOUND})
-    assert asyncio.run(watch.over("/s/Good", doubled)(1, Context())) == 2
+    watch = CallWatch(registry, {KeyError: grpc.StatusCode.NOT_FOUND})
+    assert asyncio.run(watch.wrap("/s/Good", doubled)(1, Context())) == 2
     codes = ("NOT_FOUND", "INTERNAL", "INVALID_ARGUMENT")
     for request, code in enumerate(codes):
         with pytest.raises(Aborted) as caught:
-            asyncio.run(watch.over("/s/Bad", failing)(request, Context()))
+            asyncio.run(watch.wrap("/s/Bad", failing)(request, Context()))
         assert caught.value.args[0].name == code
     with pytest.raises(asyncio.CancelledError):
-        asyncio.run(watch.over("/s/Late", cancelled)(0, Context()))
+        asyncio.run(watch.wrap("/s/Late", cancelled)(0, Context()))
 
     def count(method: str, code: str) -> float | None:
         return registry.get_sample_value("rpc_calls_total", {"method": method, "code": code})

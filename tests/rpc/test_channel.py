@@ -17,7 +17,7 @@ def test_a_client_waits_for_a_service_and_gives_up_in_the_end() -> None:
     said: list[str] = []
     with socket.create_server(("127.0.0.1", 0)) as free:
         address = f"127.0.0.1:{free.getsockname()[1]}"
-    channel = Channel(ChannelConfig(address, patience_s=20), "service", said.append)
+    channel = Channel(ChannelConfig(address, retry_s=20), "service", said.append)
     stub = style_pb2_grpc.StyleStub(channel.grpc)
     servers: list[Server] = []
 
@@ -40,4 +40,4 @@ def test_a_client_waits_for_a_service_and_gives_up_in_the_end() -> None:
     timer.join()
     servers[0].drain()
     with pytest.raises(UnreachableError, match=f"service at {address} did not answer"):
-        status(ChannelConfig(address, patience_s=0.5))
+        status(ChannelConfig(address, retry_s=0.5))

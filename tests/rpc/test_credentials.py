@@ -19,7 +19,7 @@ def test_tls_and_mutual_tls(tmp_path: Path) -> None:
     with serving(config) as (server, _):
         assert status(ChannelConfig(server.address, tls_ca=files["ca.crt"])) == 7
         with pytest.raises(UnreachableError):
-            status(ChannelConfig(server.address, patience_s=0.5))
+            status(ChannelConfig(server.address, retry_s=0.5))
     mutual = ServerConfig(
         listen="localhost:0",
         tls_cert=files["server.crt"],
@@ -30,6 +30,6 @@ def test_tls_and_mutual_tls(tmp_path: Path) -> None:
         ours = {"tls_cert": files["client.crt"], "tls_key": files["client.key"]}
         assert status(ChannelConfig(server.address, tls_ca=files["ca.crt"], **ours)) == 7
         with pytest.raises(UnreachableError):
-            status(ChannelConfig(server.address, tls_ca=files["ca.crt"], patience_s=0.5))
+            status(ChannelConfig(server.address, tls_ca=files["ca.crt"], retry_s=0.5))
     with pytest.raises(RpcError, match="give both or neither"):
         Server(ServerConfig(tls_cert=files["server.crt"]))

@@ -105,7 +105,7 @@ def why_not(config: ServerConfig, ca: str) -> str:
     server = Server(config)
     style_pb2_grpc.add_StyleServicer_to_server(Echo(), server.grpc)
     server.start(["rpc.v1.Style"])
-    channel = Channel(ChannelConfig(server.address, tls_ca=ca, patience_s=60), "service")
+    channel = Channel(ChannelConfig(server.address, tls_ca=ca, retry_s=60), "service")
     try:
         stub = style_pb2_grpc.StyleStub(channel.grpc)
         began = time.monotonic()

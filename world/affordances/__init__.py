@@ -1,5 +1,5 @@
-"""What a task's object offers, one record a kind of object: how objects, initial states and trials
-are made. A new kind is a file here."""
+"""Affordances of objects, one record each: training objects, initial states and trials. A new one
+is a file here."""
 
 from world.affordances.affordance import Affordance
 from world.affordances.box import CARRIED

@@ -1,4 +1,4 @@
-"""What a task needs of its object: training objects, initial states, trials, what clips teach."""
+"""The base class of affordances: training objects, initial states, trials, and the use of clips."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -25,94 +25,95 @@ from world.scene.target import Target
 
 @dataclass(frozen=True)
 class Setting:
-    """Where the objects of n trials stand about their characters, which are at the origin."""
+    """Positions of the objects of n trials about their characters, which are at the origin."""
 
     pieces: Sequence[Piece]
-    """[n], at their scales."""
+    """[n]: pieces, scaled."""
     disturbance: Disturbance
     point: Tensor
-    """[n, 2]: the point of use, on the floor, m."""
+    """[n, 2]: the floor below the use point, m."""
     facing: Tensor
-    """[n, 2]: cosine and sine of its facing."""
+    """[n, 2]: cosine and sine of the use point's facing."""
     trials: NDArray[np.int64]
-    """[n]: their numbers."""
+    """[n]: numbers of the trials."""
     seed: int
-    """That they are drawn from."""
+    """Seed of the trials."""
     target_m: tuple[float, float]
-    """Nearest and farthest goal of an object that is moved, from where it is at first, m."""
+    """Least and greatest distance of a moved object's target from its initial position, m."""
 
 
 class Arrangement(Protocol):
     """The objects of n trials."""
 
     models: list[mujoco.MjModel]
-    """[n]."""
+    """[n]: models of the scenes."""
 
     def begin(self, scenes: Scenes) -> Target:
-        """Put objects and standing characters where they begin."""
+        """Write the initial state of objects and standing characters; returns the targets [n]."""
         ...
 
     def move(self, scenes: Scenes, ids: Tensor, point: Tensor, facing: Tensor) -> Target:
-        """Put the objects of the scenes `ids` [m] elsewhere: points [m, 2] m, facings [m, 2]; the
-        targets then."""
+        """Move the objects of the scenes `ids` [m] to points [m, 2] m with facings [m, 2]; returns
+        the new targets [m]."""
         ...
 
 
 @dataclass(frozen=True)
 class ClipStates:
-    """States of clips, each with furniture that fits it."""
+    """Reference states, each with furniture that fits it."""
 
     models: list[mujoco.MjModel]
-    """[n]."""
+    """[n]: models of the scenes."""
     qpos: Tensor
     """[n, 43]."""
     origin: Tensor
     """[n, 3]: of the furniture, m."""
     yaw: Tensor
-    """[n, 2]: its cosine and sine."""
+    """[n, 2]: cosine and sine of its yaw."""
 
 
 class Affordance(ABC):
-    """The record of one kind of object."""
+    """The record of one affordance."""
 
     name: str
-    """A verb, for messages: what pieces have a place to do."""
+    """A verb, for messages: what pieces have a target to do."""
     kind: str
-    """By this the policy and the console know how to write such an object into messages, flags and
-    pages (their registries: policy/objects, console/kinds)."""
+    """Category of the object. The registries policy/objects and console/kinds use it for messages,
+    flags and pages."""
     clips: ClipUse
-    """How clips are learned from."""
+    """Use of clips."""
     cargo: bool = False
     """Whether a free box follows the character's coordinates in a scene."""
 
     @abstractmethod
     def pieces(self, config: WorldConfig) -> tuple[tuple[Piece, ...], str]:
-        """The furniture to train on, none where the task makes its own objects; and a line on what
-        of it cannot be used, if anything. Raises PieceError or ConfigError."""
+        """Training furniture, empty where the task makes its own objects, and a line on the pieces
+        that cannot be used, or an empty one. Raises PieceError or ConfigError."""
 
     @abstractmethod
     def bank(self, config: WorldConfig) -> ObjectBank:
-        """The training objects, compiled."""
+        """The bank of training objects."""
 
     @abstractmethod
     def sampler(
         self, config: WorldConfig, library: MotionLibrary, bank: ObjectBank, seed: int
     ) -> InitialStateSampler:
-        """What draws the initial states; `bank`: as `bank` makes it."""
+        """Sampler of initial states; bank: what `bank` returns."""
 
     @abstractmethod
     def trial_pieces(
         self, objects: str, trials: int, seed: int, config: WorldConfig
     ) -> tuple[Piece, ...]:
-        """What `trials` trials use in turn; `objects`: `test`, `train`, or a path of pieces."""
+        """Pieces that `trials` trials use in turn; objects: `test`, `train`, or a path of
+        pieces."""
 
     @abstractmethod
     def arrange(self, setting: Setting) -> Arrangement:
-        """The objects of trials."""
+        """The arrangement of trials."""
 
     @abstractmethod
     def choices(self, objects: str) -> dict[str, Piece]:
-        """What a player can choose from, by name, unscaled."""
+        """Pieces that the player offers, by name, unscaled."""
 
     @abstractmethod
     def sized(self, piece: Piece, scale: float) -> Piece:
@@ -123,7 +124,7 @@ class Affordance(ABC):
         return self.sized(piece, scale)
 
     def use_point_count(self, piece: Piece) -> int:
-        """How many points of use a piece offers."""
+        """Number of use points of a piece."""
         return 1
 
     def clip_states(
@@ -134,13 +135,14 @@ class Affordance(ABC):
         seed: int,
         n: int,
     ) -> ClipStates | None:
-        """n states of clips with the furniture that initial states would put to them: the clips'
-        own was not recorded. None where the character touches no furniture."""
+        """n reference states with furniture as initial states have it, since the clips' own was not
+        recorded. None where the character touches no furniture."""
         return None
 
 
 def stand(scenes: Scenes, origin: Tensor, yaw: Tensor) -> None:
-    """Characters standing at the origin with heading 0, furniture about them."""
+    """Write characters that stand at the origin with heading 0, and the furniture's origin [n, 3] m
+    and yaw [n, 2] (cosine, sine)."""
     every = torch.arange(scenes.n)
     qpos = torch.from_numpy(character.standing_qpos()).expand(scenes.n, -1)
     qvel = torch.zeros(scenes.n, character.NV, dtype=torch.float64)

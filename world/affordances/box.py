@@ -1,4 +1,4 @@
-"""A free box on a stand, and the stand that it is to be carried to."""
+"""The affordance of a free box on a stand, with the stand of its target."""
 
 from dataclasses import replace
 
@@ -22,13 +22,13 @@ from world.scene import box as box_scene
 from world.scene.batch import Scenes
 from world.scene.target import Target
 
-#: Key of what trials draw besides among the streams (the trials' own is 101).
+#: Key of the random stream of boxes in trials (that of the trials is 101).
 _CARRY = 104
-#: Where a target is not put: this near to the character's start, m.
+#: Least distance of a target from the character's initial position, m.
 _CLEAR_M = 0.8
-#: Bands of size by which boxes are told apart in the figures.
+#: Edges of the bands of size in the figures.
 _BANDS = (0.5, 0.75, 1.0, 1.25, 1.5)
-#: Sizes and stands of trials, whatever a policy was trained on.
+#: Sizes and stands of trials, independent of the training's configuration.
 _PROTOCOL = CarryConfig()
 
 
@@ -38,7 +38,7 @@ class CarriedBox(Affordance):
     name, kind, clips, cargo = "carry", "box", BOX_CLIPS, True
 
     def pieces(self, config: WorldConfig) -> tuple[tuple[Piece, ...], str]:
-        """None."""
+        """No furniture: the task makes its own boxes."""
         if config.objects:
             raise ConfigError("--objects: carry draws its boxes itself; leave it out")
         return (), ""
@@ -51,13 +51,13 @@ class CarriedBox(Affordance):
         self, config: WorldConfig, library: MotionLibrary, bank: ObjectBank, seed: int
     ) -> InitialStateSampler:
         """See Affordance."""
-        assert isinstance(bank, BoxBank), "boxes stand in a bank of boxes"
+        assert isinstance(bank, BoxBank), "carry needs a bank of boxes"
         return BoxSampler(config, library, bank, seed)
 
     def trial_pieces(
         self, objects: str, trials: int, seed: int, config: WorldConfig
     ) -> tuple[Piece, ...]:
-        """A box a trial."""
+        """One box for each trial."""
         if objects != "test":
             raise ConfigError("--objects: carry draws a box for each trial; leave it out")
         return boxes(trials, seed, config.carry.weight_kg)
@@ -67,11 +67,11 @@ class CarriedBox(Affordance):
         return BoxArrangement(setting)
 
     def choices(self, objects: str) -> dict[str, Piece]:
-        """The one box: its scale gives its size, and with it its weight."""
+        """The default box: its scale gives size and mass."""
         return {box_scene.box().name: box_scene.box()}
 
     def sized(self, piece: Piece, scale: float) -> Piece:
-        """The box of a trial has its size already."""
+        """The box itself, which has its size already."""
         return piece
 
     def chosen(self, piece: Piece, scale: float) -> Piece:
@@ -80,8 +80,8 @@ class CarriedBox(Affordance):
 
 
 def boxes(trials: int, seed: int, weight_kg: tuple[float, float] | None) -> tuple[Piece, ...]:
-    """The box of each trial: its size uniform over the protocol's, and its weight where the task
-    randomises it."""
+    """The box of each trial: size uniform over the protocol's range, mass where the task randomises
+    it."""
     u = random_streams.uniform(seed, _CARRY, torch.arange(trials), 0, 2).double().numpy()
     low, high = _PROTOCOL.scale
     found = []
@@ -99,7 +99,7 @@ def _named(piece: Piece, scale: float) -> Piece:
 
 
 class BoxArrangement:
-    """Boxes on stands, with a stand to bring each to; an Arrangement."""
+    """Boxes on stands, each with the stand of its target; an Arrangement."""
 
     def __init__(self, setting: Setting) -> None:
         self._bank = BoxBank(setting.pieces, setting.disturbance.balls())
@@ -114,7 +114,7 @@ class BoxArrangement:
         return self._bank.target(every, layout)
 
     def move(self, scenes: Scenes, ids: Tensor, point: Tensor, facing: Tensor) -> Target:
-        """The first stands put elsewhere, boxes on them too."""
+        """See Arrangement: moves the initial stands with the boxes on them."""
         part = self._layout.rows(ids)
         moved = self._bank.shift(scenes, ids, ids, part, point, facing)
         for name in ("position", "rotation", "start", "start_yaw"):
@@ -123,7 +123,8 @@ class BoxArrangement:
 
 
 def stacked_layout(setting: Setting) -> Layout:
-    """Boxes at rest above the setting's points, and targets target_m from them, at any bearing."""
+    """Layout of boxes at rest above the setting's points, with targets target_m away, any
+    bearing."""
     point = setting.point
     u = random_streams.uniform(setting.seed, _CARRY, torch.from_numpy(setting.trials), 1, 4)
     half = torch.tensor([piece.boxes[0].half_m[2] for piece in setting.pieces])

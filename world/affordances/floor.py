@@ -1,4 +1,4 @@
-"""A point of an empty floor."""
+"""The affordance of an empty floor: any of its points."""
 
 from torch import Tensor
 
@@ -24,7 +24,7 @@ class Floor(Affordance):
     name, kind, clips = "stand", "floor", FLOOR_CLIPS
 
     def pieces(self, config: WorldConfig) -> tuple[tuple[Piece, ...], str]:
-        """None."""
+        """No furniture."""
         if config.objects:
             raise ConfigError(_NONE)
         return (), ""
@@ -37,7 +37,7 @@ class Floor(Affordance):
         self, config: WorldConfig, library: MotionLibrary, bank: ObjectBank, seed: int
     ) -> InitialStateSampler:
         """See Affordance."""
-        assert isinstance(bank, FloorBank), "a floor has a bank of its own"
+        assert isinstance(bank, FloorBank), "the floor needs its own bank"
         return FloorSampler(config, library, bank, seed)
 
     def trial_pieces(
@@ -57,7 +57,7 @@ class Floor(Affordance):
         return {MARKER.name: MARKER}
 
     def sized(self, piece: Piece, scale: float) -> Piece:
-        """The marker: it has one size."""
+        """The marker itself, which has one size."""
         return piece
 
 

@@ -1,4 +1,4 @@
-"""Furniture to sit or lie on."""
+"""The affordances of furniture: to sit and to lie on."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -26,17 +26,17 @@ from world.objects.furniture_bank import FurnitureBank, scaled, variants
 from world.scene.batch import Scenes
 from world.scene.target import Target
 
-#: The pieces of the package's own that trials choose from.
+#: Splits of the package's own pieces for trials.
 SPLITS: tuple[Split, ...] = ("test", "train")
 
 
 class Furniture(Affordance):
-    """Furniture that is used one way."""
+    """Furniture with one usage."""
 
     kind = "furniture"
 
     def __init__(self, usage: Usage, clips: ClipUse, classes: tuple[str, ...] | None) -> None:
-        """classes: of the catalogue; None: all that offer the usage."""
+        """classes: classes of the catalogue; None: all that have the usage."""
         self.name, self.clips, self._classes = usage.name, clips, classes
 
     def own(self, split: Split, count: int | None, seed: int) -> tuple[Piece, ...]:
@@ -75,7 +75,7 @@ class Furniture(Affordance):
         self, config: WorldConfig, library: MotionLibrary, bank: ObjectBank, seed: int
     ) -> InitialStateSampler:
         """See Affordance."""
-        assert isinstance(bank, FurnitureBank), "furniture stands in a bank of furniture"
+        assert isinstance(bank, FurnitureBank), "furniture needs a bank of furniture"
         return FurnitureSampler(config, library, bank, seed)
 
     def trial_pieces(
@@ -133,7 +133,7 @@ class Furniture(Affordance):
 
 
 class FurnitureArrangement:
-    """Pieces of furniture, placed by their points of use; an Arrangement."""
+    """Pieces of furniture, placed by their use points; an Arrangement."""
 
     def __init__(self, setting: Setting, affordance: str) -> None:
         self._bank = FurnitureBank(setting.pieces, affordance, setting.disturbance.balls())
@@ -152,6 +152,6 @@ class FurnitureArrangement:
         return self._bank.target(ids, point, facing)
 
 
-#: Seats of the four classes that every piece is meant to be sat on.
+#: Seats of the four classes whose pieces are all made to sit on.
 SEAT = Furniture(SIT, SEAT_CLIPS, SEATS)
 BED = Furniture(LIE, BED_CLIPS, None)

@@ -1,4 +1,4 @@
-"""What an action means: the one mapping between actions and the servos' set-points."""
+"""The mapping between actions and the servos' set-points."""
 
 from dataclasses import dataclass
 
@@ -30,7 +30,7 @@ class ActionMap:
     def of(action_scale: float, action_clip: float, dtype: torch.dtype) -> "ActionMap":
         """Return the mapping of a world's `action_scale` and `action_clip`.
 
-        Simulation takes float64, networks float32: the scale is computed in that precision.
+        The scale is computed in `dtype`: float64 for simulation, float32 for networks.
         """
         low, high = (torch.from_numpy(bound).to(dtype) for bound in character.set_point_bounds())
         offset = torch.from_numpy(character.neutral_set_points()).to(dtype)
@@ -45,5 +45,5 @@ class ActionMap:
         return ((set_points - self.offset) / self.scale).clamp(-self.clip, self.clip)
 
     def bounded(self, set_points: Tensor) -> Tensor:
-        """Return set-points [n, 28] rad moved to within the bounds of the servos."""
+        """Return set-points [n, 28] rad clipped to the bounds of the servos."""
         return torch.maximum(torch.minimum(set_points, self.high), self.low)

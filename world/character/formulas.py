@@ -1,8 +1,7 @@
-"""The quantities that the formulas of features and goals are written in, as numpy expressions.
+"""The quantities of the formulas of features and goals, as numpy expressions.
 
 The reference page "Features and goals" prints them, and a test evaluates that page with numpy
-alone. They state `features.body` a second time, for readers who build the inputs in another
-language.
+alone. They repeat `features.body` for implementations of the inputs in another language.
 """
 
 from dataclasses import dataclass
@@ -13,7 +12,7 @@ from world.character import model as character
 
 @dataclass(frozen=True)
 class Quantity:
-    """A name that formulas use."""
+    """A named quantity of the formulas."""
 
     name: str
     meaning: str
@@ -82,7 +81,7 @@ SCENE = (
 
 
 def definitions() -> tuple[Quantity, ...]:
-    """What formulas use besides inputs, in an order in which each needs only earlier ones."""
+    """The quantities besides inputs, ordered so that each depends on earlier ones alone."""
     return (*_HELPERS, *_bodies())
 
 
@@ -142,7 +141,7 @@ _HELPERS = (
 
 
 def _bodies() -> list[Quantity]:
-    """Forward kinematics, body by body: R_BODY and P_BODY, without leaves that no formula needs."""
+    """Forward kinematics, body by body: R_BODY and P_BODY, without leaves that no formula uses."""
     offsets = kinematics.offsets().tolist()
     joints: dict[int, character.Joint] = dict(
         zip(character.JOINT_BODIES, character.JOINTS, strict=True)

@@ -31,16 +31,16 @@ RANGES: dict[str, Range] = {
     "pelvis_from_back_m": (0.16, 0.20),
     "mass_kg": (9.0, 25.0),
 }
-"""What is drawn, before any scaling; bands.py deals each range out to train and test."""
+"""Ranges of the drawn dimensions, before scaling; bands.py splits each into train and test."""
 
 _FIRST = ("open", "club", "tub")
 
 STYLES: dict[Split, tuple[str, ...]] = {
-    # the first pieces stay what earlier policies were trained on; more of them show more
+    # the first pieces are those that earlier policies were trained on; later ones vary more
     "train": (*_FIRST, *_FIRST, *_FIRST, *_FIRST, *_FIRST, "wing"),
     "test": ("open", "club", "swivel", "wing"),
 }
-"""Frames of each split; swivel armchairs are never trained on."""
+"""Frames of each split; swivel armchairs are in no training split."""
 
 FRAMES = ("open", "club", "tub", "swivel", "wing")
 """open: arm pads on front legs that run up to them; club: walls from the seat up, on four legs;
@@ -50,7 +50,7 @@ wing: as a tub, and ears beside the back up to its top."""
 
 @dataclass(frozen=True)
 class Dimensions:
-    """Everything that determines an armchair; the defaults are an ordinary one."""
+    """The dimensions of an armchair; the defaults are an ordinary one."""
 
     seat_height_m: float = 0.42
     """At the front edge."""
@@ -74,7 +74,7 @@ class Dimensions:
     leg_m: float = 0.04
     """Width of a leg."""
     pelvis_from_back_m: float = 0.18
-    """Of the pelvis' centre, in front of the back's front face at seat level."""
+    """Distance of the pelvis's centre from the back's front face at seat level."""
     mass_kg: float = 12.0
     style: str = "open"
     """One of FRAMES."""

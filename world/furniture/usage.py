@@ -1,4 +1,4 @@
-"""What furniture is used for: to sit or to lie, where on a piece, and which classes offer it."""
+"""Usages of furniture, to sit and to lie: the use points of a piece, and the classes with them."""
 
 import math
 from collections.abc import Callable
@@ -10,34 +10,34 @@ from numpy.typing import NDArray
 from world.errors import ChoiceError, PieceError
 from world.furniture.piece import Piece, Vector
 
-#: A seat this square to the line from hip to head is on a side that one can get onto the bed by.
+#: A seat that faces square to the line from hip to head within this angle is on an access side.
 _SQUARE_RAD = math.radians(30.0)
 #: A side whose edge is this much farther from the hip than the other's is the far side of a double
-#: bed: nobody gets to his place across the other half, m.
+#: bed, and no access side, m.
 _ACROSS_M = 0.3
 
 
 @dataclass(frozen=True)
 class UsePoint:
-    """One place of use, in the piece's frame."""
+    """A use point, in the piece's frame."""
 
     point_m: Vector
-    """Below the pelvis, on the surface."""
+    """Point on the surface below the pelvis."""
     head_m: Vector
-    """Below the head, on the surface; of a seat, the point itself."""
+    """Point on the surface below the head; of a seat, the same as point_m."""
     facing_rad: float
-    """Where its user faces: of a lying place, the side that it is got onto by."""
+    """Facing of a seated character; for lying, yaw of the access side."""
 
     def corners(self, piece: Piece) -> NDArray[np.float64]:
-        """The corners of the piece's bounding box [8, 3], m, piece frame, in the place's order: by
-        x (where it faces, to the nearest quarter turn), then y, then z, low first.
+        """The corners of the piece's bounding box [8, 3], m, piece frame, in the use point's order:
+        by x (along the facing, to the nearest quarter turn), then y, then z, low first.
 
-        A piece got onto by its other side is then the same to a policy, as it should be: in the
-        piece's own order a table that had been lain on in 80 of 100 trials was in 1.
+        The observation is then the same from both access sides. In the piece's own order, the
+        success on a table fell from 80 of 100 trials to 1.
         """
         quarter = round(self.facing_rad / (math.pi / 2)) % 4
         corners = piece.corners()
-        # to be compared, not measured with: which corner is high on which axis
+        # signs that order the corners: low or high on each axis
         x, y, z = (corners > corners.mean(axis=0)).T * 2 - 1
         for _ in range(quarter):
             x, y = y, -x
@@ -46,17 +46,17 @@ class UsePoint:
 
 @dataclass(frozen=True)
 class Usage:
-    """One way to use furniture."""
+    """A usage of furniture."""
 
     name: str
-    """A verb; pieces are asked for by it, as in `catalogue(affordance=...)`."""
+    """A verb, the affordance in `catalogue(affordance=...)`."""
     classes: tuple[str, ...]
-    """Classes of the catalogue of which (nearly) every piece offers it."""
+    """Classes of the catalogue of which (nearly) every piece has it."""
     use_points: Callable[[Piece], tuple[UsePoint, ...]]
-    """The points of use of a piece; none where it does not offer it."""
+    """The use points of a piece; empty without any."""
     wide: bool
-    """Whether the furniture reaches so far beyond the point of use that a character must be kept
-    off its whole footprint."""
+    """Whether the furniture extends far beyond the use point, so that initial states must be clear
+    of its whole footprint."""
 
 
 def usage(name: str) -> Usage:
@@ -67,8 +67,10 @@ def usage(name: str) -> Usage:
 
 
 def use_points(piece: Piece, affordance: str) -> tuple[UsePoint, ...]:
-    """The places of use of a piece: its first seat, or its lying place once for each side that it
-    can be got onto by. PieceError where it has none."""
+    """The use points of a piece: its first seat, or its lying target once for each access side.
+
+    Raises PieceError without one.
+    """
     found = usage(affordance).use_points(piece)
     if not found:
         raise PieceError(f"{piece.name}: has no place to {affordance}")
@@ -87,14 +89,14 @@ def _lying(piece: Piece) -> tuple[UsePoint, ...]:
     both = (along + math.pi / 2, along - math.pi / 2)
     reach = {side: _reach_m(piece, lie.hip_m, side) for side in both}
     nearest = min(reach.values())
-    # a lying place without seats, as on a table: both sides are open
+    # a lying target without seats, as on a table, has both sides
     sides = [side for side in both if not reach[side] > nearest + _ACROSS_M]
     return tuple(UsePoint(lie.hip_m, lie.head_m, _wrapped(side)) for side in sides)
 
 
 def _reach_m(piece: Piece, hip_m: Vector, side_rad: float) -> float:
-    """How far from the hip's place, towards a side, the nearest seat of that side is; infinite
-    where there is none."""
+    """Distance of the nearest seat of a side from the hip, towards that side; infinite without
+    one."""
     ahead = math.cos(side_rad), math.sin(side_rad)
     return min(
         (

@@ -1,4 +1,4 @@
-"""Pieces by what a user calls them: a split of the catalogue, or files of imported ones."""
+"""Pieces by split of the catalogue, or from files of imported ones."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -31,7 +31,7 @@ def pieces(names: Sequence[str], seed: int = 0) -> tuple[Piece, ...]:
 
 
 def usable(pieces: Sequence[Piece], affordance: str, where: str) -> tuple[Piece, ...]:
-    """Those with a place to sit or lie. Raises PieceError where `where` has none."""
+    """The pieces with the affordance. Raises PieceError, which names `where`, without one."""
     found = tuple(piece for piece in pieces if usage(affordance).use_points(piece))
     if not found:
         raise PieceError(f"{where}: none of {len(pieces)} pieces has a place to {affordance}")

@@ -1,5 +1,4 @@
-"""Imports many meshes: each in a process of its own with bounded time and memory, all cores busy,
-what was made before taken from the cache."""
+"""Import of many meshes, each in its own process with bounded time and memory, with a cache."""
 
 import contextlib
 import hashlib
@@ -20,39 +19,39 @@ from world.meshes.notes import Note
 from world.refusals import refusing
 
 CPU_S = 120
-"""Processor time that one piece may take, s."""
+"""Greatest processor time of one piece, s."""
 WALL_S = 600
-"""Time in all that one piece may take, s, however busy the machine."""
+"""Greatest wall-clock time of one piece, s."""
 MEMORY_BYTES = 8 * 1024**3
-"""Address space that one piece may take."""
+"""Greatest address space of one piece."""
 ADVICE = "repair or decimate the mesh"
 MAKER = 4
-"""Number of the way pieces are made; a new one makes cached pieces again."""
+"""Version of the build; a new one invalidates cached pieces."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """One mesh to be made a piece of."""
+    """One mesh to import."""
 
     name: str
     file_name: str
     options: ImportOptions
     path: Path | None = None
-    """Its file; None where `entry` has it."""
+    """File of the mesh; None where `entry` has it."""
     entry: sweethome.Entry | None = None
     refused: str = ""
-    """Why it cannot be tried at all."""
+    """Reason why it cannot be imported; empty without one."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a mesh."""
+    """Result of an import."""
 
     name: str
     document: dict[str, Any] | None
-    """The content of its piece's file, or None."""
+    """Content of the piece file; None where refused."""
     refused: str
-    """Why there is none; empty otherwise."""
+    """Reason of the refusal; empty without one."""
     cached: bool = False
 
     def piece(self) -> Piece | None:
@@ -67,7 +66,7 @@ def cache_folder() -> Path:
 
 
 def jobs(paths: Sequence[Path], options: ImportOptions) -> list[Job]:
-    """The meshes of files and folders, libraries opened. Raises PieceError for a path with none."""
+    """The jobs of files, folders and libraries. Raises PieceError for a path without meshes."""
     found: list[Job] = []
     for path in paths:
         if path.is_dir():
@@ -93,14 +92,14 @@ def run(
     done: Callable[[Outcome], None] = lambda outcome: None,
     stopped: Callable[[], bool] = lambda: False,
 ) -> list[Outcome]:
-    """What becomes of each job, in their order; `done` gets each as it ends.
+    """Outcomes of the jobs, in their order; `done` is called with each as it ends.
 
-    PieceError where `stopped` says so before all are done.
+    Raises PieceError where `stopped` returns true before all are done.
     """
     outcomes: dict[int, Outcome] = {}
     waiting: list[tuple[int, Job, str]] = []
     for index, job in enumerate(work):
-        ready, digest = _known(job)
+        ready, digest = _cached_outcome(job)
         if ready is None:
             waiting.append((index, job, digest))
         else:
@@ -115,7 +114,7 @@ def run(
 
 
 def make(job: Job, digest: str) -> dict[str, Any]:
-    """The document of a job's piece. Raises InhabitError where it is none."""
+    """The document of a job's piece. Raises InhabitError where it is refused."""
     if job.entry is not None:
         mesh = sweethome.source(job.entry)
     elif job.path is not None:
@@ -139,7 +138,7 @@ def _of_file(path: Path, options: ImportOptions, note: Note) -> list[Job]:
 
 
 def _of_library(path: Path, options: ImportOptions) -> list[Job]:
-    """A library's furniture; what is none (a lamp, a door) is left out, not refused."""
+    """The jobs of a library's furniture; other objects (a lamp, a door) are left out."""
     found = []
     for entry in sweethome.entries(path):
         category = (
@@ -167,7 +166,7 @@ def _tidy(stem: str) -> str:
 
 
 def _distinct(found: list[Job]) -> list[Job]:
-    """The jobs, those of one name numbered."""
+    """The jobs with unique names: repeated ones are numbered."""
     seen: dict[str, int] = {}
     result = []
     for job in found:
@@ -176,8 +175,8 @@ def _distinct(found: list[Job]) -> list[Job]:
     return result
 
 
-def _known(job: Job) -> tuple[Outcome | None, str]:
-    """What is known without work, and the digest of what the piece would be made from."""
+def _cached_outcome(job: Job) -> tuple[Outcome | None, str]:
+    """The outcome where it is refused or cached, else None with the digests of the inputs."""
     if job.refused:
         return Outcome(job.name, None, job.refused), ""
     digest = hashlib.sha256()
@@ -207,22 +206,22 @@ def _cached(key: str) -> Path:
 def _processes(
     waiting: list[tuple[int, Job, str]], workers: int, stopped: Callable[[], bool]
 ) -> Iterator[tuple[int, Outcome]]:
-    """Outcomes of the jobs as they end, each made in a process of its own."""
+    """Outcomes of the jobs as they end, each made in its own process."""
     bounds = bounded.Bounds(CPU_S, WALL_S, MEMORY_BYTES)
     tasks = [bounded.Task(job.name, (job, digest), bounds) for _, job, digest in waiting]
     libraries = ("trimesh", "vhacdx", "scipy.spatial")
-    for place, result in bounded.run(tasks, _made, workers, ADVICE, libraries, stopped):
-        index, job, _ = waiting[place]
+    for position, result in bounded.run(tasks, _made, workers, ADVICE, libraries, stopped):
+        index, job, _ = waiting[position]
         yield index, Outcome(job.name, result.value, result.refused)
 
 
 def _made(job: Job, digest: str) -> dict[str, Any]:
-    """In the process of a job: make the piece's document, and keep it."""
+    """In the process of a job: make the piece's document and cache it."""
     key, content = digest.split(":")
-    # read back, so that a piece is the same from the cache and from here
+    # a JSON round trip, so that new and cached pieces are the same
     with refusing(PieceError, Path(job.name), "mesh"):
         document = json.loads(json.dumps(make(job, content)))
-    # a read-only home costs the time again, nothing else
+    # with a read-only home pieces are made again each time
     with contextlib.suppress(PieceError):
         store.write(_cached(key), document)
     return document

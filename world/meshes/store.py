@@ -1,4 +1,4 @@
-"""Pieces as JSON files, one a piece: hulls, places, mass and inertia, licence and credit."""
+"""Piece files: JSON with hulls, targets, mass and inertia, licence and credit."""
 
 import contextlib
 import json
@@ -19,11 +19,11 @@ VERSION = 1
 SUFFIX = ".piece.json"
 MAX_MASS_KG = 10_000.0
 MAX_REACH_M = 100.0
-"""Largest coordinate: furniture is smaller."""
+"""Greatest coordinate."""
 
 
 def document(built: Built, digest: str, file_name: str) -> dict[str, Any]:
-    """What a piece's file holds; `digest`: SHA-256 of what it was made from."""
+    """The content of a piece file; digest: SHA-256 of the mesh."""
     piece = built.piece
     return {
         "format": FORMAT,
@@ -50,7 +50,7 @@ def document(built: Built, digest: str, file_name: str) -> dict[str, Any]:
 
 
 def piece_of(document: Any, where: str) -> Piece:
-    """The piece of such a document. Raises PieceError, naming `where` it is from."""
+    """The piece of a document. Raises PieceError, which names `where`."""
     with refusing(PieceError, Path(where), "piece"):
         return _piece_of(document, where)
 
@@ -90,7 +90,7 @@ def _piece_of(document: Any, where: str) -> Piece:
 
 
 def write(path: Path, content: dict[str, Any]) -> None:
-    """Write a document; it appears whole or not at all. Raises PieceError."""
+    """Write a document atomically. Raises PieceError."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".part")
@@ -107,7 +107,7 @@ def write(path: Path, content: dict[str, Any]) -> None:
 
 
 def read_document(path: Path) -> dict[str, Any]:
-    """The content of a piece's file, not yet judged. Raises PieceError."""
+    """The content of a piece file, not validated. Raises PieceError."""
     try:
         return json.loads(path.read_bytes())
     except OSError as error:
@@ -140,8 +140,8 @@ def pieces(path: Path) -> tuple[Piece, ...]:
 
 
 def _place(values: Any) -> SeatTarget:
-    tried = values.get("rests_at")  # files of before have none
-    rests_at = None if tried is None else tuple(float(scale) for scale in tried)
+    tested = values.get("rests_at")  # absent in older files
+    rests_at = None if tested is None else tuple(float(scale) for scale in tested)
     return SeatTarget(_vector(values["point_m"]), float(values["facing_rad"]), rests_at)
 
 

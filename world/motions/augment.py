@@ -1,4 +1,4 @@
-"""More motions out of one: the same clip a little faster or slower."""
+"""Augmentation of clips: other playback speeds."""
 
 from dataclasses import replace
 from typing import TypeVar
@@ -9,21 +9,20 @@ from world.errors import ConfigError
 from world.motions.clip import Clip, continuous
 from world.motions.objects import Bed, BoxTrack, Seat
 
-#: How much faster or slower a motion may be made before it is another one: people walk, sit and
-#: lift at such a range of paces without doing it differently.
+#: Least and greatest playback speed: people walk, sit and lift the same way in this range.
 SPEEDS = (0.8, 1.25)
 
 SeatOrBed = TypeVar("SeatOrBed", Seat, Bed)
 
 
 def at_speed(clip: Clip, speed: float) -> Clip:
-    """The clip `speed` times as fast, at its own frame rate, its objects with it.
+    """The clip at a playback speed, at its own frame rate, with its objects.
 
-    Poses stay as they are, velocities are multiplied by `speed`. ConfigError outside SPEEDS.
+    Poses are unchanged, velocities are multiplied by `speed`. Raises ConfigError outside SPEEDS.
     """
     low, high = SPEEDS
     if not low <= speed <= high:
-        raise ConfigError(f"a motion's speed is {speed:g}; small time scaling is {low} to {high}")
+        raise ConfigError(f"playback speed {speed:g}: choose {low} to {high}")
     frames = max(2, int(np.floor((clip.frames - 1) / speed)) + 1)
     at = np.minimum(np.arange(frames) * speed, clip.frames - 1)
     return replace(
@@ -36,15 +35,15 @@ def at_speed(clip: Clip, speed: float) -> Clip:
 
 
 def _at(clip: Clip, at: np.ndarray) -> Clip:
-    """The clip at frames [n] that need not be whole, between its neighbours."""
+    """The clip at fractional frames [n], interpolated."""
     low = np.minimum(at.astype(int), clip.frames - 2)
-    share = (at - low).astype(np.float32)[:, None, None]
+    fraction = (at - low).astype(np.float32)[:, None, None]
 
     def between(values: np.ndarray) -> np.ndarray:
-        return (values[low] * (1 - share) + values[low + 1] * share).astype(np.float32)
+        return (values[low] * (1 - fraction) + values[low + 1] * fraction).astype(np.float32)
 
     rotation = np.stack([continuous(clip.local_rotation[:, b]) for b in range(15)], axis=1)
-    # neighbouring frames are a few degrees apart: the normalised chord is the arc to 1e-5
+    # adjacent frames differ by a few degrees: the normalised chord is the arc to 1e-5
     rotation = between(rotation)
     ghost = clip.ghost
     return replace(
@@ -63,11 +62,11 @@ def _seat_or_bed(thing: SeatOrBed, speed: float, frames: int) -> SeatOrBed:
 
 def _box(box: BoxTrack, at: np.ndarray) -> BoxTrack:
     low = np.minimum(at.astype(int), len(box.pose) - 2)
-    share = (at - low)[:, None]
+    fraction = (at - low)[:, None]
     here, there = box.pose[low], box.pose[low + 1]
     sign = np.where((here[:, 3:] * there[:, 3:]).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
     there = np.concatenate((there[:, :3], sign * there[:, 3:]), axis=1)
-    pose = here * (1 - share) + there * share
+    pose = here * (1 - fraction) + there * fraction
     pose[:, 3:] /= np.linalg.norm(pose[:, 3:], axis=1, keepdims=True)
     nearest = np.minimum(np.rint(at).astype(int), len(box.held) - 1)
     return replace(box, pose=pose.astype(np.float32), held=box.held[nearest])

@@ -1,4 +1,4 @@
-"""Clips that were made once, kept on disk: the package's own take seconds to make.
+"""Disk cache of clips: the package's own take seconds to make.
 
 The key is the digest of the code that makes them, so that a change of it makes them again.
 """
@@ -19,7 +19,7 @@ from world.refusals import refusing
 
 
 def folder() -> Path:
-    """Where cached clips are: $XDG_CACHE_HOME/inhabit, or .cache/inhabit in the user's home."""
+    """The cache folder: $XDG_CACHE_HOME/inhabit, or .cache/inhabit in the user's home."""
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(base) / "inhabit"
 
@@ -34,20 +34,20 @@ def code_digest(package: str) -> str:
 
 
 def cached(key: str, make: Callable[[], Sequence[Clip]]) -> tuple[Clip, ...]:
-    """The clips under `key`, made where they are not there, damaged or not writable."""
+    """The clips under `key`; they are made where the cache is missing or damaged."""
     path = folder() / f"clips-{key}.npz"
     try:
         return read(path)
     except ClipError:
         clips = tuple(make())
-    # a read-only home costs the time again, nothing else
+    # with a read-only home they are made again each time
     with contextlib.suppress(OSError):
         write(path, clips)
     return clips
 
 
 def write(path: Path, clips: Sequence[Clip]) -> None:
-    """One file for all clips; it appears whole or not at all."""
+    """Write all clips to one file, atomically."""
     content = {"count": np.array(len(clips))}
     for index, clip in enumerate(clips):
         content |= {f"{index}/{key}": value for key, value in clip_file.arrays(clip).items()}
@@ -55,7 +55,7 @@ def write(path: Path, clips: Sequence[Clip]) -> None:
 
 
 def read(path: Path) -> tuple[Clip, ...]:
-    """What `write` wrote; ClipError where it is missing or damaged."""
+    """Read what `write` wrote. Raises ClipError where the file is missing or damaged."""
     with refusing(ClipError, path, "cache of clips"):
         return _read(path)
 

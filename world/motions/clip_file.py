@@ -45,12 +45,12 @@ def read(path: Path) -> Clip:
 
 
 def write(path: Path, clip: Clip) -> None:
-    """Write one clip as one file; it appears whole or not at all."""
+    """Write one clip as one file, atomically."""
     write_arrays(path, arrays(clip))
 
 
 def write_arrays(path: Path, content: Mapping[str, np.ndarray]) -> None:
-    """Write arrays as one `.npz` file, beside it first and then renamed."""
+    """Write arrays as one `.npz` file, atomically by renaming a temporary one."""
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, partial = tempfile.mkstemp(dir=path.parent, suffix=".partial")
     try:
@@ -95,9 +95,9 @@ def clip_of(
     absent: Mapping[str, Any] | None = None,
     fixed: Mapping[str, Any] | None = None,
 ) -> Clip:
-    """Return the clip of a file's arrays, unchecked; `where` starts the messages of ClipError.
+    """Return the clip of a file's arrays, not validated; messages of ClipError begin with `where`.
 
-    absent: fields of a clip without `about`; fixed: fields that hold whatever `about` says.
+    absent: fields of a clip without `about`; fixed: fields that override `about`.
     """
     missing = [key for key in KEYS if key not in content]
     if missing:
@@ -130,9 +130,9 @@ def _order(where: str, names: list[str]) -> list[int]:
 
 
 def _extras(content: Mapping[str, np.ndarray], name: str) -> dict[str, Any]:
-    """Return the fields of a Clip besides the motion; none where there is no `about`.
+    """Return the fields of a Clip besides the motion; empty without `about`.
 
-    Raises ClipError, which starts with `name`, where they are not what `arrays` writes.
+    Raises ClipError, which begins with `name`, where they do not have the form of `arrays`.
     """
     if "about" not in content:
         return {}
@@ -152,7 +152,7 @@ def _extras(content: Mapping[str, np.ndarray], name: str) -> dict[str, Any]:
 
 
 def _lasting(kind: type[Seat] | type[Bed], fields: dict[str, Any] | None) -> Any:
-    """A seat or a bed of its JSON, lists made tuples again."""
+    """A seat or bed of its JSON, with tuples for lists."""
     if fields is None:
         return None
     values: dict[str, Any] = {

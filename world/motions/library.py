@@ -1,7 +1,7 @@
-"""A set of clips as tensors: where episodes start from, and what the discriminator takes for real.
+"""A set of clips as tensors: reference states, and mocap transitions for the discriminator.
 
-Everything is batch by counter (world.random_streams), so that a batch of mocap is the same
-wherever it is batch.
+All draws are counter-based (world.random_streams), so that a batch of mocap is the same in every
+process.
 """
 
 from collections.abc import Sequence
@@ -21,36 +21,34 @@ from world.motions.uses.use import CONTACT, UPRIGHT_M, ClipUse, TransitionBatch
 
 __all__ = ["Frames", "MotionLibrary", "StyleMixture", "StyleSource"]
 
-#: An upright frame slower than this, and turning slower, is idle: m/s, rad/s; one slower than the
-#: third hardly moves, m/s.
+#: An upright frame with less than these speeds is idle: m/s, rad/s; below the third it is slow,
+#: m/s.
 _IDLE_M_S, _IDLE_RAD_S = 0.3, 0.4
 _SLOW_M_S = 0.4
-#: Every 20th second of motion is held out to measure the discriminator on.
+#: Every 20th second of motion is held out for the discriminator's validation.
 _HELD_OUT_EVERY = 20
 
 
 @dataclass(frozen=True)
 class Frames:
-    """States batch from the clips: the character and the seat of its clip."""
+    """States of n frames: the character and the use point of its clip."""
 
     qpos: Tensor
     """[n, 43] float32, in the clip's world."""
     qvel: Tensor
     """[n, 34]."""
     seat: Tensor
-    """[n, 3]: the point below the pelvis on the seat or bed, clip's world, m; 0 where the clip has
-    none."""
+    """[n, 3]: the point below the pelvis on the seat or bed, clip's world, m; 0 without one."""
     facing: Tensor
-    """[n, 2]: cosine and sine of the seat's facing; of the side that a bed is got onto by."""
+    """[n, 2]: cosine and sine of the seat's facing, or of a bed's access side."""
     head: Tensor
-    """[n, 3]: the point below the head on the bed; the seat's own point."""
+    """[n, 3]: the point below the head on the bed; of a seat, the same point as `seat`."""
 
 
 class MotionLibrary:
-    """All frames of all clips (and of their mirror images), with what sampling needs to know of
-    each.
+    """All frames of all clips (and of their mirror images), with index sets for sampling.
 
-    Of what a clip uses, that counts which the task's `use` reads.
+    The objects of the clips are those that `use` reads.
     """
 
     def __init__(self, clips: Sequence[Clip], mirror: bool = True, use: ClipUse = SEAT) -> None:
@@ -66,9 +64,9 @@ class MotionLibrary:
         self.seat = torch.cat([u.point for u in uses])
         self.head = torch.cat([u.head for u in uses])
         self.facing = torch.cat([u.facing for u in uses])
-        #: The box that the clips carry, frame by frame; it counts where has_seat does.
+        #: The boxes of the clips, frame by frame; valid where has_seat holds.
         self.box = use.boxes(uses)
-        has_seat = torch.cat([torch.full((len(u.stage),), u.known) for u in uses])
+        has_seat = torch.cat([torch.full((len(u.stage),), u.has_object) for u in uses])
         has_next = torch.cat([torch.arange(c.frames) < c.frames - 1 for c in both])
         second = torch.cat([torch.arange(c.frames) // c.fps for c in both])
         held_out = second % _HELD_OUT_EVERY == _HELD_OUT_EVERY // 2
@@ -80,22 +78,21 @@ class MotionLibrary:
         dull = upright & idle & (stage == 0) & (torch.arange(len(idle)) % use.idle_every != 0)
         has_next &= ~dull & torch.cat([u.kept for u in uses])
         has_next &= torch.cat([torch.from_numpy(segments.usable(c)) for c in both])
-        #: Upright frames that have a successor: locomotion, wherever an object may be, few of them
-        #: idle; most of them from clips without a seat, which walk for longer and faster.
+        #: Upright frames with a successor, for locomotion with relocated objects: few are idle,
+        #: most are from clips without an object, which walk for longer and faster.
         self.upright = _mostly(
             torch.nonzero(upright & has_next & ~held_out & ~has_seat).flatten(),
             torch.nonzero(upright & has_next & ~held_out & has_seat).flatten(),
         )
-        #: Of these, the ones that hardly move: they may start where furniture is close.
+        #: The slow ones of these, for initial states with furniture close by.
         self.slow = self.upright[self.qvel[self.upright, :2].norm(dim=1) < _SLOW_M_S]
-        #: Frames by stage of using the seat: approach or leave, sit down or get up, seated.
+        #: Frames by stage: approach or leave, transition, contact.
         self.stages = tuple(
             torch.nonzero(has_seat & (stage == s) & has_next & ~held_out).flatten()
             for s in range(3)
         )
         leaving = torch.cat([_leaving(u.stage) for u in uses])
-        #: The same without what comes after the use, for episodes do not start on the way out, and
-        #: without what no episode can start from.
+        #: The same for reference states: without frames after the use, and without unfit ones.
         out = leaving | use.unfit(self)
         self.start_stages = tuple(pool[~out[pool]] for pool in self.stages)
         self.held_out = torch.nonzero(has_next & held_out & (upright | has_seat)).flatten()
@@ -119,38 +116,38 @@ class MotionLibrary:
 
 
 def _leaving(stage: Tensor) -> Tensor:
-    """[T] bool: the frames after the last of use; none where nothing is used."""
+    """[T] bool: the frames after the last contact; none without contact."""
     contact = torch.nonzero(stage == CONTACT)
     last = int(contact.max()) if len(contact) else len(stage)
     return torch.arange(len(stage)) > last
 
 
-def _mostly(wanted: Tensor, other: Tensor, share: float = 0.8) -> Tensor:
-    """Both index sets, `wanted` repeated until it makes up about `share` of them."""
+def _mostly(wanted: Tensor, other: Tensor, fraction: float = 0.8) -> Tensor:
+    """Both index sets, with `wanted` repeated to about the fraction `fraction` of them."""
     if not len(wanted):
         return other
-    repeats = max(1, round(share / (1 - share) * len(other) / len(wanted)))
+    repeats = max(1, round(fraction / (1 - fraction) * len(other) / len(wanted)))
     return torch.cat((other, wanted.repeat(repeats)))
 
 
 class StyleSource:
-    """Mocap transitions (s, s') for the discriminator, with the object that each state needs."""
+    """Sampler of mocap transitions (s, s') with the features of their objects."""
 
     def __init__(self, library: MotionLibrary, seed: int, mixture: StyleMixture) -> None:
         self._library, self._seed, self._mixture = library, seed, mixture
-        shares = [mixture.locomotion]
-        stage_shares = (mixture.approach, mixture.transition, mixture.seated)
-        shares += [
-            share if len(frames) else 0.0
-            for share, frames in zip(stage_shares, library.stages, strict=True)
+        fractions = [mixture.locomotion]
+        stage_fractions = (mixture.approach, mixture.transition, mixture.seated)
+        fractions += [
+            fraction if len(frames) else 0.0
+            for fraction, frames in zip(stage_fractions, library.stages, strict=True)
         ]
-        total = torch.tensor(shares, dtype=torch.float64)
+        total = torch.tensor(fractions, dtype=torch.float64)
         self._edges = (total / total.sum()).cumsum(0).to(torch.float32)
         self._pools = (library.upright, *library.stages)
 
     def sample(self, n: int, counter: int) -> tuple[Tensor, Tensor]:
-        """n transitions of the training frames, (s, s') float32 [n, 114] each; the same for a
-        counter."""
+        """n transitions of the training frames, (s, s') float32 [n, 114] each; a pure function of
+        the counter."""
         u = random_streams.uniform(self._seed, random_streams.MOCAP, torch.arange(n), counter, 7)
         kind = torch.bucketize(u[:, 0].contiguous(), self._edges[:-1], right=True)
         index = torch.empty(n, dtype=torch.int64)
@@ -161,7 +158,7 @@ class StyleSource:
         return self._pairs(index, kind == 0, u[:, 2:])
 
     def held_out(self, n: int, counter: int) -> tuple[Tensor, Tensor]:
-        """As `sample`, of the frames that `sample` never draws."""
+        """n transitions of the held-out frames, otherwise as `sample`."""
         pool = self._library.held_out
         if not len(pool):
             pool = self._library.upright

@@ -1,10 +1,10 @@
-"""The terms under which a folder's files may be used, from the README beside them."""
+"""The licence of a folder's files, from its README."""
 
 from pathlib import Path
 
 
 def licence(folder: Path) -> str:
-    """The licence line of the folder's README, or that it is not stated."""
+    """The licence line of the folder's README, or `not stated`."""
     readme = folder / "README.md"
     if readme.is_file():
         for line in readme.read_text(errors="replace").splitlines():

@@ -1,4 +1,4 @@
-"""Clips from files and folders, or the package's own where none are named."""
+"""Clips from files and folders, or the package's own where none are given."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -15,7 +15,7 @@ from world.motions.uses.use import ClipUse
 
 
 def find(paths: Sequence[str]) -> list[Path]:
-    """The clip files among files and folders, sorted; ClipError names a path without any."""
+    """The clip files of files and folders, sorted. Raises ClipError for a path without any."""
     found: list[Path] = []
     for text in paths:
         path = Path(text).expanduser()
@@ -35,7 +35,7 @@ def find(paths: Sequence[str]) -> list[Path]:
 
 
 def own_clips() -> list[Clip]:
-    """The package's own motions, made by code, licence-free; made once on a machine."""
+    """The package's own motions: synthetic, licence-free, cached on disk."""
     return list(_synthetic())
 
 
@@ -47,7 +47,7 @@ def _synthetic() -> tuple[Clip, ...]:
 
 
 def clips(paths: Sequence[str] = (), use: ClipUse = SEAT) -> list[Clip]:
-    """Clips ready to be learned from: those of `paths`, or the package's own."""
+    """Clips prepared for a use: those of `paths`, or the package's own."""
     if not paths:
         return [clip for clip in own_clips() if use.accepts(clip)]
     return [part for path in find(paths) for part in use.prepare(read(path))]
@@ -59,9 +59,9 @@ def library(
     use: ClipUse = SEAT,
     playback_speeds: Sequence[float] = (),
 ) -> MotionLibrary:
-    """The motion library of `paths`, or of the package's own clips, for a task's use of them.
+    """The motion library of `paths`, or of the package's own clips, for a use.
 
-    Each clip is repeated at each of the playback speeds, and with `mirror` all of them mirrored.
+    Each clip is added at each playback speed, and with `mirror` the mirror images of all.
     """
     own_speed = clips(paths, use)
     every = [

@@ -1,7 +1,7 @@
-"""Arrays of `.npz` files within bounds: numbers and text alone, no larger than the file says.
+"""Bounded reader of `.npz` files: arrays of numbers and text, unpacked on access.
 
-A small file can unpack to gigabytes, and a header can promise any shape: each array is checked
-before it is unpacked, and what is not asked for is not unpacked.
+A small file can unpack to gigabytes, and a header can state any shape: each array is checked before
+it is unpacked.
 """
 
 import io
@@ -17,16 +17,16 @@ import numpy as np
 from world.errors import ClipError
 
 MAX_ARRAY_BYTES = 1 << 28
-"""Largest array, unpacked."""
+"""Greatest size of an unpacked array."""
 MAX_FILE_BYTES = 1 << 29
-"""All that is unpacked of one file."""
+"""Greatest size of all that is unpacked of one file."""
 MAX_ARRAYS = 50_000
 _HEAD_BYTES = 1 << 16
 _KINDS = "biufUS"
 
 
 class Arrays(Mapping[str, np.ndarray]):
-    """The arrays of an open file by name, unpacked when they are asked for."""
+    """The arrays of an open file by name, unpacked on access."""
 
     def __init__(self, archive: zipfile.ZipFile, path: Path) -> None:
         self._archive, self._path = archive, path
@@ -59,8 +59,8 @@ class Arrays(Mapping[str, np.ndarray]):
 
 
 def array_of(file: BinaryIO, size: int, name: str) -> np.ndarray:
-    """The array of `.npy` content of so many bytes; ClipError, which starts with `name`, where its
-    header does not fit them."""
+    """The array of `size` bytes of `.npy` content. Raises ClipError, which begins with `name`,
+    where the header does not fit."""
     head = io.BytesIO(file.read(_HEAD_BYTES))
     version = np.lib.format.read_magic(head)
     if version not in ((1, 0), (2, 0), (3, 0)):
@@ -84,7 +84,7 @@ def array_of(file: BinaryIO, size: int, name: str) -> np.ndarray:
 
 @contextmanager
 def opened(path: Path) -> Iterator[Arrays]:
-    """The arrays of a `.npz` file. Within it, exceptions of a damaged file are those of zipfile and
-    numpy; ClipError for what is out of bounds."""
+    """Context with the arrays of a `.npz` file. A damaged file raises exceptions of zipfile and
+    numpy, one that is out of bounds ClipError."""
     with zipfile.ZipFile(path) as archive:
         yield Arrays(archive, path)

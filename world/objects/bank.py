@@ -1,4 +1,4 @@
-"""What a shard needs of its objects, whatever they are."""
+"""The protocol of banks of objects."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -9,18 +9,18 @@ from world.furniture.piece import Piece
 
 
 class ObjectBank(Protocol):
-    """V variants of an object, each with a model of its scene; a shard swaps them."""
+    """V variants of an object, each with the model of its scene; a shard exchanges them."""
 
     @property
     def models(self) -> list[mujoco.MjModel]:
-        """[V]."""
+        """[V]: models of the scenes."""
         ...
 
     @property
     def pieces(self) -> Sequence[Piece]:
-        """[V]: what a recording shows of each."""
+        """[V]: pieces that a recording shows."""
         ...
 
     def __len__(self) -> int:
-        """V."""
+        """Number of variants V."""
         ...

@@ -1,8 +1,7 @@
-"""How deep the character stands in the furniture: spheres along its limbs against the pieces'
-boxes.
+"""Penetration of the furniture by the character: spheres along its limbs against the pieces' boxes.
 
-Used to choose furniture that a clip's state fits into: the clips' own chairs were not recorded, and
-a start inside a backrest is thrown out of it.
+Used to choose furniture that fits a reference state: the chairs of the clips were not recorded, and
+contacts throw a character out of a backrest that it penetrates.
 """
 
 import torch
@@ -30,7 +29,7 @@ BODIES = torch.tensor([character.BODIES.index(b) for b, zs, _ in _SPHERES for _ 
 _HEIGHTS = torch.tensor([z for _, zs, _ in _SPHERES for z in zs])
 RADII = torch.tensor([r for _, zs, r in _SPHERES for _ in zs])
 
-#: Rows measured at a time: each takes 7 kB on the way, and regression on the clips asks for 70,000.
+#: Rows computed at a time: each takes 7 kB, and behaviour cloning from the clips has 70,000.
 _ROWS = 2048
 
 

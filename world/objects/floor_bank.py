@@ -1,4 +1,4 @@
-"""A bank with the one scene that holds nothing but a floor: its place of use is any point of it."""
+"""A bank with one scene, an empty floor; the use point is any point of it."""
 
 from collections.abc import Sequence
 
@@ -10,7 +10,7 @@ from world.furniture.piece import Box, Piece
 from world.scene.model import Ball, compile_scene
 from world.scene.target import Target
 
-#: What a recording shows at the target: a plate with a bar ahead of it. Nothing collides with it.
+#: Marker of the target in recordings: a plate with a bar ahead of it. It does not collide.
 MARKER = Piece(
     "floor",
     "floor",
@@ -24,10 +24,10 @@ MARKER = Piece(
 
 
 class FloorBank:
-    """The empty scene, as a bank of one variant."""
+    """The empty scene as a bank of one variant; an ObjectBank."""
 
     def __init__(self, balls: Sequence[Ball] = (), count: int = 1) -> None:
-        """balls: projectiles that every scene has. count: how often the one model is listed."""
+        """balls: projectiles of every scene; count: repetitions of the model."""
         self.pieces = (MARKER,) * count
         model = compile_scene(None, balls)
         self.models: list[mujoco.MjModel] = [model] * count
@@ -37,12 +37,12 @@ class FloorBank:
 
     @staticmethod
     def placed(point: Tensor, facing: Tensor) -> tuple[Tensor, Tensor]:
-        """Origin [m, 3] (m) and yaw (cosine, sine) [m, 2] of the parked furniture body, which marks
-        the target in recordings: point [m, 2], facing [m, 2]."""
+        """Origin [m, 3] (m) and yaw (cosine, sine) [m, 2] of the unused furniture body, which marks
+        the target point [m, 2] and facing [m, 2] in recordings."""
         return torch.cat((point, torch.zeros_like(point[:, :1])), dim=1), facing
 
     @staticmethod
     def target(point: Tensor, facing: Tensor) -> Target:
-        """What the task knows of points [m, 2] with their facings [m, 2]."""
+        """Targets at points [m, 2] m with facings [m, 2] (cosine, sine)."""
         at, _ = FloorBank.placed(point, facing)
         return Target(at, facing, at[:, None].expand(-1, 8, -1).clone())

@@ -1,4 +1,4 @@
-"""How two hands hold a box from both sides: the grip, the pose that holds it, where the box is."""
+"""Geometry of holding a box between two hands: grip, pose of the arms, state of the box."""
 
 from dataclasses import dataclass
 
@@ -12,8 +12,8 @@ from world.scene.target import BoxState
 
 _BODY = character.BODIES.index
 _TORSO = _BODY("torso")
-#: Of each side, right first: the bodies of upper and lower arm, and the places of the shoulder's
-#: quaternion and the elbow's angle in qpos.
+#: Of each side, right first: the bodies of upper and lower arm, and the addresses in qpos of the
+#: shoulder's quaternion and the elbow's angle.
 _SIDES = tuple(
     (
         _BODY(f"{side}_upper_arm"),
@@ -43,15 +43,15 @@ class Grip:
 
 
 def held_centre(root: Tensor, heading: Tensor, depth_m: Tensor) -> Tensor:
-    """[n, 3]: centre of a box in hand, m; root [n, 3], heading [n, 2], depth_m [n]: from its centre
-    to its edge along the heading."""
+    """[n, 3]: centre of a box in hand, m, for root [n, 3] m, heading [n, 2] and depth_m [n], from
+    its centre to its edge along the heading."""
     ahead = root[:, :2] + (_BEFORE_M + depth_m)[:, None] * heading
     return torch.cat((ahead, root[:, 2:] + _ABOVE_M), dim=1)
 
 
 def holding_pose(qpos: Tensor, box: BoxState) -> Tensor:
-    """qpos [n, 43] with the arms bent so that the hands touch the box on both sides, or come as
-    near as the arms reach."""
+    """qpos [n, 43] with the arms bent so that the hands touch the box on both sides, or are as near
+    as the arms reach."""
     position, rotation = kinematics.forward(
         qpos[:, :3], rotations.matrix(kinematics.local_rotations(qpos))
     )
@@ -66,20 +66,19 @@ def holding_pose(qpos: Tensor, box: BoxState) -> Tensor:
 
 
 def is_placed(box: BoxState) -> Tensor:
-    """[n] bool: the box stands at its target."""
+    """[n] bool: the box is at its target."""
     error = box.target - box.position
     return (error[:, 2].abs() < _DOWN_M) & (error[:, :2].norm(dim=1) < _AT_M)
 
 
 def is_at_start(box: BoxState) -> Tensor:
-    """[n] bool: the box stands where it started."""
+    """[n] bool: the box is at its initial position."""
     moved = box.position - box.start
     return (moved[:, 2] < _RISEN_M) & (moved[:, :2].norm(dim=1) < _MOVED_M)
 
 
 def grip_of(box: BoxState, heading: Tensor) -> Grip:
-    """The two opposite upright faces whose normals are nearest to the left of the heading [n, 2]
-    and to its right."""
+    """The two opposite upright faces whose normals are nearest to square to the heading [n, 2]."""
     axes = rotations.matrix(box.rotation)[:, :, :2]
     left = torch.stack((-heading[:, 1], heading[:, 0]), dim=1)
     along = (axes[:, :2] * left[..., None]).sum(dim=1)

@@ -1,4 +1,7 @@
-"""Many scenes on one mujoco Batch: set down, act, look. Episodes and rewards are the shard's."""
+"""Many scenes on one mujoco Batch: their states, control steps and features.
+
+Episodes and rewards are the shard's.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,7 +19,7 @@ from world.character.actions import ActionMap
 from world.character.features import Body
 from world.scene.target import Target
 
-#: Generalised velocities beyond this, m/s or rad/s, are a blow-up that MuJoCo would soon call one.
+#: Generalised velocities beyond this, m/s or rad/s, count as divergence, before MuJoCo detects it.
 _MAX_SPEED = 100.0
 _WARNINGS = [
     int(mujoco.mjtWarning.mjWARN_BADQPOS),
@@ -27,8 +30,8 @@ _PHYSICS = ("qpos", "qvel", "ctrl", "qacc_warmstart", "mocap_pos", "mocap_quat",
 
 
 class Scenes:
-    """n scenes, each with a model of its own; arrays of the batch are views, nothing is copied
-    twice."""
+    """n scenes, each with its own model; qpos, qvel and controls are views of the batch's
+    arrays."""
 
     def __init__(
         self,
@@ -60,7 +63,8 @@ class Scenes:
         return self._map.actions(set_points)
 
     def aim(self, action: Tensor) -> None:
-        """Write the set-points of actions [n, 28], limited to the servos' effort as they stand."""
+        """Write the set-points of actions [n, 28], within the servos' effort limits at the present
+        state, without a step."""
         self._write(self.set_points(action))
 
     def act(self, action: Tensor) -> None:
@@ -76,7 +80,8 @@ class Scenes:
         self._ctrl.copy_(servos.limited(set_points, self._qpos, self._qvel))
 
     def finite(self) -> Tensor:
-        """[n] bool: scenes that the last step left sound; MuJoCo resets the others silently."""
+        """[n] bool: the scenes that the last step left finite and without a MuJoCo warning, on
+        which MuJoCo resets a scene silently."""
         sound = (self._qvel.abs() < _MAX_SPEED).all(dim=1) & self._qpos.isfinite().all(dim=1)
         sound &= self.free_qpos.isfinite().all(dim=1)
         # [n, kind, (last info, count)]
@@ -96,10 +101,10 @@ class Scenes:
     def set_state(
         self, ids: Tensor, qpos: Tensor, qvel: Tensor, origin: Tensor, yaw: Tensor
     ) -> None:
-        """Write states qpos [m, 43], qvel [m, 34] and the furniture's origin [m, 3] and yaw [m, 2]
-        (cos, sin); free bodies beside the character stay where they are.
+        """Write states qpos [m, 43], qvel [m, 34] and the furniture's origin [m, 3] m and yaw [m,
+        2] (cosine, sine); free bodies beside the character keep their state.
 
-        ids [m] may name a scene twice with the same values. Contacts start without a warm start.
+        ids [m] may contain a scene twice with the same values. The solver starts cold.
         """
         rows = ids.numpy()
         self._array["qpos"][rows, : character.NQ] = qpos.double().numpy()
@@ -110,8 +115,8 @@ class Scenes:
         self.move_furniture(ids, origin, yaw)
 
     def move_furniture(self, ids: Tensor, origin: Tensor, yaw: Tensor) -> None:
-        """Put the furniture of the scenes `ids` [m] at origin [m, 3] m with yaw [m, 2] (cosine,
-        sine)."""
+        """Write origin [m, 3] m and yaw [m, 2] (cosine, sine) of the furniture of the scenes
+        `ids`."""
         rows = ids.numpy()
         self._array["mocap_pos"][rows, 0] = origin.double().numpy()
         # half the yaw by the half-angle formulas, exact without trigonometry
@@ -122,18 +127,18 @@ class Scenes:
         self._array["mocap_quat"][rows, 0] = (quat / quat.norm(dim=1, keepdim=True)).numpy()
 
     def move_stand(self, ids: Tensor, top: Tensor) -> None:
-        """Put the stand of the scenes `ids` [m] that the box goes to, the middle of its top at
-        `top` [m, 3] m."""
+        """Write the position of the target's stand, centre of its top [m, 3] m, of the scenes
+        `ids` [m]."""
         self._array["mocap_pos"][ids.numpy(), 1] = top.double().numpy()
 
     def set_free(self, ids: Tensor, index: int, pose: Tensor, velocity: Tensor) -> None:
-        """Write pose [m, 7] (centre m, quaternion) and velocity [m, 6] (world m/s, own axes rad/s)
-        of the free body `index` of the scenes `ids` [m]."""
+        """Write pose [m, 7] (centre m, quaternion w, x, y, z) and velocity [m, 6] (world m/s, own
+        axes rad/s) of the free body `index` of the scenes `ids` [m]."""
         self.free_qpos[ids, 7 * index : 7 * index + 7] = pose.double()
         self.free_qvel[ids, 6 * index : 6 * index + 6] = velocity.double()
 
     def now(self, target: Target, ids: Tensor | None = None) -> Target:
-        """`place` [n], or that of the scenes `ids` [m], with the box where it is at this moment."""
+        """`target` [n], or that of the scenes `ids` [m], with the present state of the box."""
         if target.box is None:
             return target
         pose = self.free_qpos[:, :7] if ids is None else self.free_qpos[ids, :7]
@@ -154,7 +159,7 @@ class Scenes:
         self.batch.set_models(self.models)
 
     def physics(self) -> dict[str, Tensor]:
-        """Copies of all physical state, float64."""
+        """Copies of all physical state, float64, by name."""
         return {name: torch.from_numpy(self._array[name].copy()) for name in _PHYSICS}
 
     def load_physics(self, state: dict[str, Tensor]) -> None:
@@ -164,10 +169,10 @@ class Scenes:
 
     @property
     def qpos(self) -> Tensor:
-        """[n, 43] float64, live."""
+        """[n, 43] float64, a live view."""
         return self._qpos
 
     @property
     def qvel(self) -> Tensor:
-        """[n, 34] float64, live."""
+        """[n, 34] float64, a live view."""
         return self._qvel

@@ -1,5 +1,5 @@
-"""Where a task leads: the object's point of use and its facing, or the box and its goal; and the
-114 features of a character with it."""
+"""Targets of tasks: an object's use point with its facing, or a box with its own target; and the
+114 state features of a character with its object."""
 
 from dataclasses import dataclass
 
@@ -15,23 +15,23 @@ _SIGNS = torch.tensor([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1,
 
 @dataclass(frozen=True)
 class BoxState:
-    """The free box of each of n scenes and where it should go, world frame."""
+    """The free boxes of n scenes with their targets, world frame."""
 
     position: Tensor
-    """[n, 3]: its centre, m."""
+    """[n, 3]: centre, m."""
     rotation: Tensor
     """[n, 4]: unit quaternion w, x, y, z."""
     velocity: Tensor
-    """[n, 3]: of its centre, m/s."""
+    """[n, 3]: of the centre, m/s."""
     half: Tensor
     """[n, 3]: half edge lengths along its own axes, m."""
     start: Tensor
-    """[n, 3]: where its centre was when the episode started, or would be on the stand, m."""
+    """[n, 3]: initial position of the centre, or its position on the initial stand, m."""
     target: Tensor
-    """[n, 3]: where its centre should be put, m."""
+    """[n, 3]: target of the centre, m."""
 
     def corners(self) -> Tensor:
-        """[n, 8, 3]: its corners, m; x changes slowest, z fastest, low first."""
+        """[n, 8, 3]: corners, m; x changes slowest, z fastest, low first."""
         local = self.half[:, None] * _SIGNS
         axes = rotations.matrix(self.rotation)
         return self.position[:, None] + (axes[:, None] @ local[..., None])[..., 0]
@@ -50,20 +50,20 @@ class BoxState:
 
 @dataclass(frozen=True)
 class Target:
-    """What a task must know of the object in each of n scenes, world frame."""
+    """Targets of n scenes, world frame."""
 
     point: Tensor
-    """[n, 3]: the point of use on the object's surface, m."""
+    """[n, 3]: the use point on the object's surface, m."""
     facing: Tensor
-    """[n, 2]: cosine and sine of the direction that its user faces; of the side to get on by where
-    it is lain on."""
+    """[n, 2]: cosine and sine of the facing of the seated character; for lying, of the access
+    side."""
     corners: Tensor
-    """[n, 8, 3]: the corners of the object's bounding box, m; of furniture in the order of the
-    place, +x where it faces, x slowest, z fastest, low first."""
+    """[n, 8, 3]: the corners of the object's bounding box, m; of furniture in the order of the use
+    point, +x along its facing, x slowest, z fastest, low first."""
     head: Tensor | None = None
-    """[n, 3]: the point on the surface below the head of one who lies there, m."""
+    """[n, 3]: the point on the surface below the head of a lying character, m."""
     box: BoxState | None = None
-    """The box to be carried."""
+    """The boxes to carry; None in other tasks."""
 
     def rows(self, ids: Tensor) -> "Target":
         """The scenes of the given indices."""
@@ -76,7 +76,7 @@ class Target:
         )
 
     def tensors(self) -> dict[str, Tensor]:
-        """What of it lasts an episode, by name; the tensors themselves."""
+        """The tensors that are constant in an episode, by name, without copies."""
         found = {"point": self.point, "facing": self.facing, "corners": self.corners}
         if self.head is not None:
             found["head"] = self.head
@@ -92,14 +92,13 @@ class Target:
             value[ids] = theirs[name]
 
     def floor_point(self) -> Tensor:
-        """[n, 3]: the floor below the point of use: origin of the object's frame in the
+        """[n, 3]: the floor below the use point, m: origin of the object's frame in the
         features."""
         return torch.cat((self.point[:, :2], torch.zeros_like(self.point[:, :1])), dim=1)
 
 
 def state(body: Body, target: Target) -> Tensor:
-    """The 114 features [n, 114] of the character and its object: the furniture that it uses, or
-    the box that it carries."""
+    """State features [n, 114] of the character and its object: its furniture, or its box."""
     if target.box is None:
         return features.state(body, target.floor_point(), target.facing)
     around = features.posed_object_features(

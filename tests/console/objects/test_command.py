@@ -53,7 +53,7 @@ def test_what_is_told_makes_another_piece(tmp_path: Path) -> None:
     path = written(tmp_path, ".obj")
     (job,) = importing.jobs([path], told(Meshes()))
     (other,) = importing.jobs([path], told(Meshes(sit="0,0,0.4,90")))
-    keys = [importing._known(j)[1] for j in (job, other)]
+    keys = [importing._cached_outcome(j)[1] for j in (job, other)]
     assert keys[0] != keys[1]
     assert keys[0].split(":")[1] == keys[1].split(":")[1]
 

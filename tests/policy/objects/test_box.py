@@ -79,5 +79,5 @@ def test_a_box_weighs_by_its_volume_and_goes_with_its_stand() -> None:
     assert props.model.body("box").mass[0] == pytest.approx(BOX_KG / 2)
     there = torch.tensor([[3.0, -2.0]])
     props.shift(scenes, there, torch.tensor([[1.0, 0.0]]))
-    torch.testing.assert_close(props.spot()[0], there)
+    torch.testing.assert_close(props.use_point()[0], there)
     assert props.pose(scenes)[0] == pytest.approx([3.0, -2.0, 0.6])

@@ -17,7 +17,7 @@ from world.furniture.catalogue import find
 def test_a_place_turns_and_moves_with_its_piece() -> None:
     yaw = 0.8
     row = np.zeros(POSE_WIDTH)
-    placement.fill_target(row, placement.standing(chair(2.0, -1.0, yaw), SIT))
+    placement.fill_target(row, placement.placed_furniture(chair(2.0, -1.0, yaw), SIT))
     seat = find("chair-test-000").sit[0]
     x, y, z = seat.point_m
     wanted = [
@@ -35,12 +35,12 @@ def test_a_place_turns_and_moves_with_its_piece() -> None:
 def test_scales_scale_the_piece() -> None:
     message = chair()
     message.scale = 1.1
-    found = placement.standing(message, SIT)
+    found = placement.placed_furniture(message, SIT)
     height = find("chair-test-000").sit[0].point_m[2]
-    assert found.spot.point_m[2] == pytest.approx(1.1 * height)
+    assert found.use_point.point_m[2] == pytest.approx(1.1 * height)
     message.scale = 6.0
     with pytest.raises(RequestError, match=r"^furniture\.scale: 6\.0, must be 0\.2 to 5$"):
-        placement.standing(message, SIT)
+        placement.placed_furniture(message, SIT)
 
 
 def test_a_custom_shape_is_one_box_round_everything() -> None:
@@ -61,8 +61,8 @@ def test_places_are_counted_and_needed() -> None:
     message = chair()
     message.place = 3
     with pytest.raises(RequestError, match=r"^furniture\.place: 3, must be 0 to 0$"):
-        placement.standing(message, SIT)
+        placement.placed_furniture(message, SIT)
     with pytest.raises(RequestError, match="has no place to lie"):
-        placement.standing(chair(), tasks.make("lie"))
+        placement.placed_furniture(chair(), tasks.make("lie"))
     with pytest.raises(RequestError, match=r"^furniture: must have a piece"):
-        placement.standing(pb.Furniture(), SIT)
+        placement.placed_furniture(pb.Furniture(), SIT)

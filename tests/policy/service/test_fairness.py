@@ -135,9 +135,9 @@ def test_a_synthesis_that_nobody_waits_for_ends_and_is_counted_until_then(
     release = threading.Event()
 
     class Slow:
-        def __init__(self, *_: object, gone: object) -> None:
+        def __init__(self, *_: object, cancelled: object) -> None:
             began.set()
-            while not gone():  # type: ignore[operator]
+            while not cancelled():  # type: ignore[operator]
                 time.sleep(0.01)
             release.wait(30)
             ended.set()
@@ -175,7 +175,7 @@ first = [True]
 def find():
     if not first[0]:
         print("hangs", flush=True)
-        threading.Event().wait()  # a network disk that is gone
+        threading.Event().wait()  # a network disk that is cancelled
     first[0] = False
     return Path(sys.argv[1])
 

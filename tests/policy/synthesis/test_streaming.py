@@ -13,7 +13,7 @@ async def taken(ahead: int, replies: int) -> list[pb.SynthesizeReply]:
     """The first so many replies; then the client goes."""
     request = pb.SynthesizeRequest(furniture=chair(), seconds=0.5)
     found = []
-    stream = Synthesis(SynthesisConfig(ahead=ahead)).run(request, make())
+    stream = Synthesis(SynthesisConfig(buffer_frames=ahead)).run(request, make())
     async for reply in stream:
         found.append(reply)
         if len(found) == replies:

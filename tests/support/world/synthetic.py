@@ -20,7 +20,7 @@ class Posed:
 
 def posed(clip: Clip) -> Posed:
     local = rotations.matrix(clip.local_rotation.astype(np.float64))
-    return Posed(clip, *skeleton.place(clip.root_position_m.astype(np.float64), local), local)
+    return Posed(clip, *skeleton.forward(clip.root_position_m.astype(np.float64), local), local)
 
 
 def standing(clip: Clip) -> np.ndarray:

@@ -48,6 +48,6 @@ def test_what_a_piece_is_made_from_decides_its_key(
         importing.Job("a", "a", told, path)
         for told in (ImportOptions(), ImportOptions(), ImportOptions(category="chair"))
     ]
-    keys = [importing._known(job)[1].split(":") for job in jobs]
+    keys = [importing._cached_outcome(job)[1].split(":") for job in jobs]
     assert keys[0] == keys[1] != keys[2]
     assert keys[0][1] == keys[2][1], "the content is the same"

@@ -1,4 +1,4 @@
-"""A raw clip at 30 Hz, on a floor under its feet."""
+"""Resampling of raw clips to 30 Hz, and correction of their floor height."""
 
 from dataclasses import replace
 
@@ -16,17 +16,17 @@ def resampled(clip: Clip, fps: int = character.CONTROL_HZ) -> Clip:
     frames = max(2, int(np.floor((clip.frames - 1) * fps / clip.fps)) + 1)
     at = np.minimum(np.arange(frames) * clip.fps / fps, clip.frames - 1)
     low = np.minimum(at.astype(int), clip.frames - 2)
-    share = (at - low).astype(np.float64)
+    fraction = (at - low).astype(np.float64)
     position = clip.root_position_m.astype(np.float64)
-    position = position[low] + share[:, None] * (position[low + 1] - position[low])
+    position = position[low] + fraction[:, None] * (position[low + 1] - position[low])
     rotation = np.stack([continuous(clip.local_rotation[:, b]) for b in range(15)], axis=1)
-    # neighbouring frames are a few degrees apart: the normalised chord is the arc to 1e-5
-    rotation = rotation[low] + share[:, None, None] * (rotation[low + 1] - rotation[low])
+    # adjacent frames differ by a few degrees: the normalised chord is the arc to 1e-5
+    rotation = rotation[low] + fraction[:, None, None] * (rotation[low + 1] - rotation[low])
     rotation /= np.linalg.norm(rotation, axis=-1, keepdims=True)
     ghost = clip.ghost
     if ghost is not None:
         joints = ghost.position_m
-        joints = joints[low] + share[:, None, None] * (joints[low + 1] - joints[low])
+        joints = joints[low] + fraction[:, None, None] * (joints[low + 1] - joints[low])
         ghost = replace(ghost, position_m=joints.astype(np.float32))
     return replace(
         clip,
@@ -42,13 +42,13 @@ def _rolling_min(x: np.ndarray, half: int) -> np.ndarray:
     return np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1).min(axis=1)
 
 
-def floor_mended(clip: Clip) -> Clip:
-    """The clip moved so that its supporting foot stands on z = 0: clips drift by up to 8 cm in
+def floor_corrected(clip: Clip) -> Clip:
+    """The clip shifted so that its supporting foot is at z = 0: clips drift by up to 8 cm in
     height.
 
-    The shift follows the lowest sole, smoothed over about 0.2 s; where both feet leave the ground
-    (seated with raised feet, in flight) it stays at the clip's own level. A clip that was
-    retargeted stands on its floor already and stays as it is.
+    The shift follows the lowest sole, smoothed over about 0.2 s; where both feet are in the air
+    (seated with raised feet, in flight) it is the clip's own level. A retargeted clip is on its
+    floor already and is unchanged.
     """
     if clip.ghost is not None:
         return clip

@@ -1,4 +1,4 @@
-"""The bodies of a clip as it stands: poses, lowest points, and the tools of fitting."""
+"""Body poses of a clip, heights of its lowest points, and helpers of the fitting."""
 
 import numpy as np
 import torch
@@ -37,7 +37,7 @@ def sole_heights(position: Tensor, rotation: Tensor) -> np.ndarray:
 
 
 def seat_clearance(position: Tensor, rotation: Tensor) -> np.ndarray:
-    """Height of the lowest point of pelvis and upper thighs, m: [T]; what rests on the seat."""
+    """Height [T] of the lowest point of pelvis and upper thighs, which rest on a seat, m."""
     lowest = []
     for name, spheres in _SITTING_SPHERES.items():
         body = character.BODIES.index(name)

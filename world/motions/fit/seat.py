@@ -1,4 +1,4 @@
-"""The seats that a clip uses: where the pelvis rests (method.md, motions)."""
+"""The seats of a clip, fitted to the stretches in which the pelvis rests."""
 
 from dataclasses import replace
 
@@ -11,20 +11,19 @@ from world.motions.fit.bed import find_beds
 from world.motions.fit.poses import body_poses, seat_clearance, smooth, stretches
 from world.motions.objects import Seat
 
-#: Pelvis height below which a character is down on something, m (standing: 0.85; seated:
-#: 0.45-0.55).
+#: A pelvis below this is not standing, m (standing: 0.85; seated: 0.45-0.55).
 _DOWN_M = 0.64
 #: Trunk further than this from vertical and pelvis lower than this: lying, not sitting.
 _LYING_TILT = np.cos(np.deg2rad(60.0))
 _LYING_PELVIS_M = 0.43
-#: What one rests on below this is a low bed or the floor, m.
+#: A surface below this is a low bed or the floor, m.
 _LOWEST_SEAT_M = 0.25
 _REST_SPEED_M_S = 0.10
 _REST_MIN_S = 0.8
 
 
 def find_seats(clip: Clip) -> tuple[list[Seat], bool]:
-    """The seats that a floor-mended clip sits on, in order, and whether it lies down anywhere."""
+    """The seats that a floor-corrected clip sits on, in order, and whether it lies down."""
     position, rotation = body_poses(clip)
     pelvis = position[:, 0].numpy().astype(np.float64)
     trunk_up = rotation[:, 1, 2, 2].numpy()
@@ -48,7 +47,7 @@ def find_seats(clip: Clip) -> tuple[list[Seat], bool]:
                 to_frame=int(still[-1]) + 1,
             )
         )
-    # a clip that lies on its side never tilts its trunk that far, but rests on something bed-low
+    # lying on the side does not tilt the trunk that far, but the surface is as low as a bed
     lies = lies or any(seat.point_m[2] < _LOWEST_SEAT_M for seat in seats)
     lies = lies or bool(find_beds(clip))
     return seats, lies
@@ -59,10 +58,9 @@ def _smooth2(x: np.ndarray, sigma: float) -> np.ndarray:
 
 
 def with_seats(clip: Clip) -> list[Clip]:
-    """The clip cut so that each part uses at most one seat; none of a clip that lies down.
+    """The parts of a clip, each with at most one seat; empty for a clip that lies down.
 
-    Stretches on the same seat (within 0.25 m) are one; where the seats differ, the clip is cut
-    half-way between them.
+    Stretches within 0.25 m are on one seat; between different seats the clip is cut half-way.
     """
     seats, lies = find_seats(clip)
     if lies:

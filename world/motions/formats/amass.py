@@ -19,7 +19,7 @@ RATES = ("mocap_framerate", "mocap_frame_rate")
 
 
 def read(path: Path) -> Recording:
-    """The motion in an AMASS file; ClipError in one line if it is none."""
+    """The motion in an AMASS file. Raises ClipError."""
     try:
         with npz.opened(path) as file:
             rate = next((key for key in RATES if key in file), None)

@@ -1,7 +1,7 @@
-"""Reader of DeepMimic's `.txt` motions, whose humanoid is ours with y up and z to the right.
+"""Reader of DeepMimic's `.txt` motions; their humanoid is ours with y up and z to the right.
 
-Source: github.com/xbpeng/DeepMimic, data/motions and its wiki: 44 numbers a frame; rotations w, x,
-y, z in the parent's frame; knees bend by negative, elbows by positive angles.
+Source: github.com/xbpeng/DeepMimic, data/motions and its wiki: 44 numbers per frame; rotations w,
+x, y, z in the parent's frame; knees bend by negative, elbows by positive angles.
 """
 
 import json
@@ -17,7 +17,7 @@ from world.motions.formats.recording import Recording
 
 SUFFIXES = (".txt", ".json")
 _COLUMNS = 44
-#: Most frames that a motion is resampled to: hours.
+#: Greatest number of frames of a resampled motion: hours.
 _MOST_STEPS = 1_000_000
 _BALLS = {
     "pelvis": 4,
@@ -34,7 +34,7 @@ _HINGES = {"right_shin": 20, "right_lower_arm": 29, "left_shin": 34, "left_lower
 
 
 def read(path: Path) -> Recording:
-    """The motion in a DeepMimic file; ClipError in one line if it is none."""
+    """The motion in a DeepMimic file. Raises ClipError."""
     try:
         content = json.loads(path.read_text())
         rows = content["Frames"]
@@ -71,7 +71,7 @@ def read(path: Path) -> Recording:
 def _uniform(
     path: Path, duration: np.ndarray, root: np.ndarray, local: np.ndarray
 ) -> tuple[float, np.ndarray, np.ndarray]:
-    """Rate, roots and rotations at equal steps in time."""
+    """Rate, root positions and rotations at equal time steps."""
     step = float(np.median(duration))
     if np.ptp(duration) < 0.01 * step:
         return 1.0 / step, root, local

@@ -1,6 +1,6 @@
 """Recordings on the character's own skeleton: our clips, and formats with our bones and axes.
 
-A clip is read as a recording so that it can be imported again, which mends it.
+A clip is read as a recording so that it can be imported again, which corrects its contacts.
 """
 
 from pathlib import Path
@@ -40,7 +40,7 @@ def recording(path: Path, fps: float, root: np.ndarray, local: np.ndarray) -> Re
     """A recording of root positions [T, 3] m and local quaternions [T, 15, 4] (w, x, y, z)."""
     turn = Rotation.from_quat(local.reshape(-1, 4), scalar_first=True).as_matrix()
     turn = turn.reshape(-1, 15, 3, 3)
-    # the fronts of the soles, so that it shows whether a foot stands on its toes
+    # the fronts of the soles are joints too, so that standing on the toes is detected
     turn = np.concatenate((turn, np.tile(np.eye(3), (len(turn), 2, 1, 1))), axis=1)
     offset = np.concatenate((offsets(), np.tile(_SOLE_FRONT_M, (2, 1))))
     position, rotation = forward(PARENTS, offset, turn, root)

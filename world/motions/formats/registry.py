@@ -25,17 +25,18 @@ from world.motions.formats.recording import Recording, validate
 from world.refusals import refusing
 
 MAX_FILE_BYTES = 1 << 29
-"""Largest file of a motion: hours of one."""
+"""Greatest size of a motion file: hours of motion."""
 
 
 @dataclass(frozen=True)
 class Format:
-    """One format: how its files end, what tells them from others that end so, and its reader."""
+    """One format: suffixes, fields by which it is detected, and reader."""
 
     suffixes: tuple[str, ...]
     read: Callable[[Path], Recording]
     keys: tuple[tuple[str, ...], ...] = ()
-    """Sets of fields of which one is there in full; none for a format alone with its suffix."""
+    """Alternative sets of fields, of which a file has one in full; empty for a format with a suffix
+    of its own."""
 
 
 FORMATS = {
@@ -56,10 +57,9 @@ SUFFIXES = tuple(sorted({suffix for f in FORMATS.values() for suffix in f.suffix
 
 
 def read(path: Path, name: str | None = None) -> Recording:
-    """The motion in a file, of the named format or of the one that it is.
+    """The motion in a file, of the named or the detected format.
 
-    ClipError in one line where it is none or holds no usable motion; ChoiceError for a name that is
-    no format.
+    Raises ClipError where it has no usable motion, ChoiceError for an unknown format.
     """
     if name is not None and name not in FORMATS:
         raise ChoiceError("format", name, list(FORMATS))
@@ -104,7 +104,7 @@ def _fields(path: Path) -> tuple[str, ...]:
 
 
 def find(paths: list[Path], name: str | None = None) -> list[Path]:
-    """The motion files among files and folders, sorted; ClipError names a path without any."""
+    """The motion files of files and folders, sorted. Raises ClipError for a path without any."""
     if name is not None and name not in FORMATS:
         raise ChoiceError("format", name, list(FORMATS))
     suffixes = FORMATS[name].suffixes if name else SUFFIXES
@@ -123,7 +123,7 @@ def find(paths: list[Path], name: str | None = None) -> list[Path]:
 
 
 def _may_be(path: Path, suffixes: tuple[str, ...]) -> bool:
-    """Whether a file in a folder is meant: notes and licences end in .txt, too."""
+    """Whether a file in a folder may be a motion: notes and licences are .txt files, too."""
     suffix = path.suffix.lower()
     if suffix not in suffixes or not path.is_file():
         return False

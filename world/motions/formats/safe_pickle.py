@@ -1,6 +1,6 @@
-"""Pickles read without running anything: numbers, text, containers and numeric arrays only.
+"""Reader of pickles that executes no code: numbers, text, containers and numeric arrays only.
 
-Nothing of numpy is called with what the file says. Arrays are made here, of a short list of number
+No function of numpy gets arguments of the file. Arrays are made here, of a short list of number
 types, from bytes whose count fits the shape; an array of objects becomes a list.
 """
 
@@ -16,18 +16,18 @@ import numpy as np
 
 from world.errors import ClipError
 
-#: Number types of arrays and scalars, as numpy spells them without their byte order.
+#: Number types of arrays and scalars, numpy's names without byte order.
 NUMBERS = frozenset(
     ("b1", "i1", "u1", "i2", "u2", "f2", "i4", "u4", "f4", "i8", "u8", "f8")
 )  # fmt: skip
-#: Largest array, bytes; and the longest pickle.
+#: Greatest size of an array, and of a pickle, bytes.
 MAX_ARRAY_BYTES = 1 << 28
 MAX_BYTES = 1 << 29
 MAX_LISTED = 4_000_000
-"""Numbers in lists: an hour of a motion at 30 Hz."""
+"""Greatest count of numbers in lists: an hour of motion at 30 Hz."""
 _MAX_DIMENSIONS = 8
 _TEXT = re.compile(r"[SUa]\d{1,6}")
-#: Opcodes that ask for what is outside the file.
+#: Opcodes that refer to objects outside the file.
 _OUTSIDE = frozenset(
     ("PERSID", "BINPERSID", "EXT1", "EXT2", "EXT4", "NEXT_BUFFER", "READONLY_BUFFER", "INST", "OBJ")
 )
@@ -35,11 +35,11 @@ _MEMO = frozenset(("PUT", "BINPUT", "LONG_BINPUT"))
 
 
 class _Refused(pickle.UnpicklingError):
-    """A pickle that names something else than numbers."""
+    """A pickle with something other than numbers."""
 
 
 class _Inert:
-    """What a pickle may hold but not change: no attributes, no state."""
+    """Base of objects that a pickle may contain but not change: no attributes, no state."""
 
     __slots__ = ()
 
@@ -48,13 +48,13 @@ class _Inert:
 
 
 class _Type(_Inert):
-    """Stands for the class of arrays, which nobody may call."""
+    """Stand-in for the class of arrays, which is not callable."""
 
     __slots__ = ()
 
 
 class _Dtype:
-    """A number type that a pickle names; `number` is None for objects, and for text, unread."""
+    """A number type of a pickle; `number` is None for objects, and for text, which is not read."""
 
     __slots__ = ("is_object", "number")
 
@@ -71,7 +71,7 @@ class _Dtype:
             raise _Refused(f"an array of '{text[:20]}'")
 
     def __setstate__(self, state: Any) -> None:
-        """The byte order, which is all that the state of a number type says."""
+        """Check the state of a number type, which holds the byte order alone."""
         if not (isinstance(state, tuple) and len(state) >= 8 and state[2:5] == (None, None, None)):
             raise _Refused("a number type with parts")
         order = state[1].decode("latin1") if isinstance(state[1], bytes) else state[1]
@@ -84,7 +84,7 @@ class _Dtype:
 
 
 class _Array:
-    """An array on its way: empty until its state comes."""
+    """An array under construction: empty until its state is set."""
 
     __slots__ = ("content",)
 
@@ -99,7 +99,7 @@ class _Array:
 
 
 def _array(shape: Any, kind: Any, raw: Any, order: str) -> Any:
-    """The array of a state: numbers copied from bytes, objects as a list, text left out."""
+    """The array of a state: numbers copied from bytes, objects as a list, text omitted."""
     if not isinstance(kind, _Dtype):
         raise _Refused("an array of no number type")
     if isinstance(shape, int) and not isinstance(shape, bool):
@@ -160,7 +160,7 @@ def _encoded(text: Any, coding: Any) -> bytes:
     return text.encode("latin1")
 
 
-#: All that a pickle of arrays needs, by the name that it has there; everything else is refused.
+#: All globals that a pickle of arrays needs, by module and name; all others are refused.
 _ALLOWED = {
     ("collections", "OrderedDict"): _Maker(lambda *items: dict(*items)),
     ("numpy", "ndarray"): _Type(),
@@ -185,7 +185,7 @@ class _Arrays(pickle.Unpickler):
 
 
 def load(path: Path) -> Any:
-    """What a pickle of plain data holds; ClipError names whatever else one asks for."""
+    """Content of a pickle of plain data. Raises ClipError, which names any other object."""
     try:
         if path.stat().st_size > MAX_BYTES:
             raise ClipError(f"{path}: {path.stat().st_size} bytes; at most {MAX_BYTES} are read")
@@ -196,7 +196,7 @@ def load(path: Path) -> Any:
 
 
 def load_npy(path: Path) -> Any:
-    """What a `.npy` file of one pickled object holds, as `load` has it."""
+    """Content of a `.npy` file with one pickled object, as `load` returns it."""
     try:
         if path.stat().st_size > MAX_BYTES:
             raise ClipError(f"{path}: {path.stat().st_size} bytes; at most {MAX_BYTES} are read")
@@ -211,7 +211,7 @@ def load_npy(path: Path) -> Any:
             rest = file.read()
     except ClipError:
         raise
-    except Exception as error:  # a damaged header fails in any way there is
+    except Exception as error:  # a damaged header raises any exception
         raise ClipError(f"{path}: not a readable .npy file ({_brief(error)})") from error
     if not kind.hasobject or shape != ():
         raise ClipError(f"{path}: holds an array {list(shape)} of {kind}, not a motion")
@@ -219,7 +219,7 @@ def load_npy(path: Path) -> Any:
 
 
 def loaded(data: bytes) -> Any:
-    """What a pickle of plain data holds; any exception there is where it is damaged."""
+    """Content of a pickle of plain data; raises any exception where it is damaged."""
     _scan(data)
     return _whole(_Arrays(io.BytesIO(data), encoding="latin1").load(), {})
 
@@ -232,13 +232,13 @@ def _load(data: bytes, path: Path) -> Any:
             f"{path}: refused: the pickle asks for {error}, and only numbers, text and numpy"
             " arrays of numbers are read"
         ) from error
-    except Exception as error:  # a damaged pickle fails in any way there is
+    except Exception as error:  # a damaged pickle raises any exception
         raise ClipError(f"{path}: not a readable pickle ({_brief(error)})") from error
 
 
 def _scan(data: bytes) -> None:
-    """Refuse what reaches outside the file, and places in the memo that were never reached: the
-    unpickler would make room for all of them."""
+    """Refuse opcodes that refer outside the file, and memo indices beyond the number of opcodes,
+    for which the unpickler would allocate memory."""
     for steps, (opcode, argument, _) in enumerate(pickletools.genops(data), 1):
         if opcode.name in _OUTSIDE:
             raise _Refused(f"{opcode.name}, which is outside the file")
@@ -247,7 +247,7 @@ def _scan(data: bytes) -> None:
 
 
 def _whole(value: Any, seen: dict[int, Any]) -> Any:
-    """The value with every array in place; each container once, however often it is named."""
+    """The value with all arrays resolved; each container once, however often it is referenced."""
     if isinstance(value, _Array):
         return _whole(value.content, seen)
     if isinstance(value, _Dtype | _Inert):
@@ -275,16 +275,17 @@ def _brief(error: Exception) -> str:
 
 
 def keys(content: Any, path: Path) -> tuple[str, ...]:
-    """The keys of what should be a dictionary; ClipError otherwise."""
+    """The keys of a dictionary. Raises ClipError for anything else."""
     if not isinstance(content, dict):
         raise ClipError(f"{path}: holds a {type(content).__name__}, not a motion's fields")
     return tuple(key for key in content if isinstance(key, str))
 
 
 def numbers(value: Any) -> np.ndarray:
-    """Numbers of a pickle as float64, from an array or from lists of lists; ValueError otherwise.
+    """Numbers of a pickle as float64, from an array or nested lists. Raises ValueError otherwise.
 
-    Lists that hold one another name more numbers than a file has bytes: they are counted first.
+    Lists that contain each other can hold more numbers than a file has bytes: they are counted
+    first.
     """
     if isinstance(value, list | tuple):
         left = [MAX_LISTED]
@@ -295,7 +296,7 @@ def numbers(value: Any) -> np.ndarray:
 
 
 def number(value: Any) -> float:
-    """One number of a pickle; ValueError otherwise."""
+    """One number of a pickle. Raises ValueError otherwise."""
     found = numbers(value)
     if found.size != 1:
         raise ValueError(f"{found.size} numbers in place of one")

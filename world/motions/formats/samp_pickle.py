@@ -1,7 +1,7 @@
 """Reader of SAMP's `.pkl` motions (SMPL-X poses fitted by MoSh++).
 
-Source: samp.is.tue.mpg.de, and what reads it (Hassan et al. 2021): `pose_est_fullposes` [T, 165],
-`pose_est_trans` [T, 3], `mocap_framerate`. The pickle is read without running anything.
+Source: samp.is.tue.mpg.de, and its published code (Hassan et al. 2021): `pose_est_fullposes` [T,
+165], `pose_est_trans` [T, 3], `mocap_framerate`. The pickle is read without executing code.
 """
 
 from pathlib import Path
@@ -15,7 +15,7 @@ KEYS = ("pose_est_fullposes", "pose_est_trans", "mocap_framerate")
 
 
 def read(path: Path) -> Recording:
-    """The motion in a SAMP pickle; ClipError in one line if it is none."""
+    """The motion in a SAMP pickle. Raises ClipError."""
     content = safe_pickle.load(path)
     missing = [key for key in KEYS if key not in safe_pickle.keys(content, path)]
     if missing:

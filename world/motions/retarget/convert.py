@@ -1,4 +1,4 @@
-"""From a recording of any body to a clip of the character: scaled, stood on its feet, solved."""
+"""Retargeting of a recording to a clip: scaling, contacts, inverse kinematics."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +19,7 @@ from world.refusals import refusing
 def retargeted(source: Recording, given: Map | None = None) -> Clip:
     """The recording on our character at 30 Hz, with the recorded skeleton as its ghost.
 
-    ClipError, in one line, where joints are not found, units are absurd or frames are missing.
+    Raises ClipError where joints are not found, units are implausible or frames are missing.
     """
     with refusing(ClipError, Path(source.source), "motion"):
         return _retargeted(source, given or Map())

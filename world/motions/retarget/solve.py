@@ -1,7 +1,7 @@
 """Inverse kinematics with mink: the pose of each frame that follows the targets within the limits.
 
-Each frame starts from the pose that its own targets make and knows no other: the result is as
-smooth as the targets are.
+Each frame is solved alone, from the pose of its own targets: the result is as smooth as the targets
+are.
 """
 
 from functools import cache
@@ -16,7 +16,7 @@ from world.motions.clip import generalised_positions
 from world.motions.retarget.body import Array, Targets, generalised
 from world.motions.retarget.limits import AboveFloor, JointRanges
 
-#: Weights of the targets: per m of a position, per rad of a rotation.
+#: Weights of the targets, per m of position and per rad of rotation.
 _POSITION = {"pelvis": 3.0, "hand": 6.0, "foot": 12.0}
 _ROTATION = {
     "pelvis": 1.5,
@@ -29,13 +29,13 @@ _ROTATION = {
     "shin": 0.0,
     "foot": 2.5,
 }
-#: Steps a frame: after the fourth no body is further than 2 mm from where all steps lead.
+#: Steps per frame: after the fourth all bodies are within 2 mm of the converged solution.
 _STEPS = 4
-#: Steps at most, for a frame whose pose still moves by more than so much, rad or m.
+#: Greatest number of steps, for a frame whose last step is more than the second value, rad or m.
 _MOST_STEPS, _SETTLED = 12, 0.02
-#: No joint turns by more than this in a step, rad: the limits are linear in it.
+#: Greatest turn of a joint in a step, rad: the limits are linearised.
 _LONGEST = 0.5
-#: Keeps a straight arm that cannot reach its target from swinging between two elbows.
+#: Damping, which keeps a straight arm out of reach from alternating between two elbow poses.
 _DAMPING = 0.03
 
 
@@ -84,7 +84,7 @@ def solved(target: Targets) -> tuple[Array, Array]:
 def _step(
     configuration: mink.Configuration, tasks: list[mink.FrameTask], limits: list[mink.Limit]
 ) -> Array:
-    """One step of the inverse kinematics, dq [34]; past the limits only where they contradict."""
+    """One step of the inverse kinematics, dq [34]; limits are violated only where they conflict."""
     try:
         return _solve(configuration, tasks, limits)
     except mink.NoSolutionFound:

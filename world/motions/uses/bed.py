@@ -1,4 +1,4 @@
-"""Beds that clips lie on."""
+"""The use of beds."""
 
 from dataclasses import replace
 
@@ -41,7 +41,7 @@ class BedUse(StandingObjectUse):
     def raised(
         self, own: Tensor, root: Tensor, u: Tensor, mixture: StyleMixture
     ) -> tuple[Tensor, Tensor]:
-        """Of a character that lies or sits on a bed: on a higher one."""
+        """See StandingObjectUse: characters that lie or sit on a bed, on a higher one."""
         low, high = mixture.raised_m
         down = ((_STANDS_M - root[:, 2:]) / 0.15).clamp(0.0, 1.0)
         up = down * (low + (high - low) * u[:, None])
@@ -53,7 +53,7 @@ class BedUse(StandingObjectUse):
 
     def with_object(self, clip: Clip, target: Target, run: tuple[int, int]) -> Clip:
         """See ClipUse."""
-        assert target.head is not None, "a place to lie has a head"
+        assert target.head is not None, "a target for lying has a head"
         hip, head = point_of(target.point), point_of(target.head)
         bed = Bed(hip, (head[0], head[1], hip[2]), yaw_of(target.facing), *run)
         return replace(clip, bed=bed)

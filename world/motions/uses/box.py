@@ -1,4 +1,4 @@
-"""Boxes that clips carry."""
+"""The use of boxes."""
 
 from collections.abc import Sequence
 from dataclasses import fields, replace
@@ -25,7 +25,7 @@ from world.motions.uses.use import (
 from world.scene.box import GROUND_M
 from world.scene.target import Target
 
-#: Lowest centre of a box that an episode may start with, m: people pick boxes up from the floor.
+#: Lowest centre of a box in a reference state, m: people pick boxes up from the floor.
 _LOWEST_M = GROUND_M + 0.05
 
 
@@ -49,7 +49,7 @@ class BoxUse(ClipUse):
         rotation = rotations.normalise(pose[:, 3:])
         edges = np.flatnonzero(np.diff(np.concatenate(([0], track.held.astype(np.int8), [0]))))
         found = torch.from_numpy(segments.stages(clip))
-        # who has put the box down and leaves has nothing more to do with it
+        # leaving after the box is put down is no part of the task
         stage = torch.where(found == segments.LEAVE, EXCLUDED, found)
         first, last = int(edges[0]), min(int(edges[-1]), clip.frames - 1)
         box = BoxFrames(
@@ -64,7 +64,7 @@ class BoxUse(ClipUse):
             has_put=torch.full((clip.frames,), int(edges[-1]) < clip.frames),
             has_picked=torch.full((clip.frames,), int(edges[0]) > 0),
         )
-        return replace(nothing, known=True, stage=stage, box=box)
+        return replace(nothing, has_object=True, stage=stage, box=box)
 
     def boxes(self, uses: Sequence[Use]) -> BoxFrames | None:
         """See ClipUse."""
@@ -81,7 +81,7 @@ class BoxUse(ClipUse):
     def transitions(
         self, table: FrameTable, batch: TransitionBatch, mixture: StyleMixture
     ) -> tuple[Tensor, Tensor]:
-        """With the box as the clip has it, or an relocated one on a stand."""
+        """See ClipUse: with the clip's box, or a relocated one on a stand."""
         box, index, relocated = table.box, batch.index, batch.relocated
         assert box is not None
         low, high = mixture.box_height_m
@@ -100,7 +100,7 @@ class BoxUse(ClipUse):
         return state(index), state(index + 1)
 
     def with_object(self, clip: Clip, target: Target, run: tuple[int, int]) -> Clip:
-        """The clip: its box is recorded with it."""
+        """The clip itself, which has its box."""
         return clip
 
 
@@ -111,12 +111,12 @@ def _rest(pose: Tensor, frame: int) -> Tensor:
 
 
 def _rate(values: Tensor) -> Tensor:
-    """Central differences a frame of rows [T, k], one-sided at both ends."""
+    """Central differences per frame of rows [T, k], one-sided at both ends."""
     return torch.gradient(values, dim=0)[0]
 
 
 def _angular(rotation: Tensor) -> Tensor:
-    """[T, 3]: rotation a frame, rad, in the body's own axes: the mean of both neighbours' steps."""
+    """[T, 3]: rotation per frame, rad, in the body's own axes: the mean of both adjacent steps."""
     step = rotations.to_rotation_vector(
         rotations.multiply(rotations.conjugate(rotation[:-1]), rotation[1:])
     )

@@ -1,4 +1,4 @@
-"""Seats that clips sit on."""
+"""The use of seats."""
 
 import math
 from dataclasses import replace
