@@ -1,6 +1,6 @@
-"""The bounds of every number on the command line: said in its help, and held before a command runs.
+"""Bounds of every number on the command line, shown in its help and checked before a command runs.
 
-A number that is none (nan) is within no bounds. A field without a line here fails the tests.
+NaN is within no bounds. A numeric field without bounds fails the tests.
 """
 
 import dataclasses
@@ -13,14 +13,14 @@ from world.errors import ConfigError
 Span = tuple[float, float]
 _SEED: Span = (0, 2**63 - 1)
 _COUNT: Span = (1, 1e9)
-_SHARE: Span = (0, 1)
+_FRACTION: Span = (0, 1)
 _THREADS: Span = (1, 1024)
 _LENGTH_M: Span = (0, 100)
 _LAG: Span = (0, 1000)
-#: Of schedules: pairs of samples and a value.
+#: Samples of a schedule's (samples, value) points.
 _SAMPLES: Span = (0, 1e15)
 
-#: By class and field; two spans are those of the pairs of a schedule.
+#: By class and field; two spans belong to the (samples, value) points of a schedule.
 BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
     "Experiment": {
         "seed": (_SEED,), "scenes": ((1, 1e6),), "horizon": ((1, 1e4),), "block": ((1, 1e5),),
@@ -34,32 +34,36 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "action_clip": ((0, 1000),), "seed": (_SEED,),
     },
     "InitialStates": {
-        "reference": (_SHARE,), "near": (_SHARE,), "far": (_SHARE,), "reference_stages": (_SHARE,),
-        "raised_seat_fraction": (_SHARE,), "standing_fraction": (_SHARE,), "near_m": (_LENGTH_M,),
-        "front_fraction": (_SHARE,), "front_m": (_LENGTH_M,), "far_m": (_LENGTH_M,),
-        "ahead_fraction": (_SHARE,),
+        "reference": (_FRACTION,), "near": (_FRACTION,), "far": (_FRACTION,),
+        "reference_stages": (_FRACTION,), "raised_seat_fraction": (_FRACTION,),
+        "standing_fraction": (_FRACTION,), "near_m": (_LENGTH_M,),
+        "front_fraction": (_FRACTION,), "front_m": (_LENGTH_M,), "far_m": (_LENGTH_M,),
+        "ahead_fraction": (_FRACTION,),
     },
     "CarryConfig": {
         "scale": ((0.1, 10),), "sizes": ((1, 1e5),), "weight_kg": ((0.01, 1000),),
-        "stand_m": ((0, 10),), "target_m": (_LENGTH_M,), "near_target": (_SHARE,),
-        "near_target_m": (_LENGTH_M,), "in_hand": (_SHARE,),
+        "stand_m": ((0, 10),), "target_m": (_LENGTH_M,), "near_target": (_FRACTION,),
+        "near_target_m": (_LENGTH_M,), "in_hand": (_FRACTION,),
     },
     "LearnerConfig": {
         "hidden": ((1, 16384),), "sigma": (_SAMPLES, (0, 10)), "task_weight": ((0, 1000),),
-        "style_weight": ((0, 1000),), "gamma": (_SHARE,), "lam": (_SHARE,), "epochs": ((1, 1000),),
+        "style_weight": ((0, 1000),), "gamma": (_FRACTION,), "lam": (_FRACTION,),
+        "epochs": ((1, 1000),),
         "minibatch": ((1, 1e8),), "clip": (_SAMPLES, (0, 10)), "kl_target": (_SAMPLES, (0, 100)),
-        "kl_skip": ((0, 1e6),), "actor_rate": (_SHARE,), "actor_rate_bounds": (_SHARE,),
-        "critic_rate": (_SHARE,), "actor_grad_norm": ((0, 1e6),), "critic_grad_norm": ((0, 1e6),),
+        "kl_skip": ((0, 1e6),), "actor_rate": (_FRACTION,), "actor_rate_bounds": (_FRACTION,),
+        "critic_rate": (_FRACTION,), "actor_grad_norm": ((0, 1e6),),
+        "critic_grad_norm": ((0, 1e6),),
         "bound_weight": ((0, 1e6),), "mirror_weight": ((0, 1e6),), "imitation_weight": ((0, 1e6),),
-        "average": (_SHARE,), "warmup_iterations": ((0, 1e6),), "observation_clip": ((0.1, 1e6),),
+        "average": (_FRACTION,), "warmup_iterations": ((0, 1e6),),
+        "observation_clip": ((0.1, 1e6),),
         "observation_std_floor": ((0, 10),), "threads": (_THREADS,),
     },
     "StyleConfig": {
-        "hidden": ((1, 16384),), "learning_rate": (_SHARE,), "steps_per_iteration": ((0, 1e4),),
+        "hidden": ((1, 16384),), "learning_rate": (_FRACTION,), "steps_per_iteration": ((0, 1e4),),
         "batch": ((2, 1e7),), "gradient_penalty": ((0, 1e6),), "penalty_batch": ((1, 1e7),),
         "logit_regulariser": ((0, 1e6),), "weight_decay": ((0, 1e3),), "replay": ((1, 1e8),),
-        "insert_probability": (_SHARE,), "clamp": ((1e-12, 1),), "reward_scale": ((0, 1e6),),
-        "held_out": (_SHARE,), "held_out_batch": ((1, 1e7),), "normaliser_samples": ((2, 1e8),),
+        "insert_probability": (_FRACTION,), "clamp": ((1e-12, 1),), "reward_scale": ((0, 1e6),),
+        "held_out": (_FRACTION,), "held_out_batch": ((1, 1e7),), "normaliser_samples": ((2, 1e8),),
     },
     "Train": {
         "samples": ((1, 1e15),), "iterations": (_COUNT,), "minutes": ((0.001, 1e6),),
@@ -99,13 +103,14 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
     },
     "Doctor": {"seconds": ((0, 3600),)},
     "Practice": {
-        "steps": ((1, 1e5),), "scenes": ((1, 1e6),), "noise": ((0, 10),), "in_hand": (_SHARE,),
-        "near": (_SHARE,), "lifted": (_SHARE,), "skew": ((0.001, 1000),), "seed": (_SEED,),
+        "steps": ((1, 1e5),), "scenes": ((1, 1e6),), "noise": ((0, 10),),
+        "in_hand": (_FRACTION,), "near": (_FRACTION,), "lifted": (_FRACTION,),
+        "skew": ((0.001, 1000),), "seed": (_SEED,),
     },
     "TeachCarry": {
         "minutes": ((0.001, 1e6),), "batches": (_COUNT,), "workers": (_THREADS,),
-        "batch": ((1, 1e7),), "rate": (_SHARE,), "spell": ((0.001, 1e6),), "first": ((1, 1e8),),
-        "capacity": ((1, 1e8),), "hidden": ((1, 16384),),
+        "batch": ((1, 1e7),), "rate": (_FRACTION,), "spell": ((0.001, 1e6),),
+        "first": ((1, 1e8),), "capacity": ((1, 1e8),), "hidden": ((1, 16384),),
     },
     "TeachTry": {
         "trials": ((1, 1e7),), "near_m": (_LENGTH_M,), "far_m": (_LENGTH_M,),
@@ -119,7 +124,7 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
 
 
 def numeric(kind: type) -> Iterator[str]:
-    """The fields of a dataclass that hold numbers, alone or in tuples."""
+    """Yield the fields of a dataclass that hold numbers, alone or in tuples."""
 
     def holds(hint: Any) -> bool:
         return hint in (int, float) or any(map(holds, typing.get_args(hint)))
@@ -131,29 +136,29 @@ def numeric(kind: type) -> Iterator[str]:
             yield field.name
 
 
-def said(kind: type, field: str) -> str:
-    """The bounds of a field as its help and its refusal have them; empty where it has none."""
+def text(kind: type, field: str) -> str:
+    """Return the bounds of a field as shown in its help and errors; empty for a field without."""
     spans = BOUNDS.get(kind.__name__, {}).get(field)
     if spans is None:
         return ""
     return ", ".join(f"{low:.6g} to {high:.10g}" for low, high in spans)
 
 
-def hold(command: Any, prefix: str = "--") -> None:
-    """ConfigError, naming the flag, its value and its bounds, for a number beyond them."""
+def require(command: Any, prefix: str = "--") -> None:
+    """Raise ConfigError, which names flag, value and bounds, for a number out of bounds."""
     kind = type(command)
     spans = BOUNDS.get(kind.__name__, {})
     for field in dataclasses.fields(command):
         value = getattr(command, field.name)
         name = field.name.replace("_", "-")
         if dataclasses.is_dataclass(value) and not isinstance(value, type):
-            hold(value, prefix if field.name in UNNAMED else f"{prefix}{name}.")
+            require(value, prefix if field.name in UNNAMED else f"{prefix}{name}.")
         elif field.name in spans and value is not None:
-            _within(value, spans[field.name], f"{prefix}{name}", said(kind, field.name))
+            _within(value, spans[field.name], f"{prefix}{name}", text(kind, field.name))
 
 
 UNNAMED = ("experiment", "mesh", "practice", "service")
-"""Groups of flags without a name of their own."""
+"""Fields whose flags have no prefix."""
 
 
 def _within(value: Any, spans: tuple[Span, ...], flag: str, form: str) -> None:

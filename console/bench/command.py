@@ -177,7 +177,7 @@ def train(command: Bench, experiment: Experiment, threads: int) -> dict[str, flo
                     sums[name] = sums.get(name, 0.0) + value
                 count += 1
             wall = time.perf_counter() - began
-            memory = machine.family_gb()
+            memory = machine.process_tree_gb()
             loop.close()
     part = {name: sums[f"rate/{name}_s"] / count for name in ("world", "policy", "style", "update")}
     samples = experiment.scenes * experiment.horizon

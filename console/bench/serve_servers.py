@@ -18,7 +18,7 @@ from typing import Any
 import grpc
 
 from actors.cluster import ray_session
-from console.run.machine import family
+from console.run.machine import process_tree
 from console.serving import loading
 from policy.service.servicer import serve
 from rpc.aio_server import AioServer, run
@@ -116,7 +116,7 @@ def ray_serve(folder: Path) -> None:
         ray_serve.run(Deployed.bind(), name="sit", route_prefix="/")
         with grpc.insecure_channel(f"127.0.0.1:{port}") as channel:
             grpc.channel_ready_future(channel).result(120)
-        pin(family())
+        pin(process_tree())
         _ready(f"127.0.0.1:{port}", _family_seconds)
         threading.Event().wait()
 
@@ -132,7 +132,7 @@ def pin(processes: set[int]) -> None:
 def _family_seconds() -> float:
     """Processor seconds of all processes of this session: Ray is many."""
     ticks = 0
-    for pid in family():
+    for pid in process_tree():
         try:
             fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
         except OSError:

@@ -1,4 +1,4 @@
-"""The flags of every subcommand, one dataclass each; the docstring under a field is its --help."""
+"""Flags of every subcommand, one dataclass each; the docstring under a field is its --help."""
 
 from dataclasses import dataclass
 
@@ -13,9 +13,9 @@ from console.commands.training import Evaluate, Publish, Report, Train, Video
 
 @dataclass(frozen=True)
 class Entry:
-    """One subcommand: its name, its flags, and the function (module:name) that runs it.
+    """One subcommand: name, flags and function (module:name).
 
-    The function is imported when it is run: `doctor` must work where training would not.
+    The function is imported when it runs: `doctor` must work where the imports of training fail.
     """
 
     name: str

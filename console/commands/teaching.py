@@ -1,4 +1,4 @@
-"""The flags of `inhabit teach`."""
+"""Flags of `inhabit teach`."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,18 +12,17 @@ class Practice:
     """The scenes in which states are visited and labelled."""
 
     steps: int = 40
-    """Control steps of all scenes between two hand-overs of labels."""
+    """Control steps of all scenes between two transfers of labels."""
     scenes: int = 128
     """Scenes of a process, each with a box of its own size."""
     noise: float = 0.03
     """Standard deviation of the action noise in every other scene, in units of the action."""
     in_hand: float = 0.25
-    """Fraction of the episodes that start with the box in hand."""
+    """Fraction of the initial states with the box in hand."""
     near: float = 0.25
-    """Fraction of the other episodes that start within a step or two of the box."""
+    """Fraction of the other initial states within 0.6 to 1.5 m of the box."""
     lifted: float = 0.0
-    """Fraction of the episodes that start from the state in which the box of the scene was last
-    lifted."""
+    """Fraction of the initial states in which the scene's box was last lifted."""
     skew: float = 1.0
     """Exponent of the boxes' sizes: uniform at 1, more large boxes below."""
     walker: Path | None = None
@@ -73,20 +72,20 @@ class TeachTry:
     trials: int = 128
     """Number of trials."""
     near_m: float = 1.0
-    """Smallest distance of a start, and of a box's target from its start, m."""
+    """Smallest initial distance of the box, and of its target from it, m."""
     far_m: float = 5.0
-    """Largest distance of a start, and of a box's target from its start, m."""
+    """Largest initial distance of the box, and of its target from it, m."""
     seconds: float = 20.0
     """Length of a trial, s."""
     seed: int = 0
     """Seed of the trials."""
     noise: float = 0.0
     """Standard deviation of the action error, in units of the action; an error lasts about five
-    control steps. A student errs likewise."""
+    control steps, as those of a student do."""
     threads: int = 1
-    """Chunks of trials at a time."""
+    """Chunks of trials simulated in parallel."""
     json: bool = False
-    """Print JSON instead."""
+    """Print JSON instead of text."""
     debug: bool = False
     """Show the traceback of an error."""
 
@@ -100,7 +99,7 @@ class TeachRecord:
     clips: int = 200
     """Number of clips."""
     scenes: int = 128
-    """Scenes at once."""
+    """Scenes simulated at once."""
     seed: int = 0
     """Seed of the boxes and stands."""
     debug: bool = False

@@ -1,4 +1,4 @@
-"""`inhabit evaluate`: the paper's protocol on furniture never trained on, as tables and JSON."""
+"""`inhabit evaluate`: the paper's protocol on held-out furniture, as tables and JSON."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -29,13 +29,13 @@ from world.tasks.task import HELD
 
 
 def objects_of(found: assembly.Trained, objects: str, number: int, seed: int) -> tuple[Piece, ...]:
-    """What a policy is tried on in `number` trials: pieces of a split in turn, or a box a trial."""
+    """Return the objects of `number` trials: pieces of a split in turn, or a box per trial."""
     affordance = tasks.make(found.task).affordance
     return affordance.trial_pieces(objects, number, seed, found.experiment.world)
 
 
 def evaluate_command(command: Evaluate) -> int:
-    """Evaluate, print the tables, write the JSON; returns the exit code."""
+    """Evaluate, print the tables, write the JSON; return the exit code."""
     found = assembly.trained(command.source)
     check(command, found.task)
     pieces = objects_of(found, command.objects, command.trials, command.seed)
@@ -66,7 +66,7 @@ def evaluate_command(command: Evaluate) -> int:
 
 
 def check(command: Evaluate, task: str) -> Evaluate:
-    """The command, or ConfigError where its flags make no sense."""
+    """Return the command; ConfigError for invalid flags."""
     near_m, far_m = distances(command, task)
     if command.trials < 1 or command.record_trials < 1:
         raise ConfigError("--trials and --record-trials must be at least 1")
@@ -78,7 +78,8 @@ def check(command: Evaluate, task: str) -> Evaluate:
 
 
 def distances(command: Evaluate, task: str) -> tuple[float, float]:
-    """Where the trials of a task start, m: as the preset has it, unless said otherwise."""
+    """Return the smallest and largest initial distance of the trials, m: the flags, else the
+    protocol's."""
     near_m, far_m = start_m(task, command.preset)
     return (
         near_m if command.near_m is None else command.near_m,
@@ -87,7 +88,7 @@ def distances(command: Evaluate, task: str) -> tuple[float, float]:
 
 
 def file_name(checkpoint: str, figures: dict[str, Any]) -> str:
-    """The name of an evaluation's file in its run: what makes it another one."""
+    """Return the name of an evaluation's file in its run, distinct for distinct settings."""
     parts = [checkpoint, figures["objects"]]
     if figures["perturbation"] != "none":
         parts.append(figures["perturbation"])
@@ -97,15 +98,15 @@ def file_name(checkpoint: str, figures: dict[str, Any]) -> str:
 
 
 def clips(command: Evaluate, world: WorldConfig) -> MotionLibrary | None:
-    """The yardstick's motions: those named, or those that the policy was trained on where they are
-    still there; None where they are gone."""
+    """Return the reference motions: the clips of the flags, else the training clips; None if the
+    training clips are missing."""
     if command.motions:
         paths = tuple(str(path) for path in command.motions)
         return assembly.library(paths, world.mirror, world.task)
     try:
         return assembly.library_of(world)
     except ClipError as error:
-        screen().print(f"no mocap to compare with ({error}); name some with --motions")
+        screen().print(f"no mocap to compare with ({error}): give clips by --motions")
         return None
 
 
@@ -116,7 +117,7 @@ def manifest_of(
     protocol: Protocol,
     scale: tuple[float, float],
 ) -> Trials:
-    """The trials that a command asks for."""
+    """Return the trials of a command."""
     near_m, far_m = distances(command, task)
     disturbance = perturbations.draw(
         command.perturb, command.trials, command.seed, protocol.limit_steps
@@ -131,7 +132,7 @@ def evaluate(
     library: MotionLibrary | None = None,
     progress: Callable[[int], None] = lambda done: None,
 ) -> tuple[dict[str, Any], trials.Results]:
-    """The evaluation JSON of console.md, and what happened in each trial."""
+    """Return the evaluation JSON, and the results of each trial."""
     began = time.perf_counter()
     world = found.experiment.world
     task = tasks.make(found.task)
@@ -155,7 +156,7 @@ def evaluate(
         "samples": found.manifest.samples,
         "trials": command.trials,
         "seed": command.seed,
-        # of a folder its name: figures are passed on, paths are not
+        # the name of a folder alone: figures are passed on, paths of this machine are not
         "objects": Path(command.objects).name,
         "perturbation": command.perturb,
         "preset": command.preset,
@@ -171,7 +172,7 @@ def evaluate(
 def scored(
     results: trials.Results, chosen: Trials, protocol: Protocol, stages: Sequence[str]
 ) -> dict[str, Any]:
-    """What the trials gave, as figures."""
+    """Return the results of the trials as figures."""
     outcomes = judge(results.error_m, results.fell_at, protocol)
     figures = summarise(outcomes, [p.name for p in chosen.pieces], chosen.distance_m)
     reached = by_stage(results.reached, stages)
@@ -181,9 +182,9 @@ def scored(
         "by_class": by_class(outcomes.success.tolist(), chosen.pieces),
         "broken": results.broken,
     }
-    what = chosen.disturbance
-    if what.kind == "projectiles":
-        how = what.throwing
+    disturbance = chosen.disturbance
+    if disturbance.kind == "projectiles":
+        how = disturbance.throwing
         figures["projectiles"] = {
             "count": how.count,
             "mass_kg": how.ball.mass_kg,
@@ -191,8 +192,8 @@ def scored(
             "speed_m_s": how.speed_m_s,
             "thrown_per_trial": float(results.disturbed.mean()),
         }
-    if what.kind == "moved":
-        how = what.moving
+    if disturbance.kind == "moved":
+        how = disturbance.moving
         figures["moved"] = {
             "near_m": list(how.near_m),
             "shift_m": list(how.shift_m),
@@ -203,7 +204,7 @@ def scored(
 
 
 def by_class(success: list[bool], pieces: tuple[Piece, ...]) -> list[dict[str, Any]]:
-    """Success by class of furniture."""
+    """Return the success rate by category of furniture."""
     found: dict[str, list[bool]] = {}
     for hit, piece in zip(success, pieces, strict=True):
         found.setdefault(piece.category, []).append(hit)

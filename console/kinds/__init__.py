@@ -1,4 +1,4 @@
-"""Objects in the console: what the player, files and flags must know of each kind of object."""
+"""Kinds of objects (furniture, box, floor) for the player, recordings and flags."""
 
 from console.kinds.box import BoxKind
 from console.kinds.floor import FloorKind
@@ -6,7 +6,7 @@ from console.kinds.furniture import FurnitureKind
 from console.kinds.kind import Kind
 from world.tasks import Task
 
-#: By `Affordance.kind`. A new kind is a file and a line here.
+#: Kinds by `Affordance.kind`. A new kind is one file and one line here.
 KINDS: dict[str, Kind] = {
     "furniture": FurnitureKind(),
     "box": BoxKind(),
@@ -15,5 +15,5 @@ KINDS: dict[str, Kind] = {
 
 
 def kind(task: Task) -> Kind:
-    """The kind of object that a task uses."""
+    """Return the kind of object of a task."""
     return KINDS[task.affordance.kind]

@@ -31,7 +31,7 @@ _STANDS_M = (0.05, 3.0)
 
 
 class BoxKind:
-    """See Kind."""
+    """The box kind; see Kind."""
 
     pictured = False
 
@@ -63,12 +63,12 @@ class BoxKind:
         return None
 
     def shown(self, piece: Piece) -> Piece:
-        """The stand that the box is taken from."""
+        """Return the stand under the box's initial position."""
         return box_scene.STAND
 
 
 class PlayedBox:
-    """A box on a stand, and the stand that it is to be brought to, both of the middle height."""
+    """A box on its stand, and the target stand, both of medium height; see Object."""
 
     def __init__(
         self, setup: Setup, piece: Piece, carry: CarryConfig, balls: Sequence[Ball]
@@ -100,11 +100,11 @@ class PlayedBox:
 
 
 def box_of(command: Synthesize) -> pb.CarriedBox:
-    """The box of a command on its stand, and where it should go."""
+    """Return the box of a command on its stand, with its target; ConfigError names a flag."""
     if command.object not in (None, BOX):
-        raise ConfigError(f"--object {command.object}: this policy carries; give --object {BOX}")
+        raise ConfigError(f"--object {command.object}: the task is carry; give --object {BOX}")
     if command.to is None:
-        raise ConfigError("--to X,Y,HEIGHT: say where the box should go (m; the stand's top)")
+        raise ConfigError("--to X,Y,HEIGHT: give the target of the box (m; top of the stand)")
     size = command.scale * np.array(box_scene.BOX_SIZE_M)
     smallest, largest = SIZES_M[0] / size.min(), SIZES_M[1] / size.max()
     within("--scale", command.scale, (smallest * command.scale, largest * command.scale))

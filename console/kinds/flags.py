@@ -1,13 +1,13 @@
-"""Numbers in flags, and where they may lie."""
+"""Numbers in flags, and their bounds."""
 
 from world.errors import ConfigError
 
-#: Farthest from the origin that anything is put, m.
+#: Largest coordinate of an object, m.
 _FAR_M = 1000.0
 
 
 def numbers(flag: str, text: str, form: str) -> tuple[float, float, float]:
-    """Three numbers, commas between them; ConfigError names the flag and the form."""
+    """Return three comma-separated numbers; ConfigError names the flag and the form."""
     try:
         a, b, c = (float(part) for part in text.split(","))
     except ValueError:
@@ -18,7 +18,7 @@ def numbers(flag: str, text: str, form: str) -> tuple[float, float, float]:
 
 
 def within(flag: str, value: float, bounds: tuple[float, float]) -> float:
-    """The value of a flag, or ConfigError beyond its bounds."""
+    """Return the value of a flag; ConfigError out of its bounds."""
     low, high = bounds
     if not low <= value <= high:
         raise ConfigError(f"{flag} {value:g}: choose {low:.3g} to {high:.3g}")

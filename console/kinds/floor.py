@@ -1,4 +1,4 @@
-"""A point of the floor in the player, in recordings and in flags."""
+"""A target on the floor in the player, in recordings and in flags."""
 
 import math
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ from world.tasks import Task
 
 
 class FloorKind:
-    """See Kind."""
+    """The floor kind; see Kind."""
 
     pictured = False
 
@@ -34,7 +34,7 @@ class FloorKind:
         return PlayedPoint(setup, balls)
 
     def recorded(self, take: Take, task: Task) -> Target:
-        """The marker's pose."""
+        """Return the target at the marker's pose."""
         point = torch.from_numpy(take.mocap_pos[:, :2]).float()
         facing = rotations.heading(torch.from_numpy(take.mocap_quat).float())
         return FloorBank.target(point, facing)
@@ -44,7 +44,7 @@ class FloorKind:
     ) -> Piece | None:
         """See Kind."""
         if command.object is not None:
-            raise ConfigError(f"--object {command.object}: this task needs none; leave it out")
+            raise ConfigError(f"--object {command.object}: the task uses none; leave it out")
         x, y, yaw = numbers("--at", command.at, "X,Y,YAW (m, m, degrees)")
         half = 0.5 * math.radians(yaw)
         request.furniture.CopyFrom(
@@ -53,7 +53,7 @@ class FloorKind:
         return None
 
     def shown(self, piece: Piece) -> Piece:
-        """The marker."""
+        """Return the marker."""
         return piece
 
 

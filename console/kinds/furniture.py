@@ -34,7 +34,7 @@ _NEAREST = 3
 
 
 class FurnitureKind:
-    """See Kind."""
+    """The furniture kind; see Kind."""
 
     pictured = True
 
@@ -49,9 +49,9 @@ class FurnitureKind:
         piece = scaled(catalogue.find(take.piece), take.scale)
         rows = boxes_of(piece)
         if rows.shape != take.boxes.shape or not np.allclose(rows, take.boxes, atol=1e-6):
-            raise ConfigError(f"'{take.piece}' is not the catalogue's piece of that name")
+            raise ConfigError(f"'{take.piece}' differs from the catalogue's piece of that name")
         if task.affordance.use_point_count(piece) > 1:
-            raise ConfigError("a recording does not say from which side the bed was to be used")
+            raise ConfigError("a recording lacks the side of the bed that is the target")
         bank = FurnitureBank([piece], task.affordance.name)
         origin = torch.from_numpy(take.mocap_pos).float()
         yaw = rotations.heading(torch.from_numpy(take.mocap_quat).float())
@@ -66,13 +66,13 @@ class FurnitureKind:
         """See Kind."""
         if command.to is not None or command.box_kg is not None:
             raise ConfigError(
-                f"--to and --box-kg are of a box to carry; this policy's task: {task.name}"
+                f"--to and --box-kg belong to carry, the task is {task.name}: leave them out"
             )
         scale = within("--scale", command.scale, SCALES)
         piece = piece_of(named(command)).scaled(scale)
-        places = task.affordance.use_point_count(piece)
-        if not 0 <= command.place < places:
-            raise ConfigError(f"--place {command.place}: {piece.name} has {places}, counted from 0")
+        count = task.affordance.use_point_count(piece)
+        if not 0 <= command.place < count:
+            raise ConfigError(f"--place {command.place}: {piece.name} has 0 to {count - 1}")
         x, y, yaw = numbers("--at", command.at, "X,Y,YAW (m, m, degrees)")
         half = 0.5 * math.radians(yaw)
         request.furniture.CopyFrom(
@@ -91,17 +91,17 @@ class FurnitureKind:
 
 
 def named(command: Synthesize) -> str:
-    """What --object says; ConfigError where it is left out."""
+    """Return the value of --object; ConfigError without it."""
     if command.object is None:
         raise ConfigError("--object: name a piece of furniture (inhabit objects list)")
     return command.object
 
 
 class PlayedFurniture:
-    """A piece to sit or lie on, placed by its place of use."""
+    """A piece of furniture, placed by its use point; see Object."""
 
     def __init__(self, setup: Setup, piece: Piece, affordance: str, balls: Sequence[Ball]) -> None:
-        # a bank gives its variants the places of a piece in turn
+        # the variants of a bank have the use points of a piece in turn
         count = min(setup.side + 1, len(use_points(piece, affordance)))
         self._bank = FurnitureBank([piece] * count, affordance, balls)
         self._variant = torch.tensor([count - 1])
@@ -123,17 +123,17 @@ class PlayedFurniture:
 
 
 def piece_of(word: str) -> Piece:
-    """The furniture that a word means: a piece of the catalogue by name, the file of an imported
-    one, or a mesh, made a piece here and now.
+    """Return the furniture of a word: a piece of the catalogue by name, the file of an imported
+    piece, or a mesh, which is imported.
 
-    Raises ConfigError with the nearest names for a name that is none, PieceError for a file that
-    gives no piece.
+    Raises ConfigError with the nearest names for an unknown name, PieceError for a file without a
+    valid piece.
     """
     path = Path(word)
     if word.endswith(store.SUFFIX):
         return store.read(path)
     if path.suffix.lower() in source.SUFFIXES:
-        return _made(path)
+        return _imported(path)
     try:
         return catalogue.find(word)
     except InhabitError:
@@ -149,7 +149,7 @@ def piece_of(word: str) -> Piece:
 
 
 def nearest(word: str) -> list[str]:
-    """The names of the catalogue that a word is nearest to."""
+    """Return the names of the catalogue that are nearest to a word."""
     names = [
         f"{category}-{split}-{index:03d}"
         for category in catalogue.REGISTRY
@@ -159,7 +159,7 @@ def nearest(word: str) -> list[str]:
     return difflib.get_close_matches(word, names, _NEAREST, 0.0)
 
 
-def _made(path: Path) -> Piece:
+def _imported(path: Path) -> Piece:
     work = importing.jobs([path], ImportOptions())
     (outcome,) = importing.run(work, 1)
     piece = outcome.piece()

@@ -1,4 +1,4 @@
-"""What the player, recordings and flags need of a kind of object."""
+"""Protocols of a kind of object, for the player, recordings and flags."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -18,20 +18,20 @@ from world.tasks import Task
 
 
 class Object(Protocol):
-    """What the character of the player uses."""
+    """The object in a scene of the player."""
 
     model: mujoco.MjModel
 
     def begin(self, scenes: Scenes) -> None:
-        """Put everything where the setup has it; the character is not touched."""
+        """Place the object by the setup; the character does not change."""
         ...
 
     def move(self, scenes: Scenes, goal: Pose) -> None:
-        """Put the goal elsewhere: the furniture, or the stand that the box goes to."""
+        """Move the furniture, or the target stand of the box, to a pose."""
         ...
 
     def target(self, scenes: Scenes) -> Target:
-        """What the task must know of it now."""
+        """Return the present target of the task."""
         ...
 
 
@@ -39,26 +39,25 @@ class Kind(Protocol):
     """One kind of object."""
 
     pictured: bool
-    """Whether its pieces are furniture, of which a report shows pictures."""
+    """True for furniture, of which a report shows pictures."""
 
     def played(
         self, setup: Setup, piece: Piece, task: Task, carry: CarryConfig, balls: Sequence[Ball]
     ) -> Object:
-        """The object of a player's setup, compiled. carry: sizes of stands."""
+        """Return the compiled object of a player's setup. carry: heights of the stands."""
         ...
 
     def recorded(self, take: Take, task: Task) -> Target:
-        """What the task of a take must know of its object, frame by frame; InhabitError where the
-        take does not tell."""
+        """Return the targets of a take's frames; InhabitError where the take lacks them."""
         ...
 
     def requested(
         self, command: Synthesize, task: Task, request: pb.SynthesizeRequest
     ) -> Piece | None:
-        """Write what the flags of a command say of the object into its request; the furniture at
-        its scale, None where there is none. Raises ConfigError, which names the flag."""
+        """Write the object of a command's flags into its request; return the scaled furniture, or
+        None. Raises ConfigError, which names the flag."""
         ...
 
     def shown(self, piece: Piece) -> Piece:
-        """The piece whose boxes stand where a recording's furniture is."""
+        """Return the piece that a recording shows as furniture."""
         ...

@@ -11,6 +11,6 @@ HERE = torch.zeros(1, dtype=torch.int64)
 
 
 def tensors(pose: Pose) -> tuple[Tensor, Tensor]:
-    """Floor point [1, 2] m and heading [1, 2] (cosine, sine)."""
+    """Return the floor point [1, 2] m and heading [1, 2] (cosine, sine) of a pose."""
     point = torch.tensor([[pose.x, pose.y]])
     return point, torch.tensor([[math.cos(pose.yaw), math.sin(pose.yaw)]])

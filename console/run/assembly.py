@@ -1,4 +1,4 @@
-"""Puts an experiment together: layout, learner, style, shards and the fleets of both runners."""
+"""Assembly of an experiment: layout, learner, discriminator, shards, trained policies."""
 
 import json
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from torch import Tensor
 from actors.worker import ShardLike
 from console.run.directory import RunDirectory, checkpoint_folder
 from console.run.experiment import Experiment, experiment_from_json, to_json
-from console.run.nan_dump import BlackBox
+from console.run.nan_dump import NanDump
 from discriminator.process import ServiceSpec
 from discriminator.service import ServiceConfig
 from discriminator.trainer import Discriminator
@@ -39,32 +39,32 @@ def library(
     task: str = "sit",
     playback_speeds: tuple[float, ...] = (),
 ) -> MotionLibrary:
-    """The clips of a configuration as tensors; read once in a process."""
+    """Return the clips of a configuration as tensors; read once per process."""
     return load.library(motions, mirror, tasks.make(task).affordance.clips, playback_speeds)
 
 
 def library_of(world: WorldConfig) -> MotionLibrary:
-    """The clips of a world's configuration."""
+    """Return the clips of a world's configuration."""
     return library(world.motions, world.mirror, world.task, world.playback_speeds)
 
 
 @lru_cache(maxsize=2)
 def training_bank(world: WorldConfig) -> ObjectBank:
-    """The training objects of a configuration, compiled once in a process."""
+    """Return the training objects of a configuration, compiled once per process."""
     return tasks.make(world.task).affordance.bank(world)
 
 
 def training_pieces(world: WorldConfig) -> tuple[tuple[Piece, ...], str]:
-    """The furniture to train on, and a line on what of it the task cannot use, if anything.
+    """Return the training furniture, and a line on pieces that the task cannot use, or "".
 
-    Raises PieceError for a path without pieces, or where none has a place for the task;
-    ConfigError for furniture that is held out, or for a task that uses none.
+    Raises PieceError for a path without pieces, or without any that the task can use; ConfigError
+    for furniture that is held out, or for a task without furniture.
     """
     return tasks.make(world.task).affordance.pieces(world)
 
 
 def layout(experiment: Experiment) -> Layout:
-    """What a checkpoint of this experiment holds."""
+    """Return the layout of this experiment's checkpoints."""
     task = tasks.make(experiment.world.task)
     return Layout(
         task=task.name,
@@ -77,7 +77,7 @@ def layout(experiment: Experiment) -> Layout:
 
 
 def learner(experiment: Experiment) -> Learner:
-    """A fresh learner."""
+    """Return a new learner."""
     sides = symmetry(tasks.make(experiment.world.task))
     return Learner(
         layout(experiment).observation, NU, experiment.ppo, experiment.seed, symmetry=sides
@@ -86,7 +86,7 @@ def learner(experiment: Experiment) -> Learner:
 
 @dataclass(frozen=True)
 class MakeShard:
-    """Shards of one experiment, wherever they are made: it can be sent to another process."""
+    """Factory of an experiment's shards; it can be pickled and sent to another process."""
 
     world: WorldConfig
     seed: int
@@ -95,35 +95,35 @@ class MakeShard:
     def __call__(self, scenes: range) -> ShardLike:
         torch.set_num_threads(1)
         pieces = training_bank(self.world).pieces
-        return BlackBox(shard(self.world, scenes, self.seed), scenes, pieces, self.recordings)
+        return NanDump(shard(self.world, scenes, self.seed), scenes, pieces, self.recordings)
 
 
 def shard(world: WorldConfig, scenes: range, seed: int) -> Shard:
-    """A shard on this process's clips and furniture."""
+    """Return a shard on the clips and furniture of this process."""
     bank = training_bank(world)
     teacher = teachers.make(world, bank, scenes)
     return Shard(world, library_of(world), bank, scenes, seed, teacher)
 
 
 def make_shard(experiment: Experiment, run: RunDirectory) -> MakeShard:
-    """The shard factory of a run, where blow-ups are written down."""
+    """Return the shard factory of a run; NaN dumps go into the run's recordings."""
     return MakeShard(experiment.world, experiment.seed, run.recordings.resolve())
 
 
 def mocap(experiment: Experiment) -> StyleSource:
-    """The transitions that the discriminator takes for real."""
+    """Return the mocap transitions that train the discriminator."""
     return StyleSource(library_of(experiment.world), experiment.seed, StyleMixture())
 
 
 def mocap_of(experiment: dict[str, Any]) -> StyleSource:
-    """As `mocap`, of an experiment's JSON: what the style service's process calls."""
+    """Return the mocap transitions of an experiment's JSON, in the style service's process."""
     return mocap(experiment_from_json(experiment))
 
 
 def style_service(
     experiment: Experiment, server: ServerConfig | None = None, state: str = ""
 ) -> ServiceSpec:
-    """The style service of an experiment; `state`: folder of its journal, if any."""
+    """Return the style service of an experiment; `state`: folder of its journal, or ""."""
     return ServiceSpec(
         mocap=f"{__name__}:{mocap_of.__name__}",
         arguments={"experiment": to_json(experiment)},
@@ -136,21 +136,22 @@ def style_service(
 
 
 def object_mask() -> Tensor:
-    """[114] bool: which features describe the object."""
+    """Return the mask [114] bool of the features that describe the object."""
     mask = torch.zeros(STATE.width, dtype=torch.bool)
     mask[OBJECT] = True
     return mask
 
 
 def discriminator(experiment: Experiment, replay: Path | None = None) -> Discriminator:
-    """The style reward in this process."""
+    """Return the discriminator in this process; replay: file of its replay buffer."""
     return Discriminator(
         experiment.style, mocap(experiment), experiment.seed, object_mask(), replay
     )
 
 
 def notes(experiment: Experiment) -> dict[str, str]:
-    """What a checkpoint says of itself, so that it stands without its run's config.json."""
+    """Return the notes of a checkpoint: its experiment and data licences. With them it can be used
+    without its run's config.json."""
     clips = library_of(experiment.world).clips
     licences = sorted({clip.licence for clip in clips})
     return {"experiment": json.dumps(to_json(experiment)), "data_licences": "; ".join(licences)}
@@ -158,7 +159,7 @@ def notes(experiment: Experiment) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Trained:
-    """A checkpoint, ready to act."""
+    """A policy read from a checkpoint, with its experiment."""
 
     path: Path
     manifest: Manifest
@@ -171,10 +172,10 @@ class Trained:
 
 
 def trained(source: Path) -> Trained:
-    """The policy of a run or checkpoint.
+    """Return the policy of a run or checkpoint.
 
-    Raises LayoutError where it was made for other features or goals, CheckpointError where it is
-    damaged, RunError where there is none.
+    Raises LayoutError for a policy of other features or goals, CheckpointError for a damaged
+    checkpoint, RunError without any.
     """
     path = checkpoint_folder(source)
     found = read(path, ("policy",))
@@ -188,8 +189,8 @@ def trained(source: Path) -> Trained:
 
 
 def experiment_of(manifest: Manifest, path: Path) -> Experiment:
-    """The experiment that a checkpoint was made by."""
+    """Return the experiment of a checkpoint, from its notes."""
     try:
         return experiment_from_json(json.loads(manifest.notes["experiment"]), str(path))
     except (KeyError, ValueError, TypeError) as error:
-        raise CheckpointError(f"{path} does not say which experiment made it ({error})") from error
+        raise CheckpointError(f"{path} records no valid experiment ({error})") from error

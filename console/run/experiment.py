@@ -1,4 +1,4 @@
-"""One experiment: everything that decides its numbers, as JSON and back, and what changed."""
+"""One experiment: all settings that decide its numbers, their JSON, and differences of two."""
 
 import dataclasses
 import types
@@ -38,14 +38,14 @@ class Experiment:
     clone_samples: int = 40_000
     """Number of clip states in the behaviour cloning, each with noise."""
     lag: LagConfig = field(default_factory=LagConfig)
-    """How old the samples of an update may be."""
+    """Overlap of acting and learning, and the greatest age of the samples of an update."""
     world: WorldConfig = field(default_factory=WorldConfig)
     ppo: LearnerConfig = field(default_factory=LearnerConfig)
     style: StyleConfig = field(default_factory=StyleConfig)
 
 
 PRESETS: dict[str, Experiment] = {
-    # The recipe of docs/how-to/recipes/sit.md: measured in pieces, not yet run from start to end.
+    # The recipe of docs/how-to/recipes/sit.md: its parts are measured, the whole is not yet run.
     "fast": Experiment(
         world=WorldConfig(
             initial=InitialStates(
@@ -66,7 +66,7 @@ PRESETS: dict[str, Experiment] = {
         ),
         style=StyleConfig(gradient_penalty=8.0),
     ),
-    # method.md's numbers, where a machine without 4096 scenes can take them: batch and rates stay.
+    # The paper's numbers; batch and rates stay, as a machine without 4096 scenes cannot take them.
     "paper": Experiment(
         ppo=LearnerConfig(
             hidden=(1024, 512),
@@ -82,7 +82,7 @@ PRESETS: dict[str, Experiment] = {
 
 
 def to_json(value: Any) -> Any:
-    """Nested dataclasses, tuples and paths as JSON values."""
+    """Return nested dataclasses, tuples and paths as JSON values."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {f.name: to_json(getattr(value, f.name)) for f in dataclasses.fields(value)}
     if isinstance(value, tuple | list):
@@ -95,9 +95,10 @@ def to_json(value: Any) -> Any:
 
 
 def from_json(kind: Any, value: Any, where: str = "config") -> Any:
-    """The inverse of `to_json` for a type; a field that is missing keeps its default.
+    """Return a value of a type from its JSON, as written by `to_json`; missing fields keep their
+    defaults.
 
-    Raises ConfigError for a field that the type does not have: it would be lost silently.
+    Raises ConfigError for a field that the type lacks, which would be lost silently.
     """
     if dataclasses.is_dataclass(kind) and isinstance(kind, type):
         hints = typing.get_type_hints(kind)
@@ -127,12 +128,12 @@ def from_json(kind: Any, value: Any, where: str = "config") -> Any:
 
 
 def experiment_from_json(value: dict[str, Any], where: str = "config") -> Experiment:
-    """Return the experiment of its JSON, of this version or of an earlier one (`RENAMED`)."""
+    """Return an experiment from its JSON of this or an earlier version (`RENAMED`)."""
     return from_json(Experiment, current(value), where)
 
 
 def differences(old: Any, new: Any, where: str = "") -> Iterator[str]:
-    """One line a setting that differs between two JSON values: `ppo.gamma: 0.98 -> 0.99`."""
+    """Yield one line per setting that differs in two JSON values: `ppo.gamma: 0.98 -> 0.99`."""
     if isinstance(old, dict) and isinstance(new, dict):
         for key in sorted(set(old) | set(new)):
             name = f"{where}.{key}" if where else key
@@ -142,7 +143,7 @@ def differences(old: Any, new: Any, where: str = "") -> Iterator[str]:
 
 
 def read_experiment(run: RunDirectory) -> Experiment:
-    """The experiment of a run."""
+    """Return the experiment of a run; RunError for an invalid config.json."""
     config = run.read_config()
     with refusing(RunError, run.config, "run's configuration"):
         if not isinstance(config, dict) or not isinstance(config.get("experiment"), dict):
@@ -151,12 +152,12 @@ def read_experiment(run: RunDirectory) -> Experiment:
 
 
 def check(experiment: Experiment) -> Experiment:
-    """The experiment, or ConfigError where its settings contradict one another."""
+    """Return the experiment; ConfigError where its settings contradict one another."""
     if experiment.scenes <= 0 or experiment.horizon <= 0 or experiment.block <= 0:
         raise ConfigError("scenes, horizon and block must be above 0")
     if experiment.scenes % experiment.block:
         raise ConfigError(
-            f"--scenes {experiment.scenes} is no multiple of --block {experiment.block}: choose "
+            f"--scenes {experiment.scenes} is not a multiple of --block {experiment.block}: choose "
             f"{max(1, round(experiment.scenes / experiment.block)) * experiment.block}"
         )
     lag = experiment.lag
@@ -164,10 +165,10 @@ def check(experiment: Experiment) -> Experiment:
         raise ConfigError("--lag.max-policy and --lag.max-style must be 0 or above")
     if lag.overlap and lag.max_policy < 1:
         raise ConfigError(
-            "--lag.overlap gives samples of a policy one update old, and --lag.max-policy 0 drops"
-            " every such sample: leave one of them out"
+            "--lag.overlap gives samples of a policy one update old, which --lag.max-policy 0"
+            " drops: leave one of them out"
         )
-    # imported here: the flags of every command need this module, and a teacher compiles the body
+    # imported here: all flags need this module, and a teacher compiles the character
     from world import teachers
 
     teachers.check(experiment.world)
@@ -175,5 +176,5 @@ def check(experiment: Experiment) -> Experiment:
 
 
 def with_learner_threads(experiment: Experiment, threads: int) -> Experiment:
-    """The same numbers on so many threads of the update."""
+    """Return the experiment with a number of threads of the update; its numbers do not change."""
     return replace(experiment, ppo=replace(experiment.ppo, threads=min(2, threads)))

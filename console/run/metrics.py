@@ -1,4 +1,4 @@
-"""Metric sinks: JSON lines as the record, TensorBoard beside it."""
+"""Metric recorders, JSON lines and TensorBoard, and the reader of the JSON lines."""
 
 import io
 import json
@@ -16,7 +16,7 @@ from console.run.renamed import current_metrics
 
 
 class Recorder(Protocol):
-    """Takes one flat dict "group/name" -> number an iteration."""
+    """Records one flat dict "group/name" -> number per iteration."""
 
     def write(self, metrics: Mapping[str, float]) -> None: ...
 
@@ -24,7 +24,7 @@ class Recorder(Protocol):
 
 
 class JsonLines:
-    """Appends one line an iteration to metrics.jsonl; each line is whole or absent."""
+    """Appends one line per iteration to metrics.jsonl; each line is whole or absent."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -35,8 +35,8 @@ class JsonLines:
         line = json.dumps({k: plain(v) for k, v in metrics.items()}) + "\n"
         with _writing(self._path):
             if not os.fstat(self._file.fileno()).st_nlink:
-                # the open file would take lines that nobody will ever read
-                raise RunError(f"{self._path} was deleted while the run was going on: it ends here")
+                # lines written to a deleted file are lost
+                raise RunError(f"{self._path} was deleted during the run: training stops")
             _append(self._file, line.encode())
 
     def close(self) -> None:
@@ -44,13 +44,14 @@ class JsonLines:
 
 
 class TensorBoard:
-    """The same figures as TensorBoard scalars over samples.
+    """Writes the same figures as TensorBoard scalars over samples.
 
-    Written at once: the usual writer's thread would tell of a full disk in a traceback, later.
+    Events are written synchronously: the thread of TensorBoard's own writer reports a full disk
+    late and with a traceback.
     """
 
     def __init__(self, folder: Path, purge_step: int | None = None) -> None:
-        # half a second that --help can do without
+        # imported here: it takes half a second, which --help does not need
         from tensorboard.compat.proto.event_pb2 import Event, SessionLog
         from tensorboard.compat.proto.summary_pb2 import Summary
         from tensorboard.summary.writer.record_writer import RecordWriter
@@ -92,7 +93,7 @@ def _writing(path: Path) -> Iterator[None]:
 
 
 def _append(file: io.FileIO, data: bytes) -> None:
-    """Append all of it or nothing; OSError where the disk is full."""
+    """Append all data or none; OSError for a full disk."""
     end = file.seek(0, os.SEEK_END)
     try:
         written = 0
@@ -104,7 +105,7 @@ def _append(file: io.FileIO, data: bytes) -> None:
 
 
 def plain(value: Any) -> float | int | None:
-    """A number that JSON can hold: NaN and infinities become null."""
+    """Return a number as a JSON value: NaN and infinities become null."""
     number = value.item() if hasattr(value, "item") else value
     if isinstance(number, bool | int):
         return int(number)
@@ -112,20 +113,20 @@ def plain(value: Any) -> float | int | None:
 
 
 def open_recorders(run: RunDirectory, samples: int) -> list[Recorder]:
-    """The sinks of one run, continuing after `samples` control steps."""
+    """Return the recorders of one run, which continues after `samples` control steps."""
     purge = samples + 1 if samples else None
     return [JsonLines(run.metrics), TensorBoard(run.tensorboard, purge)]
 
 
 def read_metrics(path: Path) -> list[dict[str, Any]]:
-    """Every whole line of a metrics file; one that is damaged or cut short is left out alone."""
+    """Return all valid lines of a metrics file; damaged or truncated lines are left out."""
     return [current_metrics(line) for line in map(_parsed, _lines(path)) if line is not None]
 
 
 def truncate_metrics(path: Path, iteration: int) -> int:
-    """Drop lines beyond `iteration`, which a resumed run will write again; returns how many.
+    """Drop the lines after `iteration`, which a resumed run writes again; return their number.
 
-    Damaged lines go, too. The others stay as they are written.
+    Damaged lines are dropped too. The others stay unchanged.
     """
     texts = _lines(path)
     parsed = [_parsed(text) for text in texts]
@@ -150,7 +151,7 @@ def _lines(path: Path) -> list[str]:
 
 
 def _parsed(text: str) -> dict[str, Any] | None:
-    """An iteration's figures: a flat object of numbers; None where the line is none."""
+    """Return an iteration's figures, a flat object of numbers; None for an invalid line."""
     try:
         line = json.loads(text)
     except (ValueError, RecursionError):

@@ -1,4 +1,5 @@
-"""Renamed and removed settings: old experiment JSON reads as today's, old flags name the new."""
+"""Renamed and removed settings: old experiment JSON is converted, old flags are refused with the
+new name."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import deepcopy
@@ -49,7 +50,7 @@ RENAMED_SERVE: Table = {
     "max_situations": "max_poses",
     "synthesis.ahead": "synthesis.buffer_frames",
 }
-"""The same of the flags of `serve`."""
+"""The same for the flags of `serve`."""
 
 RENAMED_METRICS = {
     f"episode/{figure}_clip": f"episode/{figure}_reference"
@@ -59,9 +60,9 @@ RENAMED_METRICS = {
 
 
 def current(experiment: Mapping[str, Any], table: Table = RENAMED) -> dict[str, Any]:
-    """Return an experiment's JSON with today's names; settings of other names stay as they are.
+    """Return an experiment's JSON with today's names; other settings stay unchanged.
 
-    Removed settings are left out. Raises ConfigError where a setting stands under both its names.
+    Removed settings are left out. Raises ConfigError for a setting under both of its names.
     """
     found = deepcopy(dict(experiment))
     for old, new in table.items():
@@ -83,7 +84,7 @@ def current_metrics(line: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def refuse_old_flags(words: Sequence[str], table: Table = RENAMED) -> None:
-    """Raise ConfigError for the first flag that had its name before, naming the one of today."""
+    """Raise ConfigError for the first flag with an old name, which names today's flag."""
     flags = {flag(old): new for old, new in table.items()}
     for word in words:
         name = word.partition("=")[0].replace("_", "-")
@@ -114,7 +115,7 @@ def _holds(tree: Mapping[str, Any], key: str) -> bool:
 
 
 def _path(tree: Mapping[str, Any], key: str) -> Iterator[tuple[Any, str]]:
-    """Yield each group on the way to a setting, with the name that is looked up in it."""
+    """Yield each group on the path to a setting, with the key of the next."""
     here: Any = tree
     names = key.split(".")
     for index, name in enumerate(names):

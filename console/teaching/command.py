@@ -1,4 +1,4 @@
-"""`inhabit teach`: checks the flags of its commands and runs them."""
+"""`inhabit teach`: checks and runs its commands."""
 
 import json
 from pathlib import Path
@@ -17,7 +17,7 @@ def teach_command(command: TeachCarry) -> int:
     if not command.hidden:
         raise ConfigError("--hidden must be one width or more")
     if command.out.exists() and not (command.out / "manifest.json").exists():
-        raise ConfigError(f"{command.out} exists and is no checkpoint: choose another folder")
+        raise ConfigError(f"{command.out} exists and is not a checkpoint: choose another folder")
     if command.practice.walker is not None:
         _carry_policy(command.practice.walker)
     torch.set_num_threads(1)
@@ -26,11 +26,11 @@ def teach_command(command: TeachCarry) -> int:
 
 
 def try_command(command: TeachTry) -> int:
-    """Print the figures of the scripted teacher."""
+    """Evaluate the scripted teacher and print its figures."""
     if not 0.0 < command.near_m <= command.far_m:
         raise ConfigError("--near-m must be above 0 and no more than --far-m")
     torch.set_num_threads(1)
-    figures = trials.attempt(command)
+    figures = trials.evaluate_teacher(command)
     if command.json:
         print(json.dumps(figures, indent=1))
         return 0
@@ -42,7 +42,7 @@ def try_command(command: TeachTry) -> int:
 
 
 def record_command(command: TeachRecord) -> int:
-    """Write clips of the scripted teacher."""
+    """Record clips of the scripted teacher."""
     torch.set_num_threads(1)
     recording.record(command)
     return 0

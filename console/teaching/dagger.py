@@ -1,9 +1,9 @@
 """`inhabit teach carry`: DAgger (Ross et al., "A reduction of imitation learning and structured
 prediction to no-regret online learning", 2011).
 
-Student and scripted teacher take turns at driving, the student longer and longer. The teacher
-labels every state that is visited, and the student is regressed on all labels. Worker processes
-simulate and label while this process regresses, on a GPU where there is one.
+Student and scripted teacher drive in turn, the student for growing stretches. The teacher labels
+every visited state, and the student is regressed on all labels. Worker processes simulate and label
+while this process regresses, on a GPU if available.
 """
 
 import json
@@ -35,26 +35,26 @@ from world.config import WorldConfig
 from world.errors import InhabitError
 from world.tasks.carry import Carry
 
-#: Batches between two looks at the clock; seconds between two reports, and two checkpoints.
+#: Batches between two checks of the time; seconds between two reports, and two checkpoints.
 _CHUNK, _REPORT_S, _SAVE_S = 50, 20.0, 60.0
-#: Seconds between two lines while the first samples are collected; a silence of the workers that
-#: ends the training.
+#: Seconds between two lines while the first samples are collected; time without labels that ends
+#: the training.
 _FIRST_S, _SILENCE_S = 2.0, 120.0
 _DATA = "none: a scripted teacher (world.teachers.carry)"
 
 
 class TeachingError(InhabitError):
-    """The worker processes ended or fell silent."""
+    """Worker processes that ended or send no labels."""
 
 
 @dataclass(frozen=True)
 class Workers:
-    """The processes that simulate and label, and what connects them with this one."""
+    """The processes that simulate and label, with their connections."""
 
     labels: Any
     """Queue of (observations, teacher actions, ended episodes), NumPy arrays."""
     spell: Any
-    """Shared number: control steps that the student drives at a time."""
+    """Shared number of control steps that the student drives at a time."""
     student: Path
     """File of the student's newest weights."""
     processes: Sequence[Any]
@@ -67,7 +67,7 @@ class Workers:
 
 
 def experiment_of(command: TeachCarry) -> Experiment:
-    """The experiment that the checkpoint records."""
+    """Return the experiment of the checkpoint."""
     world = WorldConfig(task="carry", episode_s=Carry.episode_s)
     ppo = LearnerConfig(hidden=command.hidden, skip=True, observation_clip=10.0)
     return Experiment(seed=command.practice.seed, world=world, ppo=ppo)
@@ -75,7 +75,7 @@ def experiment_of(command: TeachCarry) -> Experiment:
 
 def work(practice: Practice, world: WorldConfig, labels: Any, spell: Any, weights: Path) -> None:
     """Simulate and label without end, with the newest student in the file `weights`; a process."""
-    # Ctrl-C reaches the whole group; the parent ends its workers
+    # Ctrl-C reaches the whole process group; the parent terminates its workers
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     torch.set_num_threads(1)
     scenes, student, stamp = TeachingScenes(practice, world), None, 0
@@ -99,7 +99,7 @@ def save(
 
 
 def teach(command: TeachCarry) -> None:
-    """Collect labels and regress until the time or the batches are over."""
+    """Collect labels and regress until the limit of time or batches."""
     experiment = experiment_of(command)
     learner = initialised(command, experiment)
     context = mp.get_context("spawn")
@@ -137,7 +137,7 @@ def teach(command: TeachCarry) -> None:
 
 
 def initialised(command: TeachCarry, experiment: Experiment) -> Learner:
-    """The learner to start with: new, or with the networks of `init`."""
+    """Return the initial learner: new, or with the networks of `init`."""
     learner = assembly.learner(experiment)
     if command.init is not None:
         found = read(checkpoint_folder(command.init), ("policy",))
@@ -186,28 +186,28 @@ def _regress(
                 text = ", ".join(f"{name} {value:.6g}" for name, value in lines[-1].items())
                 print(text, flush=True)
                 errors, ended, reported = [], [], now
-                _publish(regression.hand_back(), workers.student)
+                _publish(regression.updated_learner(), workers.student)
             if now - saved > _SAVE_S:
-                save(command.out, experiment, regression.hand_back(), samples.total, lines)
+                save(command.out, experiment, regression.updated_learner(), samples.total, lines)
                 saved = now
     finally:
-        save(command.out, experiment, regression.hand_back(), samples.total, lines)
+        save(command.out, experiment, regression.updated_learner(), samples.total, lines)
     print(f"{command.out}: {samples.total} samples, {regression.steps} batches")
 
 
 def _progress(command: TeachCarry, began: float, steps: int) -> float:
-    """Fraction of the time or of the batches that is over, the larger one."""
+    """Return the elapsed fraction of the time or of the batches, the larger one."""
     time_over = (time.monotonic() - began) / (60.0 * command.minutes)
     return max(time_over, steps / command.batches if command.batches else 0.0)
 
 
 def _chunk(command: TeachCarry, regression: Regression) -> int:
-    """Batches until the next look at the clock."""
+    """Return the number of batches until the next check of the time."""
     return min(_CHUNK, command.batches - regression.steps) if command.batches else _CHUNK
 
 
 def _publish(learner: Learner, weights: Path) -> None:
-    """Give the student to the workers."""
+    """Publish the student's weights to the workers."""
     partial = weights.with_suffix(".part")
     torch.save(learner.averaged_weights(), partial)
     partial.replace(weights)
@@ -216,22 +216,22 @@ def _publish(learner: Learner, weights: Path) -> None:
 def _fill(samples: Samples, workers: Workers, first: int) -> None:
     """Collect the first samples."""
     print(f"collecting the first {first} samples", flush=True)
-    heard = told = time.monotonic()
+    received = reported = time.monotonic()
     while samples.total < first:
         now = time.monotonic()
         if _take(samples, workers, wait_s=1.0):
-            heard = now
+            received = now
         else:
             workers.check()
-            if now - heard > _SILENCE_S:
+            if now - received > _SILENCE_S:
                 raise TeachingError(f"no labels from the workers for {_SILENCE_S:.0f} s")
-        if now - told > _FIRST_S:
+        if now - reported > _FIRST_S:
             print(f"{samples.total} of {first} samples", flush=True)
-            told = now
+            reported = now
 
 
 def _take(samples: Samples, workers: Workers, wait_s: float | None = None) -> list[Tensor]:
-    """Add the labels that wait, or the next ones within `wait_s`; returns the ended episodes."""
+    """Add the queued labels, or the next ones within `wait_s`; return the ended episodes."""
     ended = []
     while True:
         try:
@@ -246,13 +246,13 @@ def _take(samples: Samples, workers: Workers, wait_s: float | None = None) -> li
 
 
 def _report(ended: list[Tensor]) -> dict[str, float]:
-    """Figures of the episodes that the student drove alone, and of the others."""
+    """Return the figures of the episodes that the student drove alone, and of the others."""
     names = ("steps", "fell", *Carry.stages)
     facts = torch.cat(ended) if ended else torch.zeros(0, 3 + len(Carry.stages))
     found: dict[str, float] = {}
-    for who, some in (("student", facts[facts[:, 0] > 0]), ("mixed", facts[facts[:, 0] == 0])):
+    for group, some in (("student", facts[facts[:, 0] > 0]), ("mixed", facts[facts[:, 0] == 0])):
         if len(some):
-            found[f"{who}/episodes"] = len(some)
+            found[f"{group}/episodes"] = len(some)
             means = zip(names, some[:, 1:].mean(dim=0).tolist(), strict=True)
-            found |= {f"{who}/{name}": mean for name, mean in means}
+            found |= {f"{group}/{name}": mean for name, mean in means}
     return found

@@ -1,4 +1,4 @@
-"""The states in which boxes were last lifted, from which episodes can start again."""
+"""States in which boxes were last lifted, as initial states of later episodes."""
 
 from collections.abc import Mapping
 
@@ -9,13 +9,13 @@ from world.objects.box_bank import Layout
 
 
 class LiftedStates:
-    """Of n scenes: the state in which the box was last lifted, and the teacher's state then."""
+    """The states of n scenes in which the box was last lifted, with the teacher's state."""
 
     def __init__(
         self, qpos: Tensor, qvel: Tensor, layout: Layout, teacher: Mapping[str, Tensor]
     ) -> None:
-        self.known = torch.zeros(len(qpos), dtype=torch.bool)
-        """[n]: there is one."""
+        self.exists = torch.zeros(len(qpos), dtype=torch.bool)
+        """[n] True for a scene with such a state."""
         self.qpos, self.qvel = qpos.clone(), qvel.clone()
         self.layout = Layout(**{name: part.clone() for name, part in vars(layout).items()})
         self.teacher = {name: part.clone() for name, part in teacher.items()}
@@ -24,7 +24,7 @@ class LiftedStates:
         self, rows: Tensor, qpos: Tensor, qvel: Tensor, at: Layout, teacher: Mapping[str, Tensor]
     ) -> None:
         """Store the states of the scenes `rows` [m]; teacher: its state in all n."""
-        self.known[rows], self.qpos[rows], self.qvel[rows] = True, qpos, qvel
+        self.exists[rows], self.qpos[rows], self.qvel[rows] = True, qpos, qvel
         overwrite(self.layout, rows, at)
         for name, part in self.teacher.items():
             part[rows] = teacher[name][rows]

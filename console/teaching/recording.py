@@ -1,7 +1,7 @@
 """`inhabit teach record`: motion clips with a box, of the scripted teacher.
 
-Training on carry can start from any of their frames and learn their style. They contain no
-recording of a person.
+Their frames serve carry as reference states, and their style trains the discriminator. They
+contain no recording of a person.
 """
 
 import time
@@ -21,12 +21,12 @@ from world.motions.objects import BoxTrack
 from world.tasks.carry import Carry, grips
 from world.teachers.motion import HANDS
 
-#: The last control steps before a fall are left out; fewest control steps of a clip.
+#: Last control steps before a fall, which are left out; fewest control steps of a clip.
 _BEFORE_FALL, _SHORTEST = 60, 90
-#: A box between the hands counts as held this far from its start, m.
+#: Distance from its initial position beyond which a box between the hands counts as held, m.
 _OFF_M = 0.03
 #: Seconds between two lines of progress.
-_TELL_S = 2.0
+_REPORT_S = 2.0
 
 
 class Recorder:
@@ -42,7 +42,7 @@ class Recorder:
         self.written = 0
 
     def step(self) -> None:
-        """Advance all scenes by one control step; ended episodes become clips."""
+        """Step all scenes by one control step; ended episodes become clips."""
         practice = self._practice
         now, body = practice.scenes.now(practice.target), practice.scenes.body()
         box = now.box
@@ -64,10 +64,10 @@ class Recorder:
 
     def _cut(self, frames: list[tuple[np.ndarray, np.ndarray, bool]], row: int) -> None:
         held = np.array([h for _, _, h in frames], dtype=bool)
-        # a clip's box is held across its width
+        # the box of a clip must be held across its width
         if len(frames) < _SHORTEST or not held.any() or self._across[row] < 0.0:
             return
-        # held from the first contact to the last: a short slip is no release
+        # held from the first contact to the last: a short slip is not a release
         first, last = np.flatnonzero(held)[[0, -1]]
         held[first : last + 1] = True
         qpos = torch.from_numpy(np.stack([q for q, _, _ in frames]))
@@ -89,13 +89,13 @@ class Recorder:
 
 
 def record(command: TeachRecord) -> None:
-    """Write clips until there are enough."""
+    """Write the requested number of clips."""
     recorder = Recorder(command)
     print(f"recording {command.scenes} scenes", flush=True)
-    told = time.monotonic()
+    reported = time.monotonic()
     while recorder.written < command.clips:
         recorder.step()
-        if time.monotonic() - told > _TELL_S:
-            told = time.monotonic()
+        if time.monotonic() - reported > _REPORT_S:
+            reported = time.monotonic()
             print(f"{recorder.written} of {command.clips} clips", flush=True)
     print(f"{recorder.written} clips in {command.out}")

@@ -1,4 +1,4 @@
-"""The regression: labelled samples, and an actor that is fitted to them."""
+"""Regression of an actor on labelled samples."""
 
 import copy
 
@@ -9,21 +9,21 @@ from learner.ppo import Learner
 from world.character import model as character
 from world.config import WorldConfig
 
-#: The loss is quadratic up to this error of an action, linear beyond.
+#: Error of an action up to which the loss is quadratic; beyond it is linear.
 _HUBER = 0.3
-#: The student is the actor averaged over about this many batches.
+#: Number of batches over which the actor is averaged to the student.
 _AVERAGED = 2000
 
 
 def action_weights(world: WorldConfig) -> Tensor:
-    """[28]: weight of each action's error, by the torque that it makes, within bounds."""
+    """Return the weight of each action's error [28], by its torque, within bounds."""
     low, high = character.set_point_bounds()
     torque = torch.from_numpy(character.gains()[0] * world.action_scale * (high - low)).float()
     return (torque / torque.mean()).clamp(0.3, 3.0)
 
 
 class Samples:
-    """Observations and teacher actions, the newest `capacity`."""
+    """Buffer of the newest `capacity` observations and teacher actions."""
 
     def __init__(self, capacity: int, observation: int, device: torch.device) -> None:
         self.observations = torch.empty(capacity, observation, device=device)
@@ -39,7 +39,7 @@ class Samples:
         self.total += len(observations)
 
     def draw(self, n: int) -> tuple[Tensor, Tensor]:
-        """n samples, half of them from the newest third."""
+        """Draw n samples, half of them from the newest third."""
         device, m = self.observations.device, min(self.total, len(self.observations))
         age = torch.randint(0, m, (n,), device=device)
         age[::2] %= max(1, m // 3)
@@ -48,7 +48,7 @@ class Samples:
 
 
 class Regression:
-    """Fits an actor to samples; its average is the student."""
+    """Regression of an actor on samples; its average is the student."""
 
     def __init__(self, learner: Learner, weights: Tensor, rate: float, batch: int) -> None:
         self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
@@ -82,13 +82,13 @@ class Regression:
             actor.head.bias.copy_(mean)
 
     def step(self, samples: Samples, rate: float) -> Tensor:
-        """Train on one batch; returns the mean squared error of its actions [], in their units."""
+        """Train on one batch; return the mean squared error of its actions [], in their units."""
         for group in self._optimiser.param_groups:
             group["lr"] = rate
-        observations, wanted = samples.draw(self._batch)
+        observations, labels = samples.draw(self._batch)
         clip = self.learner.config.observation_clip
         found = self.actor(((observations - self._mean) / self._std).clamp_(-clip, clip))
-        error = found - wanted
+        error = found - labels
         loss = self._weights * torch.nn.functional.smooth_l1_loss(
             error, torch.zeros_like(error), beta=_HUBER, reduction="none"
         )
@@ -102,8 +102,8 @@ class Regression:
             torch._foreach_lerp_(mean, now, max(1.0 / _AVERAGED, 1.0 / self.steps))
         return error.detach().square().mean()
 
-    def hand_back(self) -> Learner:
-        """The learner with the fitted actor and its average."""
+    def updated_learner(self) -> Learner:
+        """Return the learner with the fitted actor and its average."""
         for mine, theirs in (
             (self.actor, self.learner.actor),
             (self.average, self.learner.average),

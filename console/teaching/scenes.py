@@ -1,5 +1,5 @@
-"""The scenes of DAgger: student and scripted teacher take turns at driving, the teacher labels
-every state."""
+"""The scenes of DAgger: student and scripted teacher drive in turn, the teacher labels every
+state."""
 
 import math
 from dataclasses import replace
@@ -23,11 +23,11 @@ from world.tasks.carry import Carry
 from world.teachers.controller import CarryController, Phase
 from world.teachers.gait import unit
 
-#: An episode ends after this many control steps, after this many with the box at its target, or
-#: with the root this low, m.
+#: Greatest number of control steps of an episode, of those with the box at its target, and lowest
+#: root height, m; each ends an episode.
 _LONGEST, _HELD, _LYING_M = 600, 60, 0.45
-#: Labels of this many control steps before a fall are dropped: no action prevents it then.
-_TOO_LATE = 25
+#: Control steps before a fall whose labels are dropped, as no action can prevent the fall then.
+_BEFORE_FALL = 25
 #: Mean number of control steps that the teacher drives at a time.
 _SPELL = 20.0
 #: Fraction of the episodes that the student drives alone.
@@ -60,9 +60,9 @@ class TeachingScenes:
         self._begin(self.ids, qpos, layout, carrying)
 
     def collect(self, student: Policy | None, spell: float) -> tuple[Tensor, Tensor, Tensor]:
-        """Observations [m, 150] and teacher actions [m, 28] of the next control steps, in which the
-        student drives for about `spell` steps at a time; and of each episode that ended [k, 8]
-        whether the student drove it alone, its length, whether it ended in a fall, and its stages.
+        """Return observations [m, 150] and teacher actions [m, 28] of the next control steps, in
+        which the student drives for about `spell` steps at a time; and for each ended episode [k,
+        8] whether the student drove it alone, its length, whether it ended in a fall, its stages.
         """
         observations, labels, ended = [], [], []
         scale = self._practice.noise * (self.ids % 2 == 0)[:, None]
@@ -86,13 +86,13 @@ class TeachingScenes:
             self.scenes.act(torch.nan_to_num(action + scale * noise).double())
             fell, over = self._observe()
             self._fell.append(fell)
-            if len(self._recent) > _TOO_LATE:
-                one, other = self._recent.pop(0)
-                late = torch.stack(self._fell).any(dim=0)
+            if len(self._recent) > _BEFORE_FALL:
+                observation, label = self._recent.pop(0)
+                falls = torch.stack(self._fell).any(dim=0)
                 self._fell.pop(0)
-                kept = one.isfinite().all(dim=1) & other.isfinite().all(dim=1) & ~late
-                observations.append(one[kept])
-                labels.append(other[kept])
+                kept = observation.isfinite().all(dim=1) & label.isfinite().all(dim=1) & ~falls
+                observations.append(observation[kept])
+                labels.append(label[kept])
             if over.any():
                 facts = (self._alone, self._age, fell, *self._stages.T)
                 ended.append(torch.stack([fact.float() for fact in facts], dim=1)[over])
@@ -106,7 +106,7 @@ class TeachingScenes:
         return *joined, torch.cat([none, *ended])
 
     def drive(self) -> tuple[Tensor, Tensor]:
-        """One control step driven by the teacher; [n] bool each: fell, the episode is over."""
+        """Step by the teacher's set-points; return [n] bool each: fell, the episode is over."""
         now, scenes = self.scenes.now(self.target), self.scenes
         scenes.drive(self.controller.set_points(scenes.qpos, scenes.qvel, now, self.bank.mass))
         return self._observe()
@@ -115,11 +115,11 @@ class TeachingScenes:
         """Start new episodes where the last one is over [n] bool."""
         if over.any():
             self._begin(over.nonzero().flatten(), *self._draw())
-            from_lift = over & self._lifted.known & (self._uniform() < self._practice.lifted)
+            from_lift = over & self._lifted.exists & (self._uniform() < self._practice.lifted)
             self._begin_lifted(from_lift.nonzero().flatten())
 
     def _observe(self) -> tuple[Tensor, Tensor]:
-        """[n] bool each: character or box fell; the episode is over."""
+        """Return [n] bool each: character or box fell; the episode is over."""
         now, body = self.scenes.now(self.target), self.scenes.body()
         fell = self.task.fell(body, now) | (body.root[:, 2] < _LYING_M) | ~self.scenes.finite()
         self._stages |= self.task.stage(body, now) & ~fell[:, None]
@@ -136,7 +136,7 @@ class TeachingScenes:
         carrying: Tensor,
         qvel: Tensor | None = None,
     ) -> None:
-        """Start episodes in the scenes `rows` [m] from states given for all n; at rest without qvel
+        """Start episodes in the scenes `rows` [m] from states of all n; at rest without qvel
         [n, 34]."""
         moves = torch.zeros(len(rows), character.NV) if qvel is None else qvel[rows]
         at = layout.rows(rows)
@@ -148,7 +148,7 @@ class TeachingScenes:
         self._age[rows], self._held[rows], self._stages[rows] = 0.0, 0.0, False
 
     def _keep(self, lifts: Tensor) -> None:
-        """Keep the states of the scenes whose boxes have just been lifted [n] bool."""
+        """Store the states of the scenes whose boxes have just been lifted [n] bool."""
         rows, scenes = lifts.nonzero().flatten(), self.scenes
         pose, velocity = scenes.free_qpos[rows, :7].float(), scenes.free_qvel[rows, :6].float()
         at = replace(
@@ -170,8 +170,8 @@ class TeachingScenes:
                 value[rows] = kept.teacher[name][rows]
 
     def _draw(self) -> tuple[Tensor, Layout, Tensor]:
-        """Initial states of all scenes: standing characters [n, 43], their boxes on stands about
-        them or in hand, and which are in hand [n] bool."""
+        """Draw initial states of all scenes: standing characters [n, 43], layouts with boxes on
+        stands or in hand, and which are in hand [n] bool."""
         half, n = self.bank.half, len(self.ids)
         qpos = torch.from_numpy(character.standing_qpos()).float()[None].repeat(n, 1)
         carrying = self._uniform() < self._practice.in_hand
@@ -189,7 +189,7 @@ class TeachingScenes:
         yaw = unit(2.0 * math.pi * self._uniform())
         yaw = torch.where(carrying[:, None], ahead, yaw)
         from_box = self._about(on_stand, self._between(1.0, 5.0))
-        # no stand fits where the character stands: the target is then on the other side of the box
+        # a stand would overlap the character: the target is then on the other side of the box
         crowded = (from_box.norm(dim=1) < 0.8)[:, None]
         from_box = torch.where(crowded, 2.0 * on_stand - from_box, from_box)
         from_self = self._about(torch.zeros(n, 2), self._between(0.6, 4.0))
@@ -207,7 +207,7 @@ class TeachingScenes:
         )
 
     def _about(self, point: Tensor, far: Tensor) -> Tensor:
-        """[n, 2]: at distances [n] from points [n, 2], in uniform directions."""
+        """Draw points [n, 2] at distances [n] from points [n, 2], in uniform directions."""
         return point + far[:, None] * unit(2.0 * math.pi * self._uniform())
 
     def _between(self, low: float, high: float) -> Tensor:

@@ -1,6 +1,6 @@
-"""`inhabit teach try`: success of the scripted teacher in the trials of policies.
+"""`inhabit teach try`: evaluation of the scripted teacher in the trials of policies.
 
-With noise its actions err as those of a student do. A teacher that falls then has students that
+Noise gives its actions errors like those of a student. If the teacher then falls, its students
 fall.
 """
 
@@ -24,8 +24,8 @@ from world.scene.target import Target
 from world.tasks.carry import Carry
 from world.teachers.controller import CarryController
 
-#: Fraction of an error that remains a control step later.
-_LASTS = 0.8
+#: Correlation of the action error between two control steps.
+_CORRELATION = 0.8
 
 
 @dataclass
@@ -34,14 +34,14 @@ class Chunk:
 
     controller: CarryController
     mass_kg: Tensor
-    """[n]: of the boxes."""
+    """[n] masses of the boxes."""
     error: Tensor
-    """[n, 28]: present error of the actions."""
+    """[n, 28] present error of the actions."""
     draw: torch.Generator
 
 
-class Drive:
-    """Drives the scenes of each chunk by its own controllers."""
+class TeacherDriver:
+    """Driver by the scripted teacher, with controllers for each chunk."""
 
     def __init__(self, noise: float) -> None:
         self._noise = noise
@@ -56,17 +56,19 @@ class Drive:
         chunk = self._chunks[scenes]
         targets = chunk.controller.set_points(scenes.qpos, scenes.qvel, target, chunk.mass_kg)
         fresh = torch.randn(chunk.error.shape, generator=chunk.draw)
-        # the squares of the two factors add up to 1: the error keeps its variance
-        chunk.error = _LASTS * chunk.error + math.sqrt(1.0 - _LASTS**2) * self._noise * fresh
-        # nothing of a scene that diverged is evaluated
+        # the squares of the two factors sum to 1, so that the variance of the error is constant
+        kept, added = _CORRELATION, math.sqrt(1.0 - _CORRELATION**2)
+        chunk.error = kept * chunk.error + added * self._noise * fresh
+        # scenes with non-finite states are not evaluated
         scenes.act(torch.nan_to_num(scenes.actions(targets) + chunk.error))
 
 
-def attempt(command: TeachTry) -> dict[str, Any]:
-    """Evaluate the scripted teacher; the figures of an evaluation."""
+def evaluate_teacher(command: TeachTry) -> dict[str, Any]:
+    """Evaluate the scripted teacher; return the figures of an evaluation."""
     protocol = Protocol(success_m=Carry.success_m, limit_s=command.seconds)
     pieces = boxes(command.trials, command.seed, None)
     chosen = trials.manifest(pieces, command.trials, command.seed, command.near_m, command.far_m)
     world = WorldConfig(task="carry")
-    results = trials.drive(world, Drive(command.noise), chosen, protocol.steps, command.threads)
+    driver = TeacherDriver(command.noise)
+    results = trials.drive(world, driver, chosen, protocol.steps, command.threads)
     return scored(results, chosen, protocol, Carry.stages)

@@ -15,7 +15,7 @@ import ray
 from ray._private import services
 
 from actors.cluster import ClusterError, ray_session
-from console.run.machine import family
+from console.run.machine import process_tree
 from tests.support.paths import ROOT
 from tests.support.rpc.sockets import listening
 
@@ -29,10 +29,10 @@ def test_every_port_is_on_the_loopback(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("RAY_ADDRESS", raising=False)
     # Where `ray start` leaves the address of a cluster of this machine: ours must not join it.
     monkeypatch.setattr("ray._private.utils.read_ray_address", lambda *_: "127.0.0.1:1")
-    before = family()
+    before = process_tree()
     with ray_session(cpus=1, object_store_bytes=80 * 2**20):
-        assert ray.get(ray.remote(process).remote()) in family()
-        addresses = listening(family() - before | {os.getpid()})
+        assert ray.get(ray.remote(process).remote()) in process_tree()
+        addresses = listening(process_tree() - before | {os.getpid()})
         assert len(addresses) >= 5, "the control store, the node's two ports, agents, a worker"
         assert [a for a in addresses if not a.is_loopback] == []
     assert "RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER" not in os.environ
@@ -91,16 +91,16 @@ def test_agents_may_be_slow_to_start(monkeypatch: pytest.MonkeyPatch, tmp_path: 
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     began = time.monotonic()
     with ray_session(cpus=1, object_store_bytes=80 * 2**20):
-        assert ray.get(ray.remote(process).remote()) in family()
+        assert ray.get(ray.remote(process).remote()) in process_tree()
         time.sleep(max(0.0, began + SLOWLY + 3 - time.monotonic()))
-        assert ray.get(ray.remote(process).remote()) in family()
+        assert ray.get(ray.remote(process).remote()) in process_tree()
     assert len(list(tmp_path.glob("slow-*"))) >= 2, "both agents slept"
 
 
 def sessions() -> set[str]:
     """Ray's names for the nodes that this process has started, of which a process still runs."""
     found = set()
-    for pid in family():
+    for pid in process_tree():
         try:
             line = Path(f"/proc/{pid}/cmdline").read_text()
         except OSError:
@@ -137,7 +137,7 @@ def test_one_that_dies_while_it_starts_is_started_again(
     made = sabotaged(monkeypatch, starter, [signal.SIGKILL])
     before = sessions()
     with ray_session(cpus=1, object_store_bytes=80 * 2**20):
-        assert ray.get(ray.remote(process).remote()) in family()
+        assert ray.get(ray.remote(process).remote()) in process_tree()
         # of the first try nothing is left, its monitors included
         assert len(sessions() - before) == 1
     assert made[0].poll() == -signal.SIGKILL and len(made) == 2

@@ -18,7 +18,7 @@ from pathlib import Path
 import pytest
 
 from console.run.directory import RunDirectory
-from console.run.machine import family
+from console.run.machine import process_tree
 from console.run.metrics import read_metrics
 from tests.support import small_clips
 from tests.support.paths import ROOT
@@ -173,7 +173,7 @@ def test_ray_s_own_submit_streams_the_log_and_tells_success_from_failure(
 
 
 def test_the_head_listens_to_no_other_machine(cluster: Cluster) -> None:
-    addresses = listening(family())
+    addresses = listening(process_tree())
     assert len(addresses) >= 8, "control store, dashboard, node, object manager, agents, client"
     assert [a for a in addresses if not a.is_loopback] == []
 

@@ -46,23 +46,23 @@ def test_there_are_many_and_no_line_is_left_over() -> None:
 
 @pytest.mark.parametrize(("kind", "name"), FIELDS, ids=lambda x: getattr(x, "__name__", x))
 def test_each_number_has_bounds(kind: type, name: str) -> None:
-    assert bounds.said(kind, name)
+    assert bounds.text(kind, name)
     spans = bounds.BOUNDS[kind.__name__][name]
     field = next(f for f in dataclasses.fields(kind) if f.name == name)
     holder = dataclasses.make_dataclass(kind.__name__, [name])
     if field.default is not dataclasses.MISSING:
-        bounds.hold(holder(field.default))
+        bounds.require(holder(field.default))
     low, high = spans[-1]
     for wrong in (float("nan"), float("inf"), float("-inf"), low - 1, 2 * high + 1):
         value = wrong if len(spans) == 1 else ((0.0, wrong),)
         for given in (value, (value,)) if len(spans) == 1 else (value,):
             with pytest.raises(ConfigError, match=f"^--{name.replace('_', '-')} .*: must be "):
-                bounds.hold(holder(given))
+                bounds.require(holder(given))
 
 
 @pytest.mark.parametrize("preset", PRESETS)
 def test_the_presets_are_within(preset: str) -> None:
-    bounds.hold(PRESETS[preset])
+    bounds.require(PRESETS[preset])
 
 
 @pytest.mark.parametrize(

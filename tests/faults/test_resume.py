@@ -117,7 +117,7 @@ def test_a_run_deleted_under_a_training_ends_it(run: Path, tmp_path: Path) -> No
         shutil.rmtree(going)
         _, said = process.communicate(timeout=120)
         assert process.returncode == 1
-        assert "metrics.jsonl was deleted while the run was going on" in said.splitlines()[-1]
+        assert "metrics.jsonl was deleted during the run" in said.splitlines()[-1]
         assert not (going / "checkpoints").exists()
     finally:
         if process.poll() is None:

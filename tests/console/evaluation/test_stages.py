@@ -9,7 +9,7 @@ import pytest
 import torch
 
 from console.recording import format as recording
-from console.run.nan_dump import BlackBox
+from console.run.nan_dump import NanDump
 from learner.episodes import EpisodeWindow
 from world.character import features
 from world.character import model as character
@@ -77,7 +77,7 @@ def test_stages_and_a_blow_up_of_carry(tmp_path: Path) -> None:
     config = WorldConfig(task="carry", initial=InitialStates(0, 1, 0), episode_s=0.5)
     bank = BoxBank(boxes(CarryConfig(sizes=4)))
     shard = Shard(config, MotionLibrary(walking, use=BOX), bank, range(32), 0)
-    kept = BlackBox(shard, range(32), bank.pieces, tmp_path)
+    kept = NanDump(shard, range(32), bank.pieces, tmp_path)
     found: list[torch.Tensor] = []
     for _ in range(15):
         step = kept.step(torch.zeros(32, 28))

@@ -53,5 +53,5 @@ def test_a_published_policy_has_no_judge(tmp_path: Path) -> None:
     assert judge_of(found) is None
     path, _ = checkpoint(tmp_path, experiment, 114)
     other = replace(experiment, style=StyleConfig(hidden=(16, 9)))
-    with pytest.raises(CheckpointError, match="its style is none of this version"):
+    with pytest.raises(CheckpointError, match="unknown form of its discriminator"):
         StyleJudge(path, other)

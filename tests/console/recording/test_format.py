@@ -12,7 +12,7 @@ from console.recording import format as recording
 from console.recording.format import Recording, RecordingError
 from console.run import assembly
 from console.run.experiment import PRESETS
-from console.run.nan_dump import BlackBox
+from console.run.nan_dump import NanDump
 from tests.support.console.recordings import take
 from world.character import model as character
 from world.config import WorldConfig
@@ -48,7 +48,7 @@ def test_a_damaged_recording_is_one_line(tmp_path: Path) -> None:
 
 def test_a_scene_that_blows_up_is_written_down(tmp_path: Path) -> None:
     shard = assembly.shard(WORLD, range(32, 64), 0)
-    box = BlackBox(shard, range(32, 64), assembly.training_bank(WORLD).pieces, tmp_path)
+    box = NanDump(shard, range(32, 64), assembly.training_bank(WORLD).pieces, tmp_path)
     still = torch.zeros(32, 28)
     box.step(still)
     state = shard.state_dict()

@@ -43,7 +43,7 @@ def test_a_committed_policy_says_what_made_it() -> None:
     assert found.task == "sit" and found.experiment.world.task == "sit"
     assert assembly.layout(found.experiment) == found.manifest.layout
     bare = Manifest(found.manifest.layout, 0, 0, {})
-    with pytest.raises(CheckpointError, match="does not say which experiment made it"):
+    with pytest.raises(CheckpointError, match="records no valid experiment"):
         assembly.experiment_of(bare, found.path)
 
 

@@ -49,7 +49,7 @@ def test_differences_are_named() -> None:
     ("changes", "said"),
     [
         ({"scenes": 0}, "must be above 0"),
-        ({"scenes": 100}, r"--scenes 100 is no multiple of --block 64: choose 128"),
+        ({"scenes": 100}, r"--scenes 100 is not a multiple of --block 64: choose 128"),
         ({"lag": LagConfig(max_style=-1)}, "must be 0 or above"),
         ({"lag": LagConfig(overlap=True, max_policy=0)}, "leave one of them out"),
     ],

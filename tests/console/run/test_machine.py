@@ -7,19 +7,19 @@ import sys
 from console.run import machine
 
 
-def test_this_process_and_its_children_are_a_family() -> None:
+def test_this_process_and_its_children_are_the_process_tree() -> None:
     code = "import sys; sys.stdin.read()"
     with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE) as child:
-        assert {os.getpid(), child.pid} <= machine.family()
-        assert os.getppid() not in machine.family()
+        assert {os.getpid(), child.pid} <= machine.process_tree()
+        assert os.getppid() not in machine.process_tree()
         assert child.stdin is not None
         child.stdin.close()
-    assert child.pid not in machine.family()
+    assert child.pid not in machine.process_tree()
 
 
 def test_memory_is_in_gigabytes() -> None:
     here = machine.resident_gb()
-    assert 0.01 < here < machine.memory_gb() and here <= machine.family_gb()
+    assert 0.01 < here < machine.memory_gb() and here <= machine.process_tree_gb()
     assert machine.resident_gb(2**30) == 0.0
 
 

@@ -9,7 +9,7 @@ import torch
 
 from console.recording import format as recording
 from console.run import nan_dump
-from console.run.nan_dump import BlackBox
+from console.run.nan_dump import NanDump
 from world.character import model as character
 from world.furniture.catalogue import find
 
@@ -40,7 +40,7 @@ class Shard:
 
 
 def test_the_states_of_the_episode_are_kept(tmp_path: Path) -> None:
-    box = BlackBox(Shard(), range(6, 8), PIECES, tmp_path)  # pyright: ignore
+    box = NanDump(Shard(), range(6, 8), PIECES, tmp_path)  # pyright: ignore
     for step in range(5):
         box.step(torch.full((2, 28), float(step)))
     (file,) = tmp_path.iterdir()
@@ -57,7 +57,7 @@ def test_a_broken_run_does_not_fill_the_disk(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(nan_dump, "MOST", 3)
-    box = BlackBox(Shard(), range(2), PIECES, tmp_path)  # pyright: ignore
+    box = NanDump(Shard(), range(2), PIECES, tmp_path)  # pyright: ignore
     for _ in range(12):
         box.step(torch.zeros(2, 28))
     assert len(list(tmp_path.iterdir())) == 3

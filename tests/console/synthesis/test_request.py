@@ -47,7 +47,7 @@ WRONG = [
     ("--object chair-test-000 --seconds 0 --out a.npz", "--seconds 0: must be 0.1 to 3600"),
     ("--object chair-test-000 --tries 0 --out a.npz", "--tries 0: must be 1 to 10000"),
     ("--object chair-test-000 --seed -1 --out a.npz", "--seed -1: must be 0 to"),
-    ("--object chair-test-000 --to 1,2,0.5 --out a.npz", "--to and --box-kg are of a box"),
+    ("--object chair-test-000 --to 1,2,0.5 --out a.npz", "--to and --box-kg belong to carry"),
     ("--object chair-test-000 --out a.fbx", "'.fbx'; choose .npz, .bvh, .html, .mp4, .msgpack"),
     ("--object chair-test-000 --out a", "unknown kind of file ''"),
     ("--object chair-test-000 --out a.bvh a.bvh", "names one file twice"),
@@ -84,7 +84,7 @@ def test_what_carry_needs_is_named() -> None:
             scene_request.scene(replace(command("carry", "box"), **flags), carry, None)  # pyright: ignore
         return str(caught.value)
 
-    assert "--to X,Y,HEIGHT: say where" in said()
+    assert "--to X,Y,HEIGHT: give the target" in said()
     assert "give --object box" in said(object="chair-test-000")
     assert "--to's HEIGHT 9: choose" in said(to="1,2,9")
     assert "--box-kg 500: choose" in said(to="1,2,0.5", box_kg=500.0)

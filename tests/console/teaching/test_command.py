@@ -31,7 +31,7 @@ def test_help(words: str, expected: str, capsys: pytest.CaptureFixture[str]) -> 
         ("carry OUT --batches 0", "--batches 0: must be 1 to 1000000000"),
         ("carry OUT --in-hand 1.5", "--in-hand 1.5: must be 0 to 1"),
         ("carry OUT --spell 0 10", "--spell 0: must be 0.001 to 1000000"),
-        ("carry TMP", "is no checkpoint: choose another folder"),
+        ("carry TMP", "is not a checkpoint: choose another folder"),
         ("try --noise -1", "--noise -1: must be 0 to 10"),
         ("try --near-m 3 --far-m 2", "--near-m must be above 0 and no more than --far-m"),
         ("record OUT --clips 0", "--clips 0: must be 1 to 1000000"),

@@ -4,6 +4,7 @@ import asyncio
 import threading
 
 import pytest
+
 from policy.checkpoints.background import run_in_background
 
 
