@@ -35,6 +35,6 @@ def page() -> str:
             parts.append(table(("flag", "type", "default", "unit", "meaning"), rows))
             if len(found) > len(own):
                 parts.append(
-                    "Every field of [the configuration](configuration.md) is a flag too.\n"
+                    "In addition, every field of [the configuration](configuration.md) is a flag.\n"
                 )
     return "\n".join(parts)

@@ -23,8 +23,8 @@ def page() -> str:
         "# Configuration\n",
         "An experiment is one tree of frozen dataclasses; `config.json` of a run holds it, and each"
         " field is a flag of `inhabit train`: `world.initial.near_m` is"
-        " `--world.initial.near-m 0.75 1.6`. A schedule is a list of (samples, value) points, linear"
-        " between them. The column of a preset is empty where the preset has the default.\n",
+        " `--world.initial.near-m 0.75 1.6`. A schedule is a list of (samples, value) points,"
+        " linear between them. The column of a preset is empty where the preset has the default.\n",
     ]
     for prefix, title in SECTIONS:
         rows = []

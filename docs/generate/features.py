@@ -11,9 +11,9 @@ from world.tasks import REGISTRY
 INTRODUCTION = """# Features and goals
 
 A policy observes the **state** ({width} numbers, the same for every task) followed by the **goal**
-of its task. The tables have the index and the formula of each number, so that any engine can compute
-the inputs. Formulas are numpy expressions over the quantities below; `np` is numpy, `@` the matrix
-product. A test evaluates this page and compares it with the package to 1e-5.
+of its task. The tables have the index and the formula of each number, so that any engine can
+compute the inputs. Formulas are numpy expressions over the quantities below; `np` is numpy, `@` the
+matrix product. A test evaluates this page and compares it with the package to 1e-5.
 
 Units are SI. World and object frames have z up; body frames have x forward, y left, z up.
 Quaternions are w, x, y, z. The **heading frame** has its origin at the root, x along the root's
