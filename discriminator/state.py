@@ -57,7 +57,7 @@ def check(state: Mapping[str, Tensor], form: Form) -> None:
     known = {*form.tensors, *(f"counters/{name}" for name in _COUNTERS), "new", "replay"}
     for name in state:
         if name not in known and not name.startswith(("adam/", "scores/", "trained/")):
-            raise _error(name[:80], "is not part of one")
+            raise _error(name[:80], "is not part of a state")
 
 
 def _counters(state: Mapping[str, Tensor], form: Form) -> dict[str, int]:
@@ -80,7 +80,7 @@ def _moments(state: Mapping[str, Tensor], form: Form, version: int) -> None:
     for name in names:
         match = _MOMENT.fullmatch(name)
         if match is None or int(match[1]) >= len(form.parameters):
-            raise _error(name[:80], "is not part of one")
+            raise _error(name[:80], "is not part of a state")
     if not names and version == 0:
         return
     steps = version * form.steps
@@ -104,7 +104,7 @@ def _figures(state: Mapping[str, Tensor], form: Form) -> None:
     for name in (name for name in state if name.startswith("scores/")):
         match = _SCORE.fullmatch(name)
         if match is None or int(match[1]) > form.remembered:
-            raise _error(name[:80], "is not part of one")
+            raise _error(name[:80], "is not part of a state")
         scores.setdefault(int(match[1]), []).append(match[2])
     figures = [*trained]
     for order, names in scores.items():

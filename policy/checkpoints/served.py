@@ -104,7 +104,7 @@ class Served:
                 f"{self.name}: made for other features, goals or actions than {self.task.name} has"
             )
         if self.policy.mean.shape != (self.width,) or self.policy.actions != ACTIONS:
-            raise LayoutError(f"{self.name}: its weights are of another size than its layout says")
+            raise LayoutError(f"{self.name}: its weights differ in size from its layout")
         if not self.act(torch.zeros(1, self.width)).isfinite().all():
             raise LayoutError(f"{self.name}: its weights hold numbers that are not finite")
         return self

@@ -55,7 +55,7 @@ def displaced(message: pb.SynthesizeRequest) -> Disturbance | None:
         return None
     given, how = message.displacement, Moving()
     if message.moves:
-        raise RequestError("displacement: not together with moves, which say where it is")
+        raise RequestError("displacement: not together with moves, choose one of them")
     if given.HasField("near_m"):
         near_m = number(given.near_m, "displacement.near_m", *_NEAR_M)
         how = replace(how, near_m=(near_m, near_m))

@@ -115,8 +115,10 @@ def own(recording: Recording, fps: int) -> tuple[Scaled, Targets]:
 
 def own_targets(scaled: Scaled) -> Targets:
     """Targets of a recording on the character's own body."""
-    place = scaled.position
-    return Targets(place[:, 0], scaled.rotation[:, :15], place[:, [11, 14]], place[:, [5, 8]])
+    position = scaled.position
+    return Targets(
+        position[:, 0], scaled.rotation[:, :15], position[:, [11, 14]], position[:, [5, 8]]
+    )
 
 
 def _z_up(recording: Recording, joint: Mapping[str, int]) -> tuple[Array, Array]:
@@ -133,9 +135,9 @@ def upward(recording: Recording, joint: Mapping[str, int]) -> str:
     """
     likely = "yz".index(recording.likely_up) + 1
     other = 3 - likely
-    place = recording.position
-    feet = 0.5 * (place[:, joint["right_ankle"]] + place[:, joint["left_ankle"]])
-    body = place[:, joint["head"]] - feet
+    position = recording.position
+    feet = 0.5 * (position[:, joint["right_ankle"]] + position[:, joint["left_ankle"]])
+    body = position[:, joint["head"]] - feet
     length = np.maximum(np.linalg.norm(body, axis=-1), 1e-9)
     tall = length.max()
     along = body / length[:, None]
@@ -143,7 +145,7 @@ def upward(recording: Recording, joint: Mapping[str, int]) -> str:
     never = (along[:, likely] < 0.7).all()
     grounded = abs(np.percentile(feet[:, other], 2)) < 0.2 * tall
     stays = np.ptp(feet, axis=0).max() < 0.4 * tall
-    lies = stays and -0.06 * tall < place[..., likely].min() < 0.2 * tall
+    lies = stays and -0.06 * tall < position[..., likely].min() < 0.2 * tall
     return "yz"[other - 1] if mostly and never and grounded and not lies else recording.likely_up
 
 

@@ -65,12 +65,14 @@ def solved(target: Targets) -> tuple[Array, Array]:
     start = within_ranges(start.astype(np.float64))
     quaternion = Rotation.from_matrix(target.rotation.reshape(-1, 3, 3)).as_quat(scalar_first=True)
     quaternion = quaternion.reshape(-1, 15, 4)
-    place = _places(target)
+    position = _positions(target)
     result = np.empty_like(start)
     for frame, qpos in enumerate(start):
         configuration.update(qpos)
         for body, task in tasks:
-            task.set_target(mink.SE3(np.concatenate((quaternion[frame, body], place[frame, body]))))
+            task.set_target(
+                mink.SE3(np.concatenate((quaternion[frame, body], position[frame, body])))
+            )
         for step in range(_MOST_STEPS):
             move = _step(configuration, [t for _, t in tasks], limits)
             size = np.abs(move).max()
@@ -97,13 +99,13 @@ def _solve(
     return mink.solve_ik(configuration, tasks, 1.0, "daqp", damping=_DAMPING, limits=limits)
 
 
-def _places(target: Targets) -> Array:
+def _positions(target: Targets) -> Array:
     """Target positions [T, 15, 3] of the bodies that have one; 0 elsewhere."""
-    place = np.zeros((len(target.root), 15, 3))
-    place[:, 0] = target.root
-    place[:, [5, 8]] = target.hand
-    place[:, [11, 14]] = target.ankle
-    return place
+    position = np.zeros((len(target.root), 15, 3))
+    position[:, 0] = target.root
+    position[:, [5, 8]] = target.hand
+    position[:, [11, 14]] = target.ankle
+    return position
 
 
 def within_ranges(qpos: Array) -> Array:

@@ -31,10 +31,10 @@ def carrying(
     """
     walker = manner(generator)
     speed = generator.uniform(0.8, 1.3)
-    laden = generator.uniform(0.7, 1.15)
+    speed_m_s = generator.uniform(0.7, 1.15)
     spin = np.sign(turn_rad) * generator.uniform(1.1, 1.4)
     bend, away = generator.uniform(-0.25, 0.25, 2)
-    walk_s = max(distance_m / laden, 0.8)
+    walk_s = max(distance_m / speed_m_s, 0.8)
     leaving = np.sign(generator.uniform(-1, 1)) * generator.uniform(1.1, 1.4)
     pieces = [
         (1.0, 0.0, 0.0),
@@ -42,7 +42,7 @@ def carrying(
         (WAIT_S, 0.0, 0.0),
         (0.7, -0.3, 0.0),
         (abs(turn_rad / spin), 0.0, spin),
-        (walk_s, laden, away),
+        (walk_s, speed_m_s, away),
         (WAIT_S, 0.0, 0.0),
         (0.9, -0.35, 0.0),
         (generator.uniform(0.9, 2.0), 0.1, leaving),
