@@ -43,7 +43,10 @@ WRONG = [
     ("--object chair-test-000 --start 1,2 --out a.npz", "--start 1,2: give X,Y,YAW"),
     ("--object chair-test-000 --start a,b,c --out a.npz", "--start a,b,c: give X,Y,YAW"),
     ("--object chair-test-000 --start 1,inf,2 --out a.npz", "--start 1,inf,2: each number"),
-    ("--object chair-test-000 --seconds 601 --out a.npz", "--seconds 601: must be 0.0333333 to 600"),
+    (
+        "--object chair-test-000 --seconds 601 --out a.npz",
+        "--seconds 601: must be 0.0333333 to 600",
+    ),
     ("--object chair-test-000 --seconds 0 --out a.npz", "--seconds 0: must be 0.0333333 to 600"),
     ("--object chair-test-000 --tries 0 --out a.npz", "--tries 0: must be 1 to 10000"),
     ("--object chair-test-000 --seed -1 --out a.npz", "--seed -1: must be 0 to"),
