@@ -10,20 +10,20 @@ TRIALS ?= 256
 .DEFAULT_GOAL := help
 
 help:
-	@echo "make train   set up, train sit for about $(MINUTES) minutes, evaluate, leave a replay in $(RUN)/replay.mp4"
+	@echo "make train   set up, train sit for about $(MINUTES) minutes, evaluate, render $(RUN)/replay.mp4"
 	@echo "make test    set up and run every test"
-	@echo "make check   set up and check format, lint, types, the direction of imports and the documentation"
+	@echo "make check   set up and check format, lint, types, direction of imports and documentation"
 	@echo "make docs    build the documentation into site/; every warning is an error"
-	@echo "make setup   only the virtual environment, in .venv"
+	@echo "make setup   set up the virtual environment, in .venv"
 
-# The stamp makes set-up run once, and again when a requirement changes.
+# With the stamp file set-up runs once, and again when a requirement changes.
 setup: .venv/.installed
 
 .venv/.installed: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; ok = (3, 11) <= sys.version_info[:2] < (3, 14); sys.exit(None if ok else "inhabit needs Python 3.11 to 3.13, this is %d.%d: make PYTHON=/path/to/python3.11 ..." % sys.version_info[:2])'
 	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	@echo "installing into .venv (a few minutes the first time)"
-	@# Where no GPU is present the pinned torch goes in first, so that nothing asks for a CUDA build.
+	@# Without a GPU the pinned torch is installed first, so that no package pulls a CUDA build.
 	@command -v nvidia-smi >/dev/null || $(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt "$$(grep '^torch==' constraints.txt)"
 	@$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	@touch $@
@@ -32,7 +32,7 @@ train: setup
 	$(BIN)/inhabit train sit --run $(RUN) --restart --minutes $(MINUTES)
 	$(BIN)/inhabit evaluate $(RUN) --trials $(TRIALS)
 	$(BIN)/inhabit video $(RUN) $(RUN)/replay.mp4
-	@echo "look at $(RUN)/replay.mp4"
+	@echo "the video is $(RUN)/replay.mp4"
 
 test: setup
 	$(BIN)/python -m pytest
@@ -47,7 +47,7 @@ format: setup
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-# Strict: a warning (a link to nowhere, a page outside the navigation) fails the build.
+# Strict: a warning (a broken link, a page outside the navigation) fails the build.
 docs: setup
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet --strict
 

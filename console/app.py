@@ -65,7 +65,7 @@ def parse(arguments: Sequence[str]) -> Any:
 
 
 DESCRIPTION = (
-    "Trains physically simulated characters to use furniture that is held out of training. "
+    "Trains simulated characters to use furniture that is not in the training set. "
     "Besides the commands below: motions import|list|check|play, objects import|list|check|show,"
     " teach carry|try|record."
 )

@@ -1,10 +1,10 @@
-# Ray workers that roll scenes out: the package and Ray, nothing that shows pictures.
+# Image of the rollout workers: the package and Ray, without rendering.
 # Build from the repository root: docker build -f deploy/actor.Dockerfile -t inhabit-actor .
 FROM python:3.11-slim-bookworm
 
 RUN useradd --create-home --uid 1000 inhabit
 WORKDIR /app
-# Ray probes its head with wget where Kubernetes asks.
+# Kubernetes probes of Ray use wget.
 # hadolint ignore=DL3008
 RUN apt-get update && apt-get install --yes --no-install-recommends wget \
     && rm -rf /var/lib/apt/lists/*
@@ -17,7 +17,7 @@ COPY actors actors
 COPY discriminator discriminator
 COPY learner learner
 COPY console console
-# The pinned torch first, so that nothing asks for a CUDA build.
+# The pinned torch first, so that no package pulls a CUDA build.
 RUN pip install --no-cache-dir -c constraints.txt torch==2.13.0 \
     && pip install --no-cache-dir -c constraints.txt .
 

@@ -1,4 +1,4 @@
-# The head, the learner and the services: as the actors' image, with what draws pictures and films.
+# Image of the head, the learner and the services: that of the actors, with rendering.
 # Build from the repository root: docker build -f deploy/learner.Dockerfile -t inhabit-learner .
 FROM python:3.11-slim-bookworm
 
@@ -17,7 +17,7 @@ COPY actors actors
 COPY discriminator discriminator
 COPY learner learner
 COPY console console
-# The pinned torch first, so that nothing asks for a CUDA build.
+# The pinned torch first, so that no package pulls a CUDA build.
 RUN pip install --no-cache-dir -c constraints.txt torch==2.13.0 \
     && pip install --no-cache-dir -c constraints.txt '.[export]'
 

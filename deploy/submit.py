@@ -1,11 +1,11 @@
-"""Submits a training to a Ray cluster, shows its log, and ends with its exit status.
+"""Submits a training to a Ray cluster, prints its log, and returns its exit status.
 
     python deploy/submit.py sit --run /shared/runs/sit --actors 60 --scenes 3840
 
-Run it from anywhere: what is submitted is the repository that it lies in. RAY_API_SERVER_ADDRESS
-says where the cluster's dashboard is (default http://127.0.0.1:8265); RAY_AUTH_MODE=token and the
-cluster's token let one in. INHABIT_JOB_RESOURCES, such as {"learner": 1}, places the learner.
-Ctrl-C asks the training to stop, which writes a checkpoint.
+It submits the repository of this file, from any folder. RAY_API_SERVER_ADDRESS is the address of
+the cluster's dashboard (default http://127.0.0.1:8265); access needs RAY_AUTH_MODE=token and the
+cluster's token. INHABIT_JOB_RESOURCES, such as {"learner": 1}, places the learner. Ctrl-C stops the
+training, which writes a checkpoint.
 """
 
 import asyncio
@@ -22,11 +22,11 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 INTERRUPTED = 130
-ENDED_S = 30.0  # the exit status follows the last line of the log after a moment
+ENDED_S = 30.0  # the exit status is set shortly after the last line of the log
 
 
 def entrypoint(words: Sequence[str]) -> str:
-    """The command of the job; SystemExit with 2 where the run would be lost with the job."""
+    """Return the command of the job; SystemExit with 2 if the run would be lost with the job."""
     flags = [word.partition("=")[0] for word in words]
     if "--run" not in flags and "--dry-run" not in flags:
         print(
@@ -39,12 +39,12 @@ def entrypoint(words: Sequence[str]) -> str:
 
 
 def main(words: Sequence[str]) -> int:
-    """Submit, follow, and return the training's exit status."""
+    """Submit the job, print its log, and return the training's exit status."""
     command = entrypoint(words)
     from ray.exceptions import RayError
     from ray.job_submission import JobStatus, JobSubmissionClient
 
-    logging.getLogger("ray").setLevel(logging.ERROR)  # a line for every file left out
+    logging.getLogger("ray").setLevel(logging.ERROR)  # it logs every file that is left out
     address = os.environ.get("RAY_API_SERVER_ADDRESS", "http://127.0.0.1:8265")
     try:
         client = JobSubmissionClient(address)
@@ -52,7 +52,7 @@ def main(words: Sequence[str]) -> int:
             entrypoint=command,
             runtime_env={
                 "working_dir": str(ROOT),
-                # From the wish to stop to the end by force: an iteration and a checkpoint.
+                # Time from the stop request to the kill: an iteration and a checkpoint.
                 "env_vars": {"RAY_JOB_STOP_WAIT_TIME_S": "300"},
             },
             entrypoint_resources=json.loads(os.environ.get("INHABIT_JOB_RESOURCES", "null")),
@@ -63,7 +63,7 @@ def main(words: Sequence[str]) -> int:
     print(f"job {job} at {address}", flush=True)
 
     def stop(*_: object) -> None:
-        # Not in the handler itself, which interrupts a call that may hold the client's locks.
+        # in a thread, because the handler interrupts calls that can hold the client's locks
         threading.Thread(target=client.stop_job, args=(job,), daemon=True).start()
 
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -77,7 +77,7 @@ def main(words: Sequence[str]) -> int:
     deadline = time.monotonic() + ENDED_S
     while not (info := client.get_job_info(job)).status.is_terminal():
         if time.monotonic() > deadline:
-            print(f"submit: the log of {job} ended, the job did not: ask again", file=sys.stderr)
+            print(f"submit: the log of {job} ended before the job: check it later", file=sys.stderr)
             return 1
         time.sleep(0.5)
     if info.status == JobStatus.STOPPED:

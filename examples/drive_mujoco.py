@@ -1,4 +1,4 @@
-"""Drives the character in a MuJoCo of one's own: poses go out, servo targets come back.
+"""Drives the character in a separate MuJoCo simulation: sends poses, receives set-points.
 
 inhabit serve pretrained/sit & python examples/drive_mujoco.py 127.0.0.1:50051
 """
@@ -20,7 +20,7 @@ CHAIR.custom.CopyFrom(pb.Shape(low=[-0.22, -0.22, 0], high=[0.22, 0.22, 0.95], h
 
 
 def pose(data: mujoco.MjData) -> pb.Pose:
-    """The simulator's state in the service's words: angular velocity in the world's axes."""
+    """Return the simulator's state as a pose message; its angular velocity is in world axes."""
     q, v, spin = data.qpos, data.qvel, np.zeros(3)
     mujoco.mju_rotVecQuat(spin, v[3:6], q[3:7])
     return pb.Pose(root_position=q[:3], root_rotation=q[3:7], root_angular_velocity=spin,
@@ -28,11 +28,11 @@ def pose(data: mujoco.MjData) -> pb.Pose:
 
 
 def drive(address: str, seconds: float = 10.0) -> np.ndarray:
-    """The root's positions, one a control step."""
+    """Simulate for `seconds`; return the root's positions [T, 3] m, one per control step."""
     with grpc.insecure_channel(address) as channel:
         stub = policy_pb2_grpc.PolicyStub(channel)
-        told = stub.Describe(pb.DescribeRequest(task="sit"))
-        spec, solid = mujoco.MjSpec.from_string(told.mjcf), {"contype": 2, "conaffinity": 1}
+        info = stub.Describe(pb.DescribeRequest(task="sit"))
+        spec, solid = mujoco.MjSpec.from_string(info.mjcf), {"contype": 2, "conaffinity": 1}
         spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], **solid)
         chair = spec.worldbody.add_body(pos=CHAIR.position, quat=CHAIR.rotation)
         for centre, half in BOXES:
@@ -40,16 +40,16 @@ def drive(address: str, seconds: float = 10.0) -> np.ndarray:
         model, frames, path = spec.compile(), queue.SimpleQueue(), []
         # as in training, torques are limited once a control step, and here instead of in the model
         model.actuator_forcelimited[:] = model.actuator_ctrllimited[:] = False
-        kp, kd, top = np.array([(s.kp, s.kd, s.limit_nm) for s in told.policies[0].action.servos]).T
+        kp, kd, top = np.array([(s.kp, s.kd, s.limit_nm) for s in info.policies[0].action.servos]).T
         data, replies = mujoco.MjData(model), stub.Control(iter(frames.get, None))
-        for k in range(round(seconds * told.control_hz)):
+        for k in range(round(seconds * info.control_hz)):
             now = pb.Situation(pose=pose(data), furniture=CHAIR)
             frames.put(pb.ControlRequest(task="sit", sequence=k, situation=now))
             mujoco.mj_forward(model, data)
             target, here = np.frombuffer(next(replies).target, "<f4"), data.actuator_length
             slowed = kd * data.actuator_velocity
             data.ctrl[:] = here + (np.clip(kp * (target - here) - slowed, -top, top) + slowed) / kp
-            mujoco.mj_step(model, data, round(told.simulation_hz / told.control_hz))
+            mujoco.mj_step(model, data, round(info.simulation_hz / info.control_hz))
             path.append(data.qpos[:3].copy())
         frames.put(None)
     return np.array(path)

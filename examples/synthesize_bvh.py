@@ -1,4 +1,4 @@
-"""Asks the policy service for a motion, and writes it as BVH (y up, centimetres): no simulator.
+"""Requests a motion of the policy service and writes it as BVH (y up, centimetres).
 
 inhabit serve pretrained/sit &
 python examples/synthesize_bvh.py 127.0.0.1:50051 walk_and_sit.bvh
@@ -16,20 +16,20 @@ Y_UP = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]])  # our x, forwards, becomes B
 
 
 def matrix(q: np.ndarray) -> np.ndarray:
-    """The rotation matrix, in BVH's axes, of a quaternion w, x, y, z in ours."""
+    """Return the rotation matrix, in BVH's axes, of a quaternion w, x, y, z in ours."""
     w, (x, y, z) = q[0], q[1:]
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return Y_UP @ (np.eye(3) + 2 * w * cross + 2 * cross @ cross) @ Y_UP.T
 
 
 def degrees(m: np.ndarray) -> list[float]:
-    """Z, X and Y rotation of a matrix that is their product in this order."""
+    """Return the Z, X and Y angles of a rotation matrix, their product in this order."""
     x = np.arcsin(np.clip(m[2, 1], -1, 1))
     return np.rad2deg([np.arctan2(-m[0, 1], m[1, 1]), x, np.arctan2(-m[2, 0], m[2, 2])]).tolist()
 
 
 def hierarchy(header: pb.SynthesisHeader, body: int, joints: dict[str, pb.Joint]) -> list[str]:
-    """The lines of a body and all below it; bodies without a joint are ends."""
+    """Return the lines of a body and its descendants; bodies without a joint are end sites."""
     x, y, z = 100 * Y_UP @ np.array(header.bodies[body].offset)
     offset, name = f"OFFSET {x:.5f} {y:.5f} {z:.5f}", header.bodies[body].name
     if body and name not in joints:
@@ -44,7 +44,7 @@ def hierarchy(header: pb.SynthesisHeader, body: int, joints: dict[str, pb.Joint]
 
 
 def channels(header: pb.SynthesisHeader, frame: pb.Frame) -> list[float]:
-    """A frame's numbers: the joints come in the order of the hierarchy."""
+    """Return the numbers of a frame; its joints are in the order of the hierarchy."""
     numbers = (100 * Y_UP @ np.array(frame.root_position)).tolist()
     numbers += degrees(matrix(np.array(frame.root_rotation)))
     at, rest = 0, np.array(frame.joint_position)
@@ -59,7 +59,8 @@ def channels(header: pb.SynthesisHeader, frame: pb.Frame) -> list[float]:
 
 
 def write(address: str, out: str, piece: str = "chair-test-000", seconds: float = 10.0) -> int:
-    """Write the motion of a character that starts 3 m before a chair; the number of frames."""
+    """Write the motion of a character that is initially 3 m before a chair; return the number of
+    frames."""
     request = pb.SynthesizeRequest(task="sit", furniture=pb.Furniture(piece=piece), seconds=seconds)
     request.start.standing.CopyFrom(pb.Stance(x=3, yaw_rad=np.pi))
     with grpc.insecure_channel(address) as channel:

@@ -1,4 +1,4 @@
-"""The box's bench: the cost of a control step with a box in hand, by contact settings."""
+"""`inhabit bench box`: cost of a control step with a box in hand, by contact settings."""
 
 import copy
 import time
@@ -18,12 +18,12 @@ from world.scene.target import Target
 from world.tasks.carry import grips
 from world.teachers.controller import CarryController
 
-#: Control steps between two resets: long enough to set off with the box.
+#: Control steps between two resets: long enough for first steps with the box.
 _EPISODE = 45
-#: The target lies so far ahead, m.
+#: Distance of the target ahead, m.
 _WAY_M = 4.0
 _CONE, _MATRIX = mujoco.mjtCone, mujoco.mjtJacobian
-#: Cone and matrices of each other way.
+#: Friction cone and Jacobian of the settings to compare with.
 _HOW = {
     "dense": (_CONE.mjCONE_ELLIPTIC, _MATRIX.mjJAC_DENSE),
     "pyramidal": (_CONE.mjCONE_PYRAMIDAL, _MATRIX.mjJAC_SPARSE),
@@ -31,11 +31,11 @@ _HOW = {
 
 
 def measure(scenes: int, seconds: float, threads: int = 1) -> dict[str, float]:
-    """Control steps/s of characters with boxes of all sizes in hand, and the time ratios to other
-    contact settings; alternating within one run, each from the states of the first, physics alone.
+    """Return control steps/s of characters with boxes of all sizes in hand, and time ratios to
+    other contact settings, which step the same states in turn; physics alone.
 
-    held: fraction of the steps after which both hands are on the box. Gaps: of the joints'
-    velocities after a step, the median, at most.
+    held: fraction of the steps after which both hands hold the box. Gaps: largest median difference
+    of joint velocities after a step.
     """
     bank = BoxBank(boxes(CarryConfig(sizes=scenes)))
     carriers = _Carriers(bank, threads)
@@ -76,7 +76,7 @@ def _like(
     matrix: mujoco.mjtJacobian,
     threads: int,
 ) -> Scenes:
-    """Scenes of the same models, with other contacts."""
+    """Return scenes of the same models with other contact settings."""
     others = [copy.copy(model) for model in models]
     for model in others:
         model.opt.cone, model.opt.jacobian = cone, matrix
@@ -89,15 +89,14 @@ def _scenes(models: Sequence[mujoco.MjModel], threads: int) -> Scenes:
 
 
 def _step(scenes: Scenes) -> float:
-    """Seconds of a control step."""
+    """Step the physics by one control step; return its wall time, s."""
     start = time.perf_counter()
     scenes.batch.step(nstep=character.SUBSTEPS)
     return time.perf_counter() - start
 
 
 class _Carriers:
-    """Scenes in which the scripted controller carries a box, one size each, from a standing
-    start."""
+    """Scenes in which the scripted teacher carries a box, of one size each, from standing."""
 
     def __init__(self, bank: BoxBank, threads: int) -> None:
         n = len(bank)
@@ -107,7 +106,7 @@ class _Carriers:
         self._turn = 0
 
     def reset(self) -> None:
-        """Stand with the box in hand, its stand behind, the target somewhere ahead."""
+        """Reset to standing with the box in hand, its stand behind, the target ahead."""
         n, bank = len(self._ids), self._bank
         qpos = torch.from_numpy(character.standing_qpos()).float()[None].repeat(n, 1)
         ahead = torch.tensor([[1.0, 0.0]]).repeat(n, 1)
@@ -134,7 +133,7 @@ class _Carriers:
         self.scenes.aim(self.scenes.actions(targets))
 
     def held(self) -> float:
-        """Share of the scenes with both hands on the box."""
+        """Return the fraction of the scenes with both hands on the box."""
         assert self._target is not None
         box = self.scenes.now(self._target).box
         assert box is not None

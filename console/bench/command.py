@@ -1,4 +1,4 @@
-"""`inhabit bench`: each part of training against its own limit; keys end in units."""
+"""`inhabit bench`: measurement of each part of training against its limit; keys end in units."""
 
 import math
 import sys
@@ -32,12 +32,12 @@ from policy.rollout import Rollout
 from world import random_streams, tasks
 from world.meshes import collection
 
-#: Whole iterations that issue and design hold this machine class to, samples/s, by preset.
+#: Goals of whole iterations on two cores, samples/s, by preset.
 GOAL_SAMPLES_PER_S = {"fast": 11_500.0, "paper": 7_500.0}
 
 
 def bench_command(command: Bench) -> int:
-    """Measure, print, and write the JSON of console.md; returns the exit code."""
+    """Measure, print and write the JSON; return the exit code."""
     torch.set_num_threads(1)
     threads = command.threads or machine.cores()
     experiment = PRESETS[command.preset]
@@ -76,23 +76,24 @@ def bench_command(command: Bench) -> int:
 
 
 def world_figures(command: Bench, experiment: Experiment, _threads: int) -> dict[str, float]:
-    """A control step of a shard against the raw batch's, from the same states."""
+    """Measure a control step of a shard against that of the raw batch, from the same states."""
     return bench_world.measure(experiment, command.seconds)
 
 
 def servos(command: Bench, experiment: Experiment, threads: int) -> dict[str, float]:
-    """Random actions for ten minutes a scene, or as much of it as the time allows."""
+    """Measure random actions for ten minutes per scene, or as long as the time allows."""
     return bench_servos.measure(experiment, command.seconds, threads)
 
 
 def furniture(command: Bench, experiment: Experiment, threads: int) -> dict[str, float]:
-    """Scenes on any mixture of pieces against scenes on a plain chair."""
+    """Measure scenes with a mixture of pieces against scenes with a plain chair."""
     pieces = collection.pieces(command.objects)
     return bench_furniture.measure(pieces, experiment.scenes, command.seconds, threads)
 
 
 def fuzz(command: Bench, _experiment: Experiment, threads: int) -> dict[str, float]:
-    """Readers against randomly damaged files: all must be read or refused in one line."""
+    """Count the results of readers on randomly damaged files, which must be read or refused in one
+    line."""
     from console.bench import fuzz as bench_fuzz
 
     figures, faults = bench_fuzz.survey(command.mutations, threads)
@@ -102,12 +103,12 @@ def fuzz(command: Bench, _experiment: Experiment, threads: int) -> dict[str, flo
 
 
 def box(command: Bench, experiment: Experiment, threads: int) -> dict[str, float]:
-    """Scenes in which a box is carried, by how their contacts are solved."""
+    """Measure scenes with a carried box, by contact settings."""
     return bench_box.measure(experiment.scenes, command.seconds, threads)
 
 
 def learner(command: Bench, experiment: Experiment, _threads: int) -> dict[str, float]:
-    """One PPO update on made-up samples."""
+    """Measure one PPO update on random samples."""
     student = assembly.learner(warmed(experiment))
     rollout = made_up(experiment)
     spent = repeated(lambda: student.update(rollout, rollout.rewards, student.sigma), command)
@@ -121,7 +122,7 @@ def learner(command: Bench, experiment: Experiment, _threads: int) -> dict[str, 
 
 
 def style(command: Bench, experiment: Experiment, _threads: int) -> dict[str, float]:
-    """Scoring over gRPC against scoring in process, the same batches."""
+    """Measure scoring over gRPC against scoring in process, on the same batches."""
     rollout = made_up(experiment)
     here = assembly.discriminator(experiment)
     counter = iter(range(1, 1 << 30))
@@ -150,13 +151,13 @@ def style(command: Bench, experiment: Experiment, _threads: int) -> dict[str, fl
 
 
 def serve(command: Bench, experiment: Experiment, _threads: int) -> dict[str, float]:
-    """The policy service on one core against a bare gRPC echo and Ray Serve's gRPC ingress."""
+    """Measure the policy service on one core against a gRPC echo and Ray Serve's gRPC ingress."""
     return bench_serve.measure(experiment, command.seconds / 3)
 
 
 def train(command: Bench, experiment: Experiment, threads: int) -> dict[str, float]:
-    """Whole iterations, their split, and each part's ratio to itself running alone."""
-    asked = Train(
+    """Measure whole iterations, their parts, and the ratio of each part to itself alone."""
+    command_of_training = Train(
         task=experiment.world.task, experiment=experiment, runner=command.runner, threads=threads
     )
     student = assembly.learner(warmed(experiment))
@@ -164,11 +165,9 @@ def train(command: Bench, experiment: Experiment, threads: int) -> dict[str, flo
     count = 0
     with tempfile.TemporaryDirectory() as folder:
         run = RunDirectory(Path(folder))
-        with open_runner(asked, experiment, run, threads, print) as runner:
+        with open_runner(command_of_training, experiment, run, threads, print) as runner:
             terms = list(tasks.make(experiment.world.task).terms)
-            loop = Loop(
-                student, runner.fleet, runner.style, Nowhere(), Nowhere(), LoopConfig(), terms
-            )
+            loop = Loop(student, runner.fleet, runner.style, Null(), Null(), LoopConfig(), terms)
             for _ in range(3):
                 loop.iterate()
             began = time.perf_counter()
@@ -197,23 +196,23 @@ def train(command: Bench, experiment: Experiment, threads: int) -> dict[str, flo
 
 
 def endurance(command: Bench, experiment: Experiment, threads: int) -> dict[str, float]:
-    """Memory of every process over a training of so many seconds."""
+    """Measure the memory of every process over a training."""
     return bench_endurance.measure(experiment, command.runner, threads, command.seconds)
 
 
 def scaling(command: Bench, experiment: Experiment, _threads: int) -> dict[str, float]:
-    """What the learner takes in from 1 to 200 stand-in actors, and what overlapping gains."""
-    from console.bench import scaling as bench_scaling  # needs Ray, which the others can do without
+    """Measure the learner's intake from 1 to 200 stand-in actors, and the gain of overlapping."""
+    from console.bench import scaling as bench_scaling  # imports Ray, which the others do not need
 
-    scenes = command.scenes or experiment.scenes // 2  # as each of two actors of `train` has
+    scenes = command.scenes or experiment.scenes // 2  # those of each of two actors of `train`
     return bench_scaling.measure(experiment, scenes, command.seconds)
 
 
 def limits(command: Bench, experiment: Experiment, threads: int) -> dict[str, float]:
-    """Seconds an iteration of each part, with nothing beside it.
+    """Return the seconds of each part of an iteration, measured alone.
 
-    World: the raw batch on one thread, shared by the threads. Policy: the forward passes. Style:
-    scoring and training in process. Update: PPO on made-up samples.
+    World: the raw batch on one thread, divided by the threads. Policy: the forward passes. Style:
+    scoring and training in process. Update: PPO on random samples.
     """
     raw = bench_world.measure(experiment, command.seconds / 4)["raw_control_steps_per_s"]
     samples = experiment.scenes * experiment.horizon
@@ -228,7 +227,7 @@ def limits(command: Bench, experiment: Experiment, threads: int) -> dict[str, fl
 
 
 def policy_alone(experiment: Experiment, command: Bench) -> float:
-    """Seconds of one iteration's forward passes and noise on one thread."""
+    """Return the seconds of one iteration's forward passes and noise on one thread."""
     from policy.model.acting import Policy
 
     student = assembly.learner(experiment)
@@ -248,7 +247,7 @@ def policy_alone(experiment: Experiment, command: Bench) -> float:
 
 
 def style_alone(experiment: Experiment, command: Bench) -> float:
-    """Seconds of scoring one rollout and training on it, in process."""
+    """Return the seconds of scoring one rollout and training on it, in process."""
     here, rollout = assembly.discriminator(experiment), made_up(experiment)
     counter = iter(range(1, 1 << 30))
 
@@ -261,23 +260,23 @@ def style_alone(experiment: Experiment, command: Bench) -> float:
     return repeated(once, command)
 
 
-class Nowhere:
-    """Keeps no records and no checkpoints."""
+class Null:
+    """A recorder and checkpoint store that discards everything."""
 
     def record(self, iteration: int, metrics: Any) -> None:
-        """Nothing."""
+        """Discard metrics."""
 
     def save(self, iteration: int, state: Any, best: bool = False) -> None:
-        """Nothing."""
+        """Discard a checkpoint."""
 
 
 def warmed(experiment: Experiment) -> Experiment:
-    """The experiment without its warm-up, which would measure the critic alone."""
+    """Return the experiment without its warm-up, which trains the critic alone."""
     return replace(experiment, ppo=replace(experiment.ppo, warmup_iterations=0))
 
 
 def repeated(once: Callable[[], Any], command: Bench) -> float:
-    """Seconds of one call: the median of calls over about a third of the time asked for."""
+    """Return the seconds of one call: the median of calls over a third of --seconds."""
     once()
     spent: list[float] = []
     began = time.perf_counter()
@@ -289,7 +288,7 @@ def repeated(once: Callable[[], Any], command: Bench) -> float:
 
 
 def made_up(experiment: Experiment) -> Rollout:
-    """A rollout of the right shapes with random numbers, no episode ending, from one fixed seed."""
+    """Return a rollout of random numbers from a fixed seed, without ends of episodes."""
     layout = assembly.layout(experiment)
     draw = torch.Generator().manual_seed(0)
     steps, n = experiment.horizon, experiment.scenes

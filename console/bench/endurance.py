@@ -1,4 +1,4 @@
-"""Memory over a long training: each process after warm-up and at the end, and the object store."""
+"""`inhabit bench endurance`: memory of each process, and of the object store, over a training."""
 
 import os
 import tempfile
@@ -16,9 +16,9 @@ from console.run.experiment import Experiment
 from console.run.metrics import read_metrics
 from console.training.command import train
 
-#: The issue's: memory may settle for so long, or for a third of a shorter measurement.
+#: Time in which memory may settle, s; a third of a shorter measurement.
 WARM_UP_S = 600.0
-#: Iterations between checkpoints: they are part of what must not leak.
+#: Iterations between checkpoints, which must not leak either.
 CHECKPOINT_EVERY = 50
 
 
@@ -32,15 +32,15 @@ class Sample:
 
 
 def measure(experiment: Experiment, runner: str, threads: int, seconds: float) -> dict[str, float]:
-    """Train for so many seconds in a directory that is removed, and watch all processes.
+    """Train for a time in a temporary directory and sample the memory of all processes.
 
-    Returns MB of each process after warm-up and at the end, and their ratio; see `figures`.
+    Return MB of each process after warm-up and at the end, and their ratio; see `figures`.
     """
     with tempfile.TemporaryDirectory() as folder:
         run = RunDirectory(Path(folder) / "run")
         asked = Train(
             task=experiment.world.task,
-            experiment=replace(experiment, clone_passes=0),  # it is over when memory is watched
+            experiment=replace(experiment, clone_passes=0),  # cloning would end before sampling
             run=run.path,
             minutes=seconds / 60,
             runner="ray" if runner == "ray" else "local",
@@ -58,11 +58,11 @@ def measure(experiment: Experiment, runner: str, threads: int, seconds: float) -
 
 
 def figures(samples: list[Sample], names: dict[int, str]) -> dict[str, float]:
-    """Medians over a tenth of the time: after warm-up, and at the end.
+    """Return medians over a tenth of the time, after warm-up and at the end.
 
-    A process counts if it was there in all of these samples: what ended or began is counted apart.
+    Processes in all of these samples count; those that started or ended are counted apart.
     """
-    # the processes of the last moments are going already
+    # processes end in the last moments
     whole = samples[-1].at_s
     warm = min(WARM_UP_S, whole / 3)
     first = [s for s in samples if warm <= s.at_s < warm + (whole - warm) / 10]
@@ -87,7 +87,7 @@ def figures(samples: list[Sample], names: dict[int, str]) -> dict[str, float]:
 
 
 class Watch:
-    """Samples this process and all its descendants on a thread until `stop`."""
+    """Samples the memory of this process and all its descendants in a thread until `stop`."""
 
     def __init__(self, every_s: float) -> None:
         self.names: dict[int, str] = {}
@@ -99,7 +99,7 @@ class Watch:
         self._thread.start()
 
     def stop(self) -> list[Sample]:
-        """End it; what was sampled."""
+        """Stop sampling; return the samples."""
         self._stopping.set()
         self._thread.join()
         kinds: Counter[str] = Counter()
@@ -115,14 +115,14 @@ class Watch:
             resident = {pid: size for pid, size in resident.items() if size}
             for pid in resident:
                 self.names.setdefault(pid, kind_of(pid))
-                if self.names[pid] == "worker":  # not yet given its task
+                if self.names[pid] == "worker":  # a Ray worker without a task so far
                     self.names[pid] = kind_of(pid)
             at = time.monotonic() - self._began
             self._samples.append(Sample(at, resident, object_store_mb()))
 
 
 def kind_of(pid: int) -> str:
-    """What a process of a training is, by its command line."""
+    """Return the role of a process in a training, by its command line."""
     try:
         words = Path(f"/proc/{pid}/cmdline").read_text().replace("\0", " ").split()
     except (OSError, UnicodeDecodeError):
@@ -144,7 +144,7 @@ def kind_of(pid: int) -> str:
 
 
 def object_store_mb() -> float:
-    """Bytes that Ray's object store holds on all nodes, MB; 0 where there is no Ray."""
+    """Return the size of objects in Ray's object store on all nodes, MB; 0 without Ray."""
     import ray
 
     if not ray.is_initialized():
@@ -152,6 +152,6 @@ def object_store_mb() -> float:
     key = "object_store_memory"
     try:
         held = ray.cluster_resources().get(key, 0.0) - ray.available_resources().get(key, 0.0)
-    except Exception:  # Ray's own, while it starts or stops
+    except Exception:  # Ray raises various errors while it starts or stops
         return 0.0
     return held / 1e6

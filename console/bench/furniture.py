@@ -1,4 +1,4 @@
-"""The furniture's bench: a shard on any mixture of pieces against the same one on a plain chair."""
+"""`inhabit bench furniture`: scenes with a mixture of pieces against scenes with a plain chair."""
 
 import time
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from world.scene import slots
 from world.scene.batch import Scenes
 from world.scene.model import compile_scene
 
-#: Control steps between two resets: long enough to fall on a piece and lie on it.
+#: Control steps between two resets: long enough for a character to fall on a piece and lie there.
 _EPISODE = 45
 MEMORY_SCENES = 1024
 
@@ -25,9 +25,10 @@ MEMORY_SCENES = 1024
 def measure(
     pieces: Sequence[Piece], scenes: int, seconds: float, threads: int = 1
 ) -> dict[str, float]:
-    """Control steps/s of both, in turns within one run, and memory for 1,024 scenes on the mixture.
+    """Return control steps/s of both, measured in turn, and memory of 1,024 scenes with the
+    mixture.
 
-    Characters start seated, and act at random; every scene has a piece of its own.
+    Characters are seated initially and have random actions; every scene has a piece of its own.
     """
     before = machine.resident_gb()
     began = time.perf_counter()
@@ -35,7 +36,7 @@ def measure(
     models = [compile_scene(piece, shared=shared) for piece in pieces]
     compiled = time.perf_counter() - began
     chair = find("chair-train-000")
-    # evenly over the pieces, where there are fewer scenes than pieces
+    # evenly over the pieces if there are fewer scenes than pieces
     every = [(i * len(pieces)) // scenes if scenes < len(pieces) else i % len(pieces)
              for i in range(scenes)]  # fmt: skip
     mixed = _Seated([pieces[i] for i in every], [models[i] for i in every], threads)
@@ -78,7 +79,7 @@ def measure(
 
 
 class _Seated:
-    """Scenes whose characters sit on the pieces, or squat before those without a seat."""
+    """Scenes with characters seated on the pieces, or squatting before those without a seat."""
 
     def __init__(
         self, pieces: Sequence[Piece], models: Sequence[mujoco.MjModel], threads: int

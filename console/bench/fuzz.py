@@ -1,8 +1,8 @@
-"""Readers against random damage: what is read, what is refused, and what is neither.
+"""`inhabit bench fuzz`: readers against randomly damaged files.
 
-Each format's file is damaged by seeds, and read as the program reads it. A refusal is one line
+A file of each format is damaged by seeds and read by the program's reader. A refusal is one line
 that names the file. Any other exception, a refusal of several lines or without the file, an end of
-the process, and a file that takes too long or too much, is a fault.
+the process, or a file beyond the limits of time or memory is a fault.
 """
 
 import collections
@@ -20,7 +20,7 @@ from world import bounded
 from world.errors import InhabitError
 
 BOUNDS = bounded.Bounds(cpu_s=20.0, wall_s=120.0, memory_bytes=2 << 30)
-"""Of one damaged file; a chunk of them has as much again for every fifth."""
+"""Limits of one damaged file; a chunk has as much again for every five files."""
 CHUNK = 200
 PRELOAD = ("torch", "trimesh", "world.motions.retarget.convert")
 
@@ -28,7 +28,7 @@ PRELOAD = ("torch", "trimesh", "world.motions.retarget.convert")
 def measure(
     mutations: int, workers: int, formats: tuple[str, ...] = (), first: int = 0
 ) -> dict[str, float]:
-    """Counts over all formats and of each; `first`: the seed to begin with."""
+    """Return counts over all formats and of each; `first`: the first seed."""
     counts, _ = survey(mutations, workers, formats, first)
     return counts
 
@@ -38,9 +38,9 @@ def survey(
     workers: int,
     formats: tuple[str, ...] = (),
     first: int = 0,
-    say: Callable[[str], None] = lambda line: None,
+    note: Callable[[str], None] = lambda line: None,
 ) -> tuple[dict[str, float], list[str]]:
-    """As `measure`, and a line on every fault: format, seed, what came."""
+    """Return the counts of `measure`, and a line on every fault: format, seed, error."""
     names = formats or names_of()
     each = -(-mutations // len(names))
     work = [
@@ -56,7 +56,7 @@ def survey(
         for index, result in bounded.run(tasks, damaged, workers, preload=PRELOAD):
             name, start, count = work[index]
             if result.died or result.refused:
-                # a fault takes its chunk down with it: halves tell which of them it is
+                # a fault ends its chunk: halving finds the file
                 if count > 1:
                     half = count // 2
                     again += [(name, start, half), (name, start + half, count - half)]
@@ -66,7 +66,7 @@ def survey(
             else:
                 _count(total, name, result.value["counts"])
                 faults += result.value["faults"]
-            say(f"{total['mutations']} of {each * len(names)}")
+            note(f"{total['mutations']} of {each * len(names)}")
         work = again
     kinds = ("mutations", "reads", "refusals", "exceptions", "crashes")
     figures = {kind: float(total[kind]) for kind in kinds}
@@ -82,12 +82,12 @@ def _samples() -> dict[str, fuzz_files.Sample]:
 
 
 def names_of() -> tuple[str, ...]:
-    """The formats."""
+    """Return the names of the formats."""
     return tuple(_samples())
 
 
 def damaged(name: str, start: int, count: int) -> dict[str, Any]:
-    """In a process of its own: read a format's file with the damage of seeds in a row."""
+    """Read a format's file with the damage of `count` seeds; runs in a child process."""
     warnings.simplefilter("ignore")
     sample = _samples()[name]
     counts: collections.Counter[str] = collections.Counter()
@@ -107,7 +107,7 @@ def damaged(name: str, start: int, count: int) -> dict[str, Any]:
 
 
 def outcome(read: Callable[[Path], Any], path: Path) -> tuple[str, str]:
-    """What a reader makes of a file: reads, refusals or exceptions; and the fault, if it is one."""
+    """Return the result of reading a file, reads, refusals or exceptions, and a fault or ""."""
     try:
         read(path)
     except (InhabitError, RpcError) as error:
@@ -135,7 +135,7 @@ def _count(total: collections.Counter[str], name: str, counts: dict[str, int]) -
 
 
 def shown(faults: list[str]) -> Iterator[str]:
-    """The faults, one of each kind."""
+    """Yield the faults, one of each kind."""
     seen: set[str] = set()
     for fault in faults:
         name, _, rest = fault.partition(" ")

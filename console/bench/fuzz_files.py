@@ -1,4 +1,4 @@
-"""A small file of every format that the program reads, and what reads it."""
+"""A small file of every format that the program reads, with its reader."""
 
 import json
 from collections.abc import Callable
@@ -48,32 +48,33 @@ class Sample:
     """A file of one format."""
 
     name: str
-    """Of the file; a reader may go by its suffix."""
+    """Name of the file, whose suffix readers use."""
     content: bytes
     read: Callable[[Path], Any]
     kind: str = "bytes"
-    """What it is made of: bytes, text, json, zip, pickle, npy (a pickle with a head), msgpack."""
+    """Encoding: bytes, text, json, signed (json with a digest), zip, pickle, npy (a pickle with a
+    header) or msgpack."""
     beside: tuple[tuple[str, bytes], ...] = ()
-    """Files that lie beside it."""
+    """Names and contents of files in the same folder."""
 
 
 def samples(folder: Path) -> dict[str, Sample]:
-    """A sample of each format by its name; `folder`: where they may be written meanwhile."""
+    """Return a sample of each format by name; `folder`: for temporary files."""
     return _motions(folder) | _meshes(folder) | _others(folder)
 
 
 def motion(path: Path) -> Clip:
-    """A motion as `motions import` reads it."""
+    """Read a motion as `motions import` does."""
     return retargeted(registry.read(path))
 
 
 def pickled(content: Any) -> bytes:
-    """A pickle of plain data and arrays."""
+    """Return a pickle of plain data and arrays."""
     return np.array(content, dtype=object).dumps()
 
 
 def headed(content: Any) -> bytes:
-    """A .npy file of one pickled object."""
+    """Return a .npy file of one pickled object."""
     import io
 
     file = io.BytesIO()
@@ -136,7 +137,7 @@ def _motions(folder: Path) -> dict[str, Sample]:
 
 
 def _acclaim() -> tuple[bytes, bytes]:
-    """An ASF skeleton and an AMC motion."""
+    """Return an ASF skeleton and an AMC motion."""
     lines = [":version 1.10", ":name a", ":units", "mass 1.0", "length 0.45", "angle deg", ":root",
              "order TX TY TZ RX RY RZ", "axis XYZ", "position 0 0 0", "orientation 0 0 0",
              ":bonedata"]  # fmt: skip

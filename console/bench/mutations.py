@@ -1,4 +1,4 @@
-"""Random damage to files: bytes, words of text, values of trees, members of archives."""
+"""Random damage to files: bytes, words of text, values of JSON-like trees, members of archives."""
 
 import copy
 import io
@@ -15,7 +15,7 @@ from rpc import codec
 from rpc.errors import CodecError
 from world.motions.formats import safe_pickle
 
-#: What readers stumble over.
+#: Typical invalid words.
 WORDS = (
     b"nan", b"inf", b"-inf", b"1e999", b"-1", b"0", b"99999999999999999999", b"1e30", b"\x00",
     b"\xff\xfe", b"{", b"}", b"[", b"\n", b" ", b"\r", b"#", b":", b"-", b"\xc3\x28", b"",
@@ -32,7 +32,7 @@ _NUMBER = re.compile(rb"-?\d+(?:\.\d+)?")
 
 
 def mutated(sample: Sample, seed: int) -> bytes:
-    """The sample's content with the damage of a seed."""
+    """Return the sample's content with the damage of a seed."""
     draw = np.random.default_rng((7, seed))
     if sample.kind == "zip" and draw.random() < 0.7:
         return _archive(sample.content, draw)
@@ -67,15 +67,15 @@ def _bytes(content: bytes, draw: np.random.Generator) -> bytes:
 
 
 def _text(content: bytes, draw: np.random.Generator) -> bytes:
-    """Numbers made odd, lines left out, doubled or swapped."""
+    """Replace numbers, or drop or swap lines."""
     match int(draw.integers(4)):
         case 0 | 1:
-            places = list(_NUMBER.finditer(content))
-            if not places:
+            numbers = list(_NUMBER.finditer(content))
+            if not numbers:
                 return content
-            for place in sorted(draw.integers(len(places), size=2).tolist(), reverse=True):
-                word = WORDS[int(draw.integers(len(WORDS)))]
-                content = content[: places[place].start()] + word + content[places[place].end() :]
+            for index in sorted(draw.integers(len(numbers), size=2).tolist(), reverse=True):
+                word, number = WORDS[int(draw.integers(len(WORDS)))], numbers[index]
+                content = content[: number.start()] + word + content[number.end() :]
             return content
         case 2:
             lines = content.split(b"\n")
@@ -90,7 +90,7 @@ def _text(content: bytes, draw: np.random.Generator) -> bytes:
 
 
 def _archive(content: bytes, draw: np.random.Generator) -> bytes:
-    """One member damaged, left out or made a bomb; the archive itself is sound."""
+    """Damage, drop or replace one member of a valid archive."""
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         members = {name: archive.read(name) for name in archive.namelist()}
     name = list(members)[int(draw.integers(len(members)))]
@@ -116,7 +116,7 @@ def _json(content: bytes, draw: np.random.Generator) -> bytes:
 
 
 def _signed(content: bytes, draw: np.random.Generator) -> bytes:
-    """A manifest with other values and a digest that fits them."""
+    """Return a manifest with other values and a matching digest."""
     table = json.loads(content)
     table.pop("sha256")
     table = _odd(table, draw, VALUES)
@@ -144,7 +144,7 @@ def _npy(content: bytes, draw: np.random.Generator) -> bytes:
 
 
 def _odd(tree: Any, draw: np.random.Generator, values: tuple[Any, ...]) -> Any:
-    """A copy in which one to three places hold something else, or nothing."""
+    """Return a copy in which one to three values are replaced or removed."""
     root = [copy.deepcopy(tree)]
     for _ in range(int(draw.integers(1, 4))):
         holder: Any = root

@@ -1,8 +1,8 @@
-"""How far actors scale: what the learner takes in from many of them, and what overlapping gains.
+"""`inhabit bench scaling`: the learner's intake from many actors, and the gain of overlapping.
 
-The actors are stand-ins that sleep as long as a real one was measured to compute, so that two cores
-can have hundreds; all traffic is real: weights through the object store, rollouts of full size. The
-learner's own limit is measured apart, on parts that are there while nobody else computes.
+The actors are stand-ins that sleep for the measured computing time of a real actor, so that two
+cores can run hundreds. All traffic is real: weights through the object store, rollouts of full
+size. The learner's limit is measured apart, on finished rollouts while no other process computes.
 """
 
 import time
@@ -26,21 +26,20 @@ from policy.rollout import Rollout
 
 ACTORS = (1, 2, 4, 16, 64, 200)
 PROCESSES = 4
-"""That share the actors: each takes some 100 MB and seconds to start."""
+"""Processes that hold the actors: each takes some 100 MB and seconds to start."""
 OVERLAPPING = 4
-"""Actors of the comparison of lockstep and overlapped."""
-SHARES = (0.5, 1.0, 2.0)
-"""Time of the actors in it, in units of the learner's."""
+"""Number of actors in the comparison of lockstep and overlapped."""
+RATIOS = (0.5, 1.0, 2.0)
+"""Rollout times in this comparison, in units of the update's time."""
 ROUNDS = 3
-"""Everything is measured so often, in turn: other work on the machine comes and goes."""
+"""Number of rounds of all measurements, against varying other load on the machine."""
 OBJECT_STORE_BYTES = 2**31
 
 
 @dataclass
 class Spent:
-    """Seconds of each collection: by the clock, and of processor time.
-
-    Of the learner's process, which has Ray's threads, and of the learner's thread alone.
+    """Seconds of each collection: wall time, processor time of the learner's process, which has
+    Ray's threads, and processor time of the learner's thread.
     """
 
     wall: list[float] = field(default_factory=list)
@@ -49,13 +48,13 @@ class Spent:
 
     @contextmanager
     def one(self) -> Iterator[None]:
-        """What happens inside is a collection."""
+        """Time the block as one collection."""
         began = _clocks()
         yield
         self.add(began, 1)
 
     def add(self, began: tuple[float, float, float], count: int) -> None:
-        """So many collections since `began`, as one of their mean."""
+        """Add `count` collections since `began` as one entry, their mean."""
         kinds = self.wall, self.processor, self.thread
         for kind, a, b in zip(kinds, began, _clocks(), strict=True):
             kind.append((b - a) / count)
@@ -66,9 +65,10 @@ def _clocks() -> tuple[float, float, float]:
 
 
 def measure(experiment: Experiment, scenes: int, seconds: float) -> dict[str, float]:
-    """Ingest by the number of actors against the ideal and its own limit, lockstep and overlapped.
+    """Return the intake by number of actors, against the ideal and the learner's limit, lockstep
+    and overlapped.
 
-    scenes: of an actor. seconds: how long each figure is measured.
+    scenes: of an actor. seconds: time of each measurement.
     """
     experiment = replace(experiment, ppo=replace(experiment.ppo, warmup_iterations=0))
     part, took_s = real_part(experiment, scenes, seconds)
@@ -101,17 +101,17 @@ def measure(experiment: Experiment, scenes: int, seconds: float) -> dict[str, fl
         figures |= ingested(lockstep, part, took_s, limit, "lockstep_")
         figures |= ingested(ahead, part, took_s, limit)
         update_s = updating(experiment, part)
-        for share in SHARES:
-            fleet = SleepingFleet(hosts, part, OVERLAPPING, share * update_s)
+        for ratio in RATIOS:
+            fleet = SleepingFleet(hosts, part, OVERLAPPING, ratio * update_s)
             found = overlapping(experiment, fleet, seconds)
-            figures |= {f"actors_at_{share:g}_{name}": value for name, value in found.items()}
+            figures |= {f"actors_at_{ratio:g}_{name}": value for name, value in found.items()}
     return figures
 
 
 def real_part(experiment: Experiment, scenes: int, seconds: float) -> tuple[Rollout, float]:
-    """A real actor's rollout of so many scenes, and the processor time that it takes.
+    """Return a real actor's rollout of a number of scenes, and its processor time, s.
 
-    Processor time, since other work on this machine is none of the actor's.
+    Processor time does not depend on other load on this machine.
     """
     owned = range(scenes)
     shard = assembly.shard(experiment.world, owned, experiment.seed)
@@ -130,14 +130,14 @@ def real_part(experiment: Experiment, scenes: int, seconds: float) -> tuple[Roll
 
 
 def size(rollout: Rollout) -> int:
-    """Bytes of its tensors."""
+    """Return the bytes of a rollout's tensors."""
     return sum(t.numel() * t.element_size() for t in rollout.tensors().values())
 
 
 def collect(
     fleet: SleepingFleet, weights: Mapping[str, Tensor], seconds: float, spent: Spent
 ) -> None:
-    """Collect in lockstep for so many seconds and at least four times, with nothing else to do."""
+    """Collect in lockstep for a time and at least four times, without updates."""
     fleet.collect(weights, 0, 0.0)
     began, count = time.perf_counter(), 0
     while count < 4 or time.perf_counter() - began < seconds:
@@ -149,9 +149,9 @@ def collect(
 def collect_ahead(
     fleet: SleepingFleet, weights: Mapping[str, Tensor], seconds: float, spent: Spent
 ) -> None:
-    """As overlapped: actors know what comes next before they are done; `Gathering` has the order.
+    """Collect overlapped: actors get the next request before they finish, as in `Gathering`.
 
-    One figure, the mean: a collection that ends late makes the next one short.
+    Adds one entry, the mean, as a long collection shortens the next one.
     """
     under_way = fleet.ask(weights, 0)
     began, count = _clocks(), 0
@@ -173,9 +173,9 @@ def take_ready(
     ready: Spent,
     received: Spent,
 ) -> None:
-    """Take in parts that are there, and ask for the next ones, while all actors sleep.
+    """Take finished rollouts and request the next ones, while all actors sleep.
 
-    received: what Ray's threads did in this process until the parts were there.
+    received: time of Ray's threads in this process until the rollouts are received.
     """
     waiting = fleet.ask(weights, 0)
     began, count = time.perf_counter(), 0
@@ -190,10 +190,10 @@ def take_ready(
 
 
 def limits(ready: Spent, received: Spent, samples: int, width: float) -> dict[str, float]:
-    """What a learner with one core could take in, and one whose Ray has another.
+    """Return the limits of a learner on one core, and of one whose Ray threads have another core.
 
-    samples: of a collection. width: bytes of a sample. By processor time, the least disturbed tenth
-    of the collections: other work on the machine slows the processor's caches down, too.
+    samples: of a collection. width: bytes of a sample. From the processor time of the fastest tenth
+    of the collections, because other load also slows the processor's caches.
     """
     core = _least(ready.processor) + _least(received.processor)
     thread = _least(ready.thread)
@@ -212,10 +212,10 @@ def _least(seconds: list[float]) -> float:
 def ingested(
     counts: Mapping[int, Spent], part: Rollout, took_s: float, limit: float, prefix: str = ""
 ) -> dict[str, float]:
-    """Samples/s that arrived and were joined, against the ideal and against the limit in samples/s.
+    """Return samples/s received and joined, against the ideal and the limit in samples/s.
 
-    Medians over the collections, and the fastest tenth, which other work disturbed least;
-    overlapped, of the means of its stretches.
+    Medians over the collections, and their fastest tenth, which other load disturbed least; for
+    overlapped ones, over the means of rounds.
     """
     figures: dict[str, float] = {}
     for actors, spent in counts.items():
@@ -241,7 +241,7 @@ def ingested(
 
 
 def updating(experiment: Experiment, part: Rollout) -> float:
-    """Seconds of an update on the rollouts of all actors: the quickest of some."""
+    """Return the seconds of an update on the rollouts of all actors: the fastest of eight."""
     whole = Rollout.join([replace(part, first_scene=i) for i in range(OVERLAPPING)])
     student = assembly.learner(experiment)
     spent = []
@@ -254,9 +254,9 @@ def updating(experiment: Experiment, part: Rollout) -> float:
 
 
 def overlapping(experiment: Experiment, fleet: SleepingFleet, seconds: float) -> dict[str, float]:
-    """An iteration of the loop, overlapped, against the longer of its two halves.
+    """Return the time of an overlapped iteration against the longer of gathering and update.
 
-    Both halves are those of a lockstep run of the same; medians of alternating stretches.
+    Both parts are measured in lockstep; medians of alternating rounds.
     """
     lockstep: list[dict[str, float]] = []
     overlapped: list[dict[str, float]] = []
@@ -266,8 +266,8 @@ def overlapping(experiment: Experiment, fleet: SleepingFleet, seconds: float) ->
                 assembly.learner(experiment),
                 fleet,
                 None,
-                _Nowhere(),
-                _Nowhere(),
+                _Null(),
+                _Null(),
                 LoopConfig(lag=LagConfig(overlap)),
             )
             lines += iterations(loop, seconds / ROUNDS / 2)
@@ -290,7 +290,7 @@ def overlapping(experiment: Experiment, fleet: SleepingFleet, seconds: float) ->
 
 
 def iterations(loop: Loop, seconds: float) -> list[dict[str, float]]:
-    """The metrics of iterations over so many seconds, at least four, after two to settle."""
+    """Return the metrics of iterations over a time, at least four, after two of warm-up."""
     for _ in range(2):
         loop.iterate()
     lines: list[dict[str, float]] = []
@@ -300,11 +300,11 @@ def iterations(loop: Loop, seconds: float) -> list[dict[str, float]]:
     return lines
 
 
-class _Nowhere:
-    """Keeps no records and no checkpoints."""
+class _Null:
+    """A recorder and checkpoint store that discards everything."""
 
     def record(self, iteration: int, metrics: Any) -> None:
-        """Nothing."""
+        """Discard metrics."""
 
     def save(self, iteration: int, state: Any, best: bool = False) -> None:
-        """Nothing."""
+        """Discard a checkpoint."""

@@ -1,4 +1,4 @@
-"""`inhabit bench serve`: the policy service beside a bare gRPC echo and Ray Serve, in one run."""
+"""`inhabit bench serve`: the policy service against a gRPC echo and Ray Serve, in one run."""
 
 import json
 import os
@@ -14,41 +14,41 @@ from console.run.experiment import Experiment, to_json
 from policy.checkpoints.format import Manifest, write
 from world.errors import InhabitError
 
-#: What issue 6 asks for: of the echo's rate, of Ray Serve's, and ms at 256 streams.
+#: Goals: ratio to the echo's rate, ratio to Ray Serve's, and p99 at 256 streams, ms.
 GOALS = {"echo": 0.6, "ray": 5.0, "p99_ms": 10.0}
 
 
 class BenchError(InhabitError):
-    """A server or client of the benchmark that does not do its part."""
+    """A server or client process of the benchmark that failed."""
 
 
 def measure(
-    experiment: Experiment, seconds: float, say: Callable[[str], None] = print
+    experiment: Experiment, seconds: float, note: Callable[[str], None] = print
 ) -> dict[str, float]:
-    """All figures; Ray Serve's are left out where it is not installed or does not start.
+    """Return all figures; those of Ray Serve are left out if it is missing or does not start.
 
-    say: gets one line where something is left out.
+    note: receives one line on a part that is left out.
     """
     figures: dict[str, float] = {}
     with tempfile.TemporaryDirectory() as folder:
         checkpoint = _checkpoint(experiment, Path(folder))
         for kind in ("echo", "policy", "ray"):
             if kind == "ray" and not _has_ray_serve():
-                say("Ray Serve: not measured, pip install 'inhabit[bench]' brings it")
+                note("Ray Serve: not measured; install it by pip install 'inhabit[bench]'")
                 continue
             try:
                 found = _of(kind, checkpoint, seconds)
             except BenchError as error:
                 if kind != "ray":
                     raise
-                say(f"Ray Serve: not measured: {error}")
+                note(f"Ray Serve: not measured: {error}")
                 continue
             figures |= {f"{kind}_{name}": value for name, value in found.items()}
     return figures | _ratios(figures)
 
 
 def _ratios(figures: dict[str, float]) -> dict[str, float]:
-    """Ours to the echo's and to Ray Serve's: of rates, and of what a processor second does."""
+    """Return the ratios of our calls/s and calls per processor second to those of the others."""
     found = {}
     for name in ("act_64", "control_64"):
         for unit in ("per_s", "per_processor_s"):
@@ -65,7 +65,7 @@ def _ratios(figures: dict[str, float]) -> dict[str, float]:
 
 
 def _of(kind: str, checkpoint: Path, seconds: float) -> dict[str, float]:
-    """The figures of one server, its clock read round each measurement."""
+    """Return the figures of one server, with its processor time over each measurement."""
     figures: dict[str, float] = {}
     with _process("servers", kind, str(checkpoint)) as server:
         address = str(_line(server)["address"])
@@ -80,7 +80,7 @@ def _of(kind: str, checkpoint: Path, seconds: float) -> dict[str, float]:
                 used = max(after - before, 1e-9)
                 figures[f"{name}_per_processor_s"] = float(line["per_s"]) * seconds / used
                 before = after
-                _tell(client)
+                _send_line(client)
     return figures
 
 
@@ -109,29 +109,29 @@ def _process(part: str, *words: str) -> Iterator["subprocess.Popen[str]"]:
 
 
 def _line(process: "subprocess.Popen[str]", may_end: bool = False) -> dict[str, str | float]:
-    """The next JSON object that a process prints; other lines are passed over."""
+    """Return the next JSON object that a process prints; other lines are skipped."""
     assert process.stdout is not None
     for line in process.stdout:
         if line.startswith("{"):
             return json.loads(line)
     if may_end and process.wait(20) == 0:
         return {}
-    raise BenchError("a server or client of the benchmark ended before it was done; see above")
+    raise BenchError("a server or client of the benchmark ended early; see above")
 
 
-def _tell(process: "subprocess.Popen[str]") -> None:
+def _send_line(process: "subprocess.Popen[str]") -> None:
     assert process.stdin is not None
     process.stdin.write("\n")
     process.stdin.flush()
 
 
 def _spent(server: "subprocess.Popen[str]") -> float:
-    _tell(server)
+    _send_line(server)
     return float(_line(server)["processor_s"])
 
 
 def _checkpoint(experiment: Experiment, folder: Path) -> Path:
-    """A policy of the experiment's size with random weights."""
+    """Write a checkpoint of the experiment's size with random weights."""
     student = assembly.learner(experiment)
     notes = {"experiment": json.dumps(to_json(experiment)), "data": "none: random weights"}
     manifest = Manifest(assembly.layout(experiment), 0, 0, notes)

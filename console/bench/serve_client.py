@@ -1,7 +1,7 @@
-"""The client of `inhabit bench serve`, in a process of its own: latencies and rates, as JSON.
+"""The client process of `inhabit bench serve`: latencies and rates as JSON.
 
-`python -m console.bench.serve_client ADDRESS SECONDS [unary]` prints a JSON object a measurement
-and waits for a line after each; `unary` leaves the streams out.
+`python -m console.bench.serve_client ADDRESS SECONDS [unary]` prints one JSON object per
+measurement and waits for a line after each; `unary` leaves the streams out.
 """
 
 import asyncio
@@ -21,11 +21,11 @@ CLIENT_CORE = 1
 HZ = 30.0
 STREAMS = (64, 256, 1024)
 CALLERS = 64
-_METADATA = (("application", "sit"),)  # what Ray Serve finds its deployment by
+_METADATA = (("application", "sit"),)  # names the deployment of Ray Serve
 
 
 class Client:
-    """One connection, and the measurements on it."""
+    """Measurements on one connection."""
 
     def __init__(self, stub: Any, seconds: float) -> None:
         self._stub, self._seconds = stub, seconds
@@ -34,7 +34,7 @@ class Client:
         self._goal = draw.standard_normal(29).astype("<f4").tobytes()
 
     async def act(self, callers: int) -> dict[str, float]:
-        """Act, one row, by so many callers that each wait for their answer."""
+        """Measure Act with one row, by concurrent callers that each wait for the reply."""
         spent: list[float] = []
         began = time.perf_counter()
 
@@ -50,7 +50,7 @@ class Client:
         return _figures(spent, time.perf_counter() - began)
 
     async def control(self, streams: int, paced: bool) -> dict[str, float]:
-        """Control, so many streams, at 30 Hz each or as fast as answers come."""
+        """Measure Control with a number of streams, at 30 Hz each or as fast as possible."""
         spent: list[float] = []
         calls = [self._stub.Control() for _ in range(streams)]
         for call in calls:
@@ -89,22 +89,22 @@ def _figures(spent: list[float], wall: float) -> dict[str, float]:
 
 
 async def measure(address: str, seconds: float, streaming: bool) -> None:
-    """Everything, one after the other; a line of JSON each, as it ends."""
+    """Run all measurements in turn and print a line of JSON after each."""
     async with grpc.aio.insecure_channel(address) as channel:
         client = Client(policy_pb2_grpc.PolicyStub(channel), seconds)
 
-        async def say(name: str, measuring: Any) -> None:
+        async def report(name: str, measuring: Any) -> None:
             print(json.dumps({"name": name, **await measuring}), flush=True)
-            sys.stdin.readline()  # the other end reads the server's clock meanwhile
+            sys.stdin.readline()  # the parent reads the server's processor time meanwhile
 
         await client.act(1)  # connects and warms up
-        await say("act", client.act(1))
-        await say(f"act_{CALLERS}", client.act(CALLERS))
+        await report("act", client.act(1))
+        await report(f"act_{CALLERS}", client.act(CALLERS))
         if streaming:
-            await say("control", client.control(1, paced=False))
-            await say(f"control_{CALLERS}", client.control(CALLERS, paced=False))
+            await report("control", client.control(1, paced=False))
+            await report(f"control_{CALLERS}", client.control(CALLERS, paced=False))
             for streams in STREAMS:
-                await say(f"streams_{streams}", client.control(streams, paced=True))
+                await report(f"streams_{streams}", client.control(streams, paced=True))
 
 
 if __name__ == "__main__":

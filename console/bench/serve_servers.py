@@ -1,8 +1,8 @@
-"""The servers that `inhabit bench serve` compares, each in a process of its own on one core.
+"""The server processes of `inhabit bench serve`, each on one core.
 
 `python -m console.bench.serve_servers KIND FOLDER` prints one JSON line {"address": ...} when it
-serves, answers every line of standard input with the processor seconds spent so far, and ends with
-its standard input.
+serves, answers every line of standard input with its processor seconds so far, and ends with its
+standard input.
 """
 
 import contextlib
@@ -30,17 +30,17 @@ SERVER_CORE = 0
 
 
 class Echo(policy_pb2_grpc.PolicyServicer):
-    """Answers with as many bytes as the policy does, and does nothing else."""
+    """A servicer that replies with as many bytes as a policy, without computing."""
 
     def __init__(self, actions: int) -> None:
         self._row = bytes(4 * actions)
 
     async def Act(self, request: pb.ActRequest, context: Any) -> pb.ActReply:
-        """As many bytes as an action of one row has."""
+        """Reply with the bytes of one action."""
         return pb.ActReply(action=self._row, target=self._row, version="0-00000000")
 
     async def Control(self, request_iterator: Any, context: Any) -> None:
-        """The same, frame after frame."""
+        """Reply with the bytes of one action per request."""
         while (request := await context.read()) is not grpc.aio.EOF:
             await context.write(
                 pb.ControlReply(
@@ -53,7 +53,7 @@ class Echo(policy_pb2_grpc.PolicyServicer):
 
 
 def policy(folder: Path) -> None:
-    """Our own service."""
+    """Serve by the policy service."""
     source = loading.source("sit", folder, "latest")
     run(
         serve([source], ServerConfig(), started=lambda server, _: _ready(server, time.process_time))
@@ -61,7 +61,7 @@ def policy(folder: Path) -> None:
 
 
 def echo(folder: Path) -> None:
-    """gRPC itself: no interceptors, no policy."""
+    """Serve by a gRPC echo, without interceptors and policy."""
     actions = loading.served("sit", folder).action_map.offset.numel()
 
     async def main() -> None:
@@ -76,7 +76,7 @@ def echo(folder: Path) -> None:
 
 
 def ray_serve(folder: Path) -> None:
-    """The same policy behind Ray Serve's gRPC ingress, with Ray Serve's own batching."""
+    """Serve the same policy by Ray Serve's gRPC ingress and batching."""
     import numpy as np
     import torch
     from ray import serve as ray_serve
@@ -107,7 +107,7 @@ def ray_serve(folder: Path) -> None:
         port, http_port = one.getsockname()[1], other.getsockname()[1]
     with ray_session(cpus=4):
         ray_serve.start(
-            http_options={"host": "127.0.0.1", "port": http_port},  # the proxy serves gRPC, too
+            http_options={"host": "127.0.0.1", "port": http_port},  # required by the proxy
             grpc_options=gRPCOptions(
                 port=port,
                 grpc_servicer_functions=["rpc.v1.policy_pb2_grpc.add_PolicyServicer_to_server"],
@@ -122,15 +122,15 @@ def ray_serve(folder: Path) -> None:
 
 
 def pin(processes: set[int]) -> None:
-    """Keep all threads of these processes, and what they start from now on, on one core."""
+    """Pin all threads of these processes, and their later children, to one core."""
     for pid in processes:
         for thread in Path(f"/proc/{pid}/task").glob("[0-9]*"):
-            with contextlib.suppress(OSError):  # it has ended
+            with contextlib.suppress(OSError):  # the thread has ended
                 os.sched_setaffinity(int(thread.name), {SERVER_CORE})
 
 
 def _family_seconds() -> float:
-    """Processor seconds of all processes of this session: Ray is many."""
+    """Return the processor seconds of this process and all its descendants, which Ray needs."""
     ticks = 0
     for pid in process_tree():
         try:
@@ -142,7 +142,7 @@ def _family_seconds() -> float:
 
 
 def _ready(server: AioServer | str, spent: Callable[[], float]) -> None:
-    """Say where it serves, and answer questions about the processor's time from then on."""
+    """Print the address, then answer each line of standard input with the processor time."""
     address = server if isinstance(server, str) else server.address
     print(json.dumps({"address": address}), flush=True)
 
@@ -157,6 +157,6 @@ def _ready(server: AioServer | str, spent: Callable[[], float]) -> None:
 SERVERS = {"policy": policy, "echo": echo, "ray": ray_serve}
 
 if __name__ == "__main__":
-    if sys.argv[1] != "ray":  # its processes would miss each other's deadlines while they start
+    if sys.argv[1] != "ray":  # on one core Ray's processes miss deadlines while they start
         pin({os.getpid()})
     SERVERS[sys.argv[1]](Path(sys.argv[2]))

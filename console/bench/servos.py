@@ -1,5 +1,4 @@
-"""`inhabit bench servos`: random actions, and nobody set back on their feet, for ten minutes a
-scene."""
+"""`inhabit bench servos`: random actions without resets, for ten minutes per scene."""
 
 import statistics
 import time
@@ -12,15 +11,16 @@ from world.character import model as character
 from world.scene.batch import Scenes
 from world.scene.model import compile_scene
 
-#: As long as it takes: simulated seconds of each scene.
+#: Simulated time of each scene, s.
 SIMULATED_S = 600.0
 
 
 def measure(experiment: Experiment, seconds: float, threads: int) -> dict[str, float]:
-    """Actions uniform over all that a policy can ask for, until each scene has had SIMULATED_S or
-    `seconds` are over; what blew up, and how fast joints turned (rad/s).
+    """Simulate uniform random actions over the whole range, for SIMULATED_S per scene or `seconds`
+    in all; return the number of non-finite scenes and joint speeds (rad/s).
 
-    They lie and flail on an empty floor: nothing that a policy does is as hard on the servos.
+    Characters lie on an empty floor with violent motion, a harder test of the servos than any
+    policy.
     """
     n = experiment.scenes
     world = experiment.world

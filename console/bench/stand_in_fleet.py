@@ -1,4 +1,4 @@
-"""A fleet of stand-ins over Ray: everything of a real one's traffic, and none of its computing."""
+"""A fleet of stand-in actors over Ray, with the traffic of a real one and without computing."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -11,15 +11,15 @@ from actors.ray_actor import pack_rollout, to_arrays, unpack_rollout
 from console.bench.stand_ins import Sleepers
 from policy.rollout import Rollout
 
-#: Threads of one process: none of its actors waits for another's.
+#: Actors of one process, with as many threads, so that none waits for another.
 ACTORS_A_PROCESS = 64
 GATHERED_S = 0.005
 
 
 @contextmanager
 def sleepers(part: Rollout, processes: int) -> Iterator[list[Any]]:
-    """Processes, started, whose actors send copies of `part`; needs a Ray session."""
-    remote: Any = ray.remote  # whose types know either a class or its options
+    """Yield started processes whose actors send copies of `part`; needs a Ray session."""
+    remote: Any = ray.remote  # its type hints do not cover a class with options
     kind = remote(num_cpus=0, max_concurrency=2 * ACTORS_A_PROCESS)(Sleepers)
     packed = pack_rollout(part)
     hosts = [kind.remote(packed) for _ in range(processes)]
@@ -32,10 +32,10 @@ def sleepers(part: Rollout, processes: int) -> Iterator[list[Any]]:
 
 
 class SleepingFleet:
-    """So many actors over the processes of `sleepers`, which each take `seconds` for a rollout.
+    """A number of actors over the processes of `sleepers`, each with `seconds` per rollout.
 
-    Weights go out and rollouts come in as in `RayFleet`: one `ray.put`, one reference an actor,
-    joined in scene order; with a prefetched request, actors begin with it when they are done.
+    Weights and rollouts are sent as in `RayFleet`: one `ray.put`, one reference per actor, joined
+    in scene order; with `prefetch`, actors start the next rollout when the present one is finished.
     """
 
     def __init__(self, hosts: list[Any], part: Rollout, actors: int, seconds: float) -> None:
@@ -44,7 +44,7 @@ class SleepingFleet:
 
     @property
     def samples(self) -> int:
-        """Control steps of one collection."""
+        """Number of samples of one collection."""
         return self.actors * self.part.samples
 
     def prefetch(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> None:
@@ -53,12 +53,12 @@ class SleepingFleet:
             self._begun = self.ask(weights, version)
 
     def collect(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> Rollout:
-        """One rollout of all actors."""
+        """Return one rollout of all actors."""
         begun, self._begun = self._begun, []
         return self.take_in(begun or self.ask(weights, version))
 
     def take_in(self, waiting: list[Any]) -> Rollout:
-        """The parts of all, as they come, joined."""
+        """Receive the rollouts of all actors as they finish; return them joined."""
         parts = []
         while waiting:
             # As many as are there: looking costs as often as there are actors.
@@ -70,7 +70,7 @@ class SleepingFleet:
         return Rollout.join(parts)
 
     def ask(self, weights: Mapping[str, Tensor], version: int) -> list[Any]:
-        """Ask every actor for a rollout; their references."""
+        """Request a rollout of every actor; return the references."""
         published = ray.put(to_arrays(weights))
         return [
             self.hosts[actor % len(self.hosts)].rollout.remote(
@@ -80,15 +80,15 @@ class SleepingFleet:
         ]
 
     def alive(self) -> int:
-        """Number of actors."""
+        """Return the number of actors."""
         return self.actors
 
     def state_dict(self) -> dict[str, Any]:
-        """Nothing: they stand where they stood."""
+        """Return an empty state: stand-ins have none."""
         return {}
 
     def load_state_dict(self, state: Mapping[str, Any]) -> None:
-        """Nothing."""
+        """Ignore the state: stand-ins have none."""
 
     def close(self) -> None:
-        """The processes are ended by `sleepers`."""
+        """Do nothing: `sleepers` ends the processes."""

@@ -1,4 +1,4 @@
-"""Stand-ins for rollout actors, which sleep as long as real ones compute; they need no torch."""
+"""Stand-ins for rollout actors, which sleep instead of computing; without torch."""
 
 import threading
 import time
@@ -9,10 +9,10 @@ import numpy as np
 
 
 class Sleepers:
-    """Any number of actors in one process, a thread a call: light enough for hundreds of them.
+    """Stand-ins for any number of actors in one process, with one thread per call.
 
-    What they send is as large as a real rollout, and a fresh object every time. An actor does one
-    thing after the other: what it is asked for meanwhile waits, as in the queue of a real one.
+    A rollout has its real size and is a new object each time. An actor handles requests one after
+    the other, as the queue of a real actor does.
     """
 
     def __init__(self, packed: dict[str, Any]) -> None:
@@ -22,8 +22,8 @@ class Sleepers:
     def rollout(
         self, weights: dict[str, np.ndarray], version: int, actor: int, scene: int, seconds: float
     ) -> dict[str, Any]:
-        """Sleep so long, and give the rollout of the scenes from `scene` on."""
-        del weights  # that they are here is all
+        """Sleep for `seconds`; return the rollout of the scenes from `scene` on."""
+        del weights  # only their transfer matters
         with self._acting[actor]:
             time.sleep(seconds)
         slept = {"world": seconds, "policy": 0.0}

@@ -1,4 +1,4 @@
-"""The world's bench: a shard's whole control step against the raw batch's, from the same states."""
+"""`inhabit bench world`: a shard's control step against that of the raw simulator batch."""
 
 import time
 
@@ -14,10 +14,10 @@ MEMORY_SCENES = 1024
 
 
 def measure(experiment: Experiment, seconds: float, threads: int = 1) -> dict[str, float]:
-    """Control steps/s of both on one thread, their ratio, and memory for 1,024 scenes.
+    """Return control steps/s of both on one thread, their ratio, and memory of 1,024 scenes.
 
-    Before each step the raw batch takes over the shard's state and controls, so that both do the
-    same physics; only the steps are timed.
+    Before each step the raw batch gets the shard's state and controls, so that both step the same
+    physics; only the steps are timed.
     """
     scenes = range(experiment.scenes)
     assembly.training_bank(experiment.world)
@@ -44,7 +44,7 @@ def measure(experiment: Experiment, seconds: float, threads: int = 1) -> dict[st
         middle = time.perf_counter()
         shard.step(action)
         end = time.perf_counter()
-        if steps >= 3:  # the first ones fill caches
+        if steps >= 3:  # the first steps fill caches
             alone += middle - start
             whole += end - middle
         steps += 1
@@ -61,7 +61,7 @@ def measure(experiment: Experiment, seconds: float, threads: int = 1) -> dict[st
 
 
 def memory_gb(experiment: Experiment) -> float:
-    """What a shard of 1,024 scenes adds to this process, stepped once, furniture not counted."""
+    """Return the memory of a shard of 1,024 scenes after a step, without furniture, GB."""
     before = machine.resident_gb()
     shard = assembly.shard(experiment.world, range(MEMORY_SCENES), experiment.seed)
     shard.step(torch.zeros(MEMORY_SCENES, NU))

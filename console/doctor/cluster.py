@@ -1,4 +1,4 @@
-"""What `inhabit doctor` finds beyond this process: a Ray cluster, the services."""
+"""Checks of `inhabit doctor` beyond this process: a Ray cluster and services."""
 
 import importlib.metadata
 import json
@@ -12,7 +12,7 @@ from rpc.channel import ChannelConfig
 from rpc.probe import check_health
 
 JOIN_S = 120.0
-#: Joins, asks and leaves, in a process of its own: Ray settles its authentication at import.
+#: Joins the cluster in a process of its own, because Ray fixes its authentication at import.
 _ASK = """
 import json, sys
 import ray
@@ -25,7 +25,7 @@ print(json.dumps({"nodes": len(nodes), "cpus": int(found.get("CPU", 0)),
 
 
 def find_ray(address: str | None = None) -> Finding:
-    """Ray here and, where an address is known, the cluster there and whom it lets in."""
+    """Check the local Ray and, with an address, the cluster and its authentication."""
     version = f"{importlib.metadata.version('ray')}, {token()}"
     address = address or os.environ.get("RAY_ADDRESS")
     if not address:
@@ -41,17 +41,17 @@ def find_ray(address: str | None = None) -> Finding:
     anyone, _ = ask(address, {"RAY_AUTH_MODE": "disabled"})
     if anyone is not None:
         return Finding(
-            "ray", "mind", f"{detail}; lets anyone in: start it with RAY_AUTH_MODE=token",
+            "ray", "mind", f"{detail}; without authentication: start it with RAY_AUTH_MODE=token",
             slots=found["cpus"],
         )  # fmt: skip
-    return Finding("ray", "ok", f"{detail}; asks for a token, ours is right", slots=found["cpus"])
+    return Finding("ray", "ok", f"{detail}; accepts our token, needs one", slots=found["cpus"])
 
 
 def token() -> str:
-    """Where Ray would take its token from; never the token itself."""
+    """Return the source of Ray's token as text, without the token."""
     mode = os.environ.get("RAY_AUTH_MODE", "")
     if mode.lower() == "disabled":
-        return "RAY_AUTH_MODE=disabled: shows no token"
+        return "RAY_AUTH_MODE=disabled: no token is sent"
     if os.environ.get("RAY_AUTH_TOKEN"):
         return "token from RAY_AUTH_TOKEN"
     named = os.environ.get("RAY_AUTH_TOKEN_PATH")
@@ -62,7 +62,7 @@ def token() -> str:
 
 
 def ask(address: str, environment: dict[str, str]) -> tuple[dict[str, int] | None, str]:
-    """Size of the cluster at an address, or None and why it could not be joined."""
+    """Return the size of the cluster at an address, or None and why it cannot be joined."""
     try:
         done = subprocess.run(
             [sys.executable, "-c", _ASK, address],
@@ -82,9 +82,9 @@ def ask(address: str, environment: dict[str, str]) -> tuple[dict[str, int] | Non
 def find_service(
     name: str, address: str, ca: Path | None, cert: Path | None, key: Path | None
 ) -> Finding:
-    """A service's health; RpcError where it does not answer well."""
+    """Check a service's health; RpcError for an unhealthy or unreachable one."""
     config = ChannelConfig(
         address=address, tls_ca=str(ca or ""), tls_cert=str(cert or ""), tls_key=str(key or "")
     )
     spent = check_health(config, f"rpc.v1.{name.capitalize()}")
-    return Finding(name, "ok", f"{address} serves, and said so in {1e3 * spent:.0f} ms")
+    return Finding(name, "ok", f"{address} serves, reply after {1e3 * spent:.0f} ms")

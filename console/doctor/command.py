@@ -1,4 +1,4 @@
-"""`inhabit doctor`: what this machine has of what training needs, and what to do about the rest."""
+"""`inhabit doctor`: checks of what training needs, with advice on what is missing."""
 
 import json
 import os
@@ -22,7 +22,7 @@ def check_python() -> Finding:
 
 
 def check_packages() -> Finding:
-    """Versions of what the numbers depend on, and the one MuJoCo release that is known bad."""
+    """Check the versions of packages, and against the one bad release of MuJoCo."""
     found = versions()
     missing = [name for name, version in found.items() if version is None]
     if missing:
@@ -41,12 +41,12 @@ def check_cores() -> Finding:
 def check_memory() -> Finding:
     total = memory_gb()
     if total < 4:
-        return Finding("memory", "mind", f"{total:.1f} GB: lower --scenes (512 want about 3 GB)")
+        return Finding("memory", "mind", f"{total:.1f} GB: lower --scenes (512 need about 3 GB)")
     return Finding("memory", "ok", f"{total:.1f} GB")
 
 
 def check_precision() -> Finding:
-    """Which number format the networks run in, and why."""
+    """Report the number format of the networks and its reason."""
     import torch
 
     from world.precision import decide
@@ -56,7 +56,7 @@ def check_precision() -> Finding:
 
 
 def check_simulator() -> Finding:
-    """One step of a batch."""
+    """Step a batch of the simulator."""
     import mujoco
     from mujoco.batch import Batch
 
@@ -67,30 +67,30 @@ def check_simulator() -> Finding:
 
 
 def check_motions(paths: tuple[Path, ...] = ()) -> Finding:
-    """Clips that can be read, and their terms."""
+    """Check that clips can be read; report their licences."""
     from console.motions.listing import clips
 
     found = clips(paths)
     minutes = sum(clip.seconds for clip in found) / 60
     terms = ", ".join(sorted({clip.licence for clip in found}))
-    where = "found" if paths else "come with the package"
+    where = "found" if paths else "of the package"
     detail = f"{len(found)} clips, {minutes:.0f} minutes, {where}; licence: {terms}"
     return Finding("motions", "ok", detail)
 
 
 def check_policies() -> Finding:
-    """Trained policies beside the package or in this folder."""
+    """Report trained policies beside the package or in this folder."""
     root = Path(__file__).resolve().parents[2]
     found = sorted(
         {p.parent for d in {root, Path.cwd()} for p in d.glob("pretrained/*/manifest.json")}
     )
     if not found:
-        return Finding("policies", "mind", "none here: `inhabit train sit` makes one")
+        return Finding("policies", "mind", "none here: `inhabit train sit` trains one")
     return Finding("policies", "ok", "trained: " + ", ".join(str(path) for path in found))
 
 
 def check_rendering() -> Finding:
-    """Whether `video` can draw here."""
+    """Check offscreen rendering."""
     from console.video.rendering import choose_gl
 
     backend = choose_gl()
@@ -118,21 +118,21 @@ def check_service(name: str, address: str, *tls: Path | None) -> Finding:
 
 
 def check_rate(seconds: float) -> Finding:
-    """Samples/s of a few seconds' training."""
+    """Measure samples/s of a few seconds of training."""
     from console.doctor.rate import estimate
 
     return estimate(seconds)
 
 
 def check_port() -> Finding:
-    """The style service needs a loopback port."""
+    """Check that the style service can bind a loopback port."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
     return Finding("sockets", "ok", "loopback ports can be bound")
 
 
 def check_disk() -> Finding:
-    """Room for checkpoints where runs go."""
+    """Check the disk space for checkpoints in this folder."""
     with tempfile.NamedTemporaryFile(dir=Path.cwd()):
         free = shutil.disk_usage(Path.cwd()).free / 1e9
     detail = f"{free:.0f} GB free here"
@@ -140,12 +140,12 @@ def check_disk() -> Finding:
 
 
 def check_token(path: Path) -> Finding:
-    """Whether a token can be read, and by its owner alone."""
+    """Check that a token can be read, and by its owner alone."""
     read_token(str(path))
     mode = path.stat().st_mode & 0o777
     if mode & 0o077:
         return Finding("token", "mind", f"{path}: others can read it ({mode:o}): chmod 600 {path}")
-    return Finding("token", "ok", f"{path}: read by its owner alone")
+    return Finding("token", "ok", f"{path}: readable by its owner alone")
 
 
 CHECKS: tuple[Callable[[], Finding], ...] = (
@@ -165,12 +165,13 @@ CHECKS: tuple[Callable[[], Finding], ...] = (
 
 
 def examine(checks: tuple[Callable[[], Finding], ...] = CHECKS) -> list[Finding]:
-    """Every finding; a check that itself fails becomes a bad finding with its reason."""
+    """Return the findings of all checks; a check that raises gives a bad finding with its
+    reason."""
     findings: list[Finding] = []
     for check in checks:
         try:
             findings.append(check())
-        except Exception as error:  # a doctor examines what is broken: nothing may stop it
+        except Exception as error:  # any fault of a machine is a finding
             function = check.func if isinstance(check, partial) else check
             name = getattr(function, "__name__", "check").removeprefix("check_")
             if name == "service" and isinstance(check, partial):
@@ -181,34 +182,34 @@ def examine(checks: tuple[Callable[[], Finding], ...] = CHECKS) -> list[Finding]
 
 
 def as_json(findings: list[Finding]) -> list[dict[str, str]]:
-    """The findings as JSON values."""
+    """Return the findings as JSON values."""
     kept = ("name", "verdict", "detail")
     return [{key: getattr(finding, key) for key in kept} for finding in findings]
 
 
 def checks_of(command: Doctor) -> tuple[Callable[[], Finding], ...]:
-    """What the flags ask to be looked at: always the machine, services where they are named."""
-    asked: list[Callable[[], Finding]] = [
+    """Return the checks of the flags: always the machine, and the given services."""
+    checks: list[Callable[[], Finding]] = [
         partial(check_motions, command.motions) if check is check_motions else check
         for check in CHECKS
     ]
-    asked.append(partial(check_ray, command.address))
+    checks.append(partial(check_ray, command.address))
     tls = (command.tls_ca, command.tls_cert, command.tls_key)
     for name, address in (("style", command.style), ("policy", command.policy)):
         if address:
-            asked.append(partial(check_service, name, address, *tls))
+            checks.append(partial(check_service, name, address, *tls))
     if command.token_file is not None:
-        asked.append(partial(check_token, command.token_file))
+        checks.append(partial(check_token, command.token_file))
     if command.seconds > 0:
-        asked.append(partial(check_rate, command.seconds))
-    return tuple(asked)
+        checks.append(partial(check_rate, command.seconds))
+    return tuple(checks)
 
 
-def following(findings: list[Finding], command: Doctor) -> str:
-    """The line to type next."""
+def next_command(findings: list[Finding], command: Doctor) -> str:
+    """Return the command to run next."""
     bad = [finding.name for finding in findings if finding.verdict == "bad"]
     if bad:
-        return f"mend first: {', '.join(bad)}"
+        return f"fix first: {', '.join(bad)}"
     words = ["inhabit train sit"]
     ray = next((f for f in findings if f.name == "ray"), None)
     slots = None if ray is None else ray.slots
@@ -222,9 +223,9 @@ def following(findings: list[Finding], command: Doctor) -> str:
 
 
 def doctor_command(command: Doctor) -> int:
-    """Print the findings; 1 if anything is bad."""
+    """Print the findings; return 1 if any is bad."""
     findings = examine(checks_of(command))
-    findings.append(Finding("next", "ok", following(findings, command)))
+    findings.append(Finding("next", "ok", next_command(findings, command)))
     if command.json:
         print(json.dumps(as_json(findings), indent=2))
     else:

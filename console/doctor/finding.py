@@ -1,4 +1,4 @@
-"""What `inhabit doctor` finds: one line a thing."""
+"""Findings of `inhabit doctor`, one line each."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -8,10 +8,10 @@ Verdict = Literal["ok", "mind", "bad"]
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing looked at: `bad` keeps training from working, `mind` costs something."""
+    """The result of one check: with `bad` training cannot work, with `mind` it is limited."""
 
     name: str
     verdict: Verdict
     detail: str
     slots: int | None = None
-    """CPU slots of a Ray cluster that was reached."""
+    """CPU slots of the Ray cluster, if reached."""

@@ -1,4 +1,4 @@
-"""An estimate of how fast this machine would train, from some seconds of training."""
+"""Estimate of the training speed of this machine, from some seconds of training."""
 
 import tempfile
 import time
@@ -16,11 +16,11 @@ from learner.config import LoopConfig
 from learner.loop import Loop
 from world import tasks
 
-PIECES = 8  # of furniture: compiling all of them takes longer than the measurement
+PIECES = 8  # compiling all pieces of furniture takes longer than the measurement
 
 
 def estimate(seconds: float) -> Finding:
-    """Samples/s of whole iterations on all cores, after two that warm up."""
+    """Measure samples/s of whole iterations on all cores, after two of warm-up."""
     threads = cores()
     fast = PRESETS["fast"]
     experiment = with_learner_threads(
@@ -37,22 +37,21 @@ def estimate(seconds: float) -> Finding:
     hours = 40e6 / rate / 3600
     return Finding(
         "rate", "ok",
-        f"{rate:,.0f} samples/s ({experiment.scenes} scenes, {iterations} iterations just now):"
+        f"{rate:,.0f} samples/s ({experiment.scenes} scenes, {iterations} iterations):"
         f" 40 million samples in {hours:.1f} h",
     )  # fmt: skip
 
 
 def measure(experiment: Experiment, workers: int, seconds: float) -> tuple[float, int]:
-    """Samples/s of the local runner over at least so many seconds and one iteration."""
+    """Return samples/s of the local runner over at least `seconds` and one iteration, and the
+    number of iterations."""
     command = Train(task=experiment.world.task, experiment=experiment, threads=workers)
     terms = list(tasks.make(experiment.world.task).terms)
     with tempfile.TemporaryDirectory() as folder:
         run = RunDirectory(Path(folder))
         with open_runner(command, experiment, run, workers, print) as runner:
             learner = assembly.learner(experiment)
-            loop = Loop(
-                learner, runner.fleet, runner.style, Nowhere(), Nowhere(), LoopConfig(), terms
-            )
+            loop = Loop(learner, runner.fleet, runner.style, Null(), Null(), LoopConfig(), terms)
             try:
                 for _ in range(2):
                     loop.iterate()
@@ -66,11 +65,11 @@ def measure(experiment: Experiment, workers: int, seconds: float) -> tuple[float
     return experiment.scenes * experiment.horizon * count / spent, count
 
 
-class Nowhere:
-    """Keeps no records and no checkpoints."""
+class Null:
+    """A recorder and checkpoint store that discards everything."""
 
     def record(self, iteration: int, metrics: object) -> None:
-        """Nothing."""
+        """Discard metrics."""
 
     def save(self, iteration: int, state: object, best: bool = False) -> None:
-        """Nothing."""
+        """Discard a checkpoint."""

@@ -72,7 +72,9 @@ class FurnitureKind:
         piece = piece_of(named(command)).scaled(scale)
         count = task.affordance.use_point_count(piece)
         if not 0 <= command.place < count:
-            raise ConfigError(f"--place {command.place}: {piece.name} has 0 to {count - 1}")
+            raise ConfigError(
+                f"--place {command.place}: {piece.name} has {count} use points, counted from 0"
+            )
         x, y, yaw = numbers("--at", command.at, "X,Y,YAW (m, m, degrees)")
         half = 0.5 * math.radians(yaw)
         request.furniture.CopyFrom(

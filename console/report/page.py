@@ -143,7 +143,7 @@ def player(names: Sequence[str]) -> str:
         '<div class="row"><button data-part="play">pause</button>'
         '<select data-part="speed" aria-label="speed"><option value="0.25">¼×</option>'
         '<option value="1" selected>1×</option><option value="3">3×</option></select>'
-        '<span class="soft" data-part="told"></span></div><div class="row">'
+        '<span class="soft" data-part="status"></span></div><div class="row">'
         '<input type="range" min="0" value="0" data-part="slider" aria-label="moment"></div>'
         '<svg viewBox="0 0 1000 60" preserveAspectRatio="none" data-part="curve"></svg>'
         '<p class="soft">Drag to turn, scroll to zoom. The curve is the distance from the target; '

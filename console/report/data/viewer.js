@@ -225,10 +225,10 @@ function play() {
   const takes = JSON.parse(document.getElementById("takes").textContent).map((data) => new Take(data));
   let viewer;
   try { viewer = new Viewer(find("canvas")); } catch (error) {
-    find("told").textContent = `The replay needs WebGL 2 (${error.message}); the filmstrips below show the same trials.`;
+    find("status").textContent = `The replay needs WebGL 2 (${error.message}); the filmstrips below show the same trials.`;
     return;
   }
-  const slider = find("slider"), button = find("play"), told = find("told"), speed = find("speed");
+  const slider = find("slider"), button = find("play"), status = find("status"), speed = find("speed");
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
   let take = takes[0], clock = 0, playing = true, before = 0;
   const curve = () => {
@@ -253,7 +253,7 @@ function play() {
       slider.value = frame();
     }
     const at = frame(), style = take.style && at < take.style.length ? `, style ${take.style[at].toFixed(2)}` : "";
-    told.textContent = `${(at / take.hz).toFixed(2)} s, ${take.error[at].toFixed(2)} m from the target${style}` +
+    status.textContent = `${(at / take.hz).toFixed(2)} s, ${take.error[at].toFixed(2)} m from the target${style}` +
       (take.fell && at >= take.end ? ", fallen" : "");
     const x = 1000 * at / Math.max(1, take.frames - 1), mark = find("now");
     mark.setAttribute("x1", x); mark.setAttribute("x2", x);

@@ -44,6 +44,6 @@ def test_lines_that_are_no_figures_are_passed_over() -> None:
         subprocess.Popen(
             [sys.executable, "-c", "raise SystemExit(1)"], stdout=subprocess.PIPE, text=True
         ) as process,
-        pytest.raises(serve.BenchError, match="ended before it was done"),
+        pytest.raises(serve.BenchError, match="ended early"),
     ):
         serve._line(process, may_end=True)

@@ -28,7 +28,7 @@ def test_services_that_answer_and_one_that_does_not(
     assert lines["style"]["verdict"] == "ok" and "serves" in lines["style"]["detail"]
     assert code == 1 and lines["policy"]["verdict"] == "bad"
     assert "serves no rpc.v1.Policy" in lines["policy"]["detail"]
-    assert lines["next"]["detail"] == "mend first: policy"
+    assert lines["next"]["detail"] == "fix first: policy"
     assert lines["motions"]["detail"].startswith("72 clips")
     assert all(set(line) == {"name", "verdict", "detail"} for line in lines.values())
 
@@ -37,11 +37,11 @@ def test_the_next_line_fits_what_was_found() -> None:
     plain, joined = parse(["doctor"]), parse(["doctor", "--address", "h:6379"])
     fine = Finding("python", "ok", "3.11")
     cluster = Finding("ray", "ok", "there", slots=17)
-    assert doctor.following([fine], plain) == "inhabit train sit"
-    assert doctor.following([fine, cluster], joined) == (
+    assert doctor.next_command([fine], plain) == "inhabit train sit"
+    assert doctor.next_command([fine, cluster], joined) == (
         "inhabit train sit --runner ray --actors 16 --scenes 1024 --address h:6379"
     )
-    assert doctor.following([Finding("disk", "bad", "full")], plain) == "mend first: disk"
+    assert doctor.next_command([Finding("disk", "bad", "full")], plain) == "fix first: disk"
 
 
 def test_the_token_is_named_and_never_shown(
@@ -56,4 +56,4 @@ def test_the_token_is_named_and_never_shown(
     monkeypatch.setenv("RAY_AUTH_TOKEN", "s3cret")
     assert token() == "token from RAY_AUTH_TOKEN"
     monkeypatch.setenv("RAY_AUTH_MODE", "disabled")
-    assert "shows no token" in token()
+    assert "no token is sent" in token()

@@ -152,7 +152,7 @@ def wait_for(file: Path) -> None:
 def replays(page: Page, file: Path) -> None:
     """Open a page with a replay: it draws, goes on, and has no errors."""
     page.open(f"{file.as_uri()}#t=0.2")
-    told = "document.querySelector('[data-part=told]').textContent"
+    told = "document.querySelector('[data-part=status]').textContent"
     assert page.wait(told).startswith("0.20 s")
     still = scene(page)
     assert np.unique(still.reshape(-1, 3), axis=0).shape[0] > 50
