@@ -113,7 +113,7 @@ def test_a_restart_that_cannot_begin_leaves_the_run_as_it_was(
     assert "nowhere" in error_line(capsys)
     itself = ["--init", str(copy), "--iterations", "1"]
     assert main(["train", "sit", "--run", str(copy), "--restart", *itself, *small]) == 1
-    assert "begins anew" in error_line(capsys)
+    assert "which --restart erases" in error_line(capsys)
     goes_on(copy)
 
 
