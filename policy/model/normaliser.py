@@ -52,6 +52,12 @@ class Normaliser:
         self.variance = squares / total
         self.count = total
 
+    def to(self, device: torch.device) -> None:
+        """Move to a device."""
+        self.mean, self.variance, self.count = (
+            moment.to(device) for moment in (self.mean, self.variance, self.count)
+        )
+
     def forget(self, columns: Sequence[int]) -> None:
         """Start the given columns anew: what was constant in the last task explodes in the next."""
         index = torch.as_tensor(columns, dtype=torch.int64)
@@ -76,9 +82,11 @@ class Normaliser:
 
     def load_state_dict(self, state: dict[str, Tensor]) -> None:
         """Restore what `state_dict` gave."""
-        self.mean = state["mean"].double().clone()
-        self.variance = state["variance"].double().clone()
-        self.count = state["count"].double().clone()
+        mean, variance, count = (
+            state[name].to(self.mean.device).double().clone()
+            for name in ("mean", "variance", "count")
+        )
+        self.mean, self.variance, self.count = mean, variance, count
 
 
 class ValueNormaliser:
@@ -107,6 +115,10 @@ class ValueNormaliser:
         """Merge returns [n]; samples older than `memory` fade, because returns grow in training."""
         self._moments.update(returns.reshape(-1, 1))
         self._moments.count = self._moments.count.clamp(max=self._memory)
+
+    def to(self, device: torch.device) -> None:
+        """Move to a device."""
+        self._moments.to(device)
 
     def normalise(self, values: Tensor) -> Tensor:
         """Returns -> units of the critic, any shape."""

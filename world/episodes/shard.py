@@ -13,6 +13,7 @@ from world.character import features
 from world.character import model as character
 from world.character.features import Body
 from world.config import WorldConfig
+from world.device import CPU, moved, put
 from world.episodes.stall import Patience
 from world.errors import ConfigError
 from world.initial import make as starters
@@ -20,7 +21,7 @@ from world.motions.library import MotionLibrary
 from world.objects import grasp
 from world.objects.box_bank import BoxBank
 from world.objects.furniture_bank import Bank
-from world.scene.batch import Scenes
+from world.scene import simulators
 from world.tasks import HELD, Place
 from world.teachers.carry import Porter, lifted
 
@@ -75,34 +76,43 @@ class Shard:
         bank: Bank | BoxBank,
         scenes: range,
         seed: int,
+        simulator: str = "mujoco",
+        device: torch.device = CPU,
     ) -> None:
+        """device: where everything is computed and kept, the simulator's arrays too."""
         self.config = config
+        self.device = device
+        library, bank = moved(library, device), moved(bank, device)
         self.task = tasks.make(config.task)
         self.n = len(scenes)
         self.clock = 0
         self._seed = seed
-        self._ids = torch.arange(scenes.start, scenes.stop, dtype=torch.int64)
+        self._ids = torch.arange(scenes.start, scenes.stop, device=device)
+        self._all = torch.arange(self.n, device=device)
         self._bank = bank
-        self._starter = starters.make(config, library, bank, seed)
-        self._scenes = Scenes([bank.models[0]] * self.n, config.action_scale, config.action_clip)
-        self._weights = torch.tensor(list(self.task.terms.values()), dtype=torch.float32)
+        self._starter = moved(starters.make(config, library, bank, seed), device)
+        self._scenes = simulators.make(
+            simulator, bank, self.n, config.action_scale, config.action_clip, device
+        )
+        self._weights = put(torch.tensor(list(self.task.terms.values())), device)
         self._length = round((config.episode_s or self.task.episode_s) * character.CONTROL_HZ)
         self._hold = round(config.hold_s * character.CONTROL_HZ)
-        self._episode = torch.zeros(self.n, dtype=torch.int64)
-        self._steps = torch.zeros(self.n, dtype=torch.int64)
-        self._held = torch.zeros(self.n, dtype=torch.int64)
-        self._return = torch.zeros(self.n)
-        self._kind = torch.zeros(self.n, dtype=torch.int64)
-        self._variant = torch.zeros(self.n, dtype=torch.int64)
-        self._stages = torch.zeros(self.n, len(self.task.stages) + 1, dtype=torch.bool)
-        self._state = torch.zeros(self.n, features.STATE.width)
-        self._goal = torch.zeros(self.n, self.task.goal.width)
+        self._episode = torch.zeros_like(self._all)
+        self._steps = torch.zeros_like(self._all)
+        self._held = torch.zeros_like(self._all)
+        self._return = torch.zeros(self.n, device=device)
+        self._kind = torch.zeros_like(self._all)
+        self._variant = torch.zeros_like(self._all)
+        stages = len(self.task.stages) + 1
+        self._stages = torch.zeros(self.n, stages, dtype=torch.bool, device=device)
+        self._state = torch.zeros(self.n, features.STATE.width, device=device)
+        self._goal = torch.zeros(self.n, self.task.goal.width, device=device)
         self._places: Place | None = None
         if config.carry.porter and not isinstance(bank, BoxBank):
             raise ConfigError("carry.porter is for the task carry")
         self._porter = Porter(self.n) if config.carry.porter else None
-        self._patience = Patience(self.n, config.patience_s)
-        self._reset(torch.arange(self.n))
+        self._patience = Patience(self.n, config.patience_s, device)
+        self._reset(self._all)
         # clocks start apart, so that not all scenes time out in the same step
         apart = random_streams.uniform(seed, random_streams.EPISODE, self._ids, 0, 16)[:, 15]
         self._steps[:] = (apart * self._length).long()
@@ -222,8 +232,7 @@ class Shard:
         padding = -len(ids) % _LANES
         rows = torch.cat((ids, ids[:1].expand(padding)))
         starts = self._starter.draw(self._ids[rows], self._episode[rows])
-        models = [self._bank.models[v] for v in starts.variant[: len(ids)].tolist()]
-        self._scenes.set_models(ids.tolist(), models)
+        self._scenes.choose(ids, self._bank, starts.variant[: len(ids)])
         self._starter.put(self._scenes, rows, starts)
         place = self._starter.place(starts)
         if self._places is None:
@@ -257,7 +266,7 @@ class Shard:
         for name in (*_EPISODES, "state", "goal"):
             # runs begun before there were stages lack these
             if name in state or name != "stages":
-                setattr(self, f"_{name}", state[name].clone())
+                setattr(self, f"_{name}", state[name].to(self.device, copy=True))
         assert self._places is not None
         for name, value in self._places.tensors().items():
             if name in state or name != "head":
@@ -268,8 +277,7 @@ class Shard:
         if self._porter is not None:
             self._porter.remember({k: state[f"porter_{k}"] for k in self._porter.memory()})
         self.clock = int(state["clock"])
-        models = [self._bank.models[v] for v in self._variant.tolist()]
-        self._scenes.set_models(range(self.n), models)
+        self._scenes.choose(self._all, self._bank, self._variant)
         prefix = "physics_"
         self._scenes.load_physics(
             {k.removeprefix(prefix): v for k, v in state.items() if k.startswith(prefix)}

@@ -10,6 +10,7 @@ from torch import Tensor
 
 from world.character import model as character
 from world.character.features import Body
+from world.device import CPU
 from world.errors import ConfigError
 from world.tasks import Place
 
@@ -21,13 +22,15 @@ _ROOT_M, _BOX_M = 0.25, 0.10
 class Patience:
     """With n scenes."""
 
-    def __init__(self, n: int, patience_s: float | None) -> None:
+    def __init__(
+        self, n: int, patience_s: float | None, device: torch.device = CPU
+    ) -> None:
         if patience_s is not None and not patience_s * character.CONTROL_HZ >= 1.0:
             raise ConfigError(f"patience_s {patience_s}: at least a control step, 1/30 s, or none")
         self._limit = None if patience_s is None else round(patience_s * character.CONTROL_HZ)
-        self._root = torch.zeros(n, 2)
-        self._box = torch.zeros(n, 3)
-        self._still = torch.zeros(n, dtype=torch.int64)
+        self._root = torch.zeros(n, 2, device=device)
+        self._box = torch.zeros(n, 3, device=device)
+        self._still = torch.zeros(n, dtype=torch.int64, device=device)
 
     def ends(self, body: Body, place: Place, done: Tensor) -> Tensor:
         """[n] bool: who has not got on for too long, and is not done [n] bool. One control step."""

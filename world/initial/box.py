@@ -99,7 +99,7 @@ class BoxStarter:
         """What each hand presses on the box with, and what the box weighs, N: [m] each; 0 where it
         is not in hand."""
         box = self._library.box
-        held = torch.zeros(len(starts.frame), dtype=torch.bool)
+        held = torch.zeros_like(starts.frame, dtype=torch.bool)
         if box is not None:
             held = (starts.kind == 0) & (starts.frame >= 0) & box.held[starts.frame]
         weight = torch.where(held, self._bank.mass[starts.variant] * _GRAVITY_M_S2, 0.0)

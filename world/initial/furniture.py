@@ -98,7 +98,7 @@ class Starter:
             frame=drawn.named_frame(),
         )
         # a scene that stands in for padding is measured once, with the row that it repeats
-        first = torch.arange(len(scenes)) == 0
+        first = torch.arange(len(scenes), device=scenes.device) == 0
         own = from_clip & (first | (scenes != scenes[0]))
         rows = torch.nonzero(own).flatten()
         along = (frames.head - frames.seat)[:, :2]
@@ -124,7 +124,7 @@ class Starter:
 
     def load_n(self, starts: Starts) -> tuple[Tensor, Tensor]:
         """What the hands press with and what weight they bear, N: nothing, [m] each."""
-        nothing = torch.zeros(len(starts.kind))
+        nothing = torch.zeros_like(starts.qpos[:, 0])
         return nothing, nothing
 
     def _seated_freely(
@@ -165,9 +165,9 @@ class Starter:
         low = height < _LOW_M
         sunk = bank.sunk(depth, height, _TOLERATED_M)
         depth = torch.where(low, torch.maximum(depth, beyond), depth).view(tries, n)
-        order = torch.arange(tries)[:, None] * 1e-6
+        order = torch.arange(tries, device=depth.device)[:, None] * 1e-6
         choice = torch.where(depth <= _TOLERATED_M, order - 1.0, depth).argmin(dim=0)
-        taken = choice * n + torch.arange(n)
+        taken = choice * n + torch.arange(n, device=choice.device)
         variants, points, qpos = starts.variant.clone(), starts.point.clone(), starts.qpos.clone()
         variants[rows], points[rows] = variant[taken], point[taken]
         qpos[rows, 2] += (lift + sunk)[taken]

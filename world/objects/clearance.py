@@ -11,6 +11,7 @@ from torch import Tensor
 from world import rotations
 from world.character import kinematics
 from world.character import model as character
+from world.device import at
 from world.objects.furniture_bank import Bank
 
 #: Body, centre in its frame (z alone, m) and radius, m: the collision shapes as spheres.
@@ -38,7 +39,8 @@ def points(qpos: Tensor) -> Tensor:
     """Centres of the character's spheres, world, m: qpos [n, 43] -> [n, P, 3]."""
     local = rotations.matrix(kinematics.local_rotations(qpos))
     position, rotation = kinematics.forward(qpos[:, :3], local)
-    return position[:, BODIES] + rotation[:, BODIES, :, 2] * _HEIGHTS[:, None]
+    bodies, heights = at(BODIES, qpos), at(_HEIGHTS, qpos)
+    return position[:, bodies] + rotation[:, bodies, :, 2] * heights[:, None]
 
 
 def depth(centres: Tensor, origin: Tensor, yaw: Tensor, bank: Bank, variant: Tensor) -> Tensor:
@@ -58,4 +60,4 @@ def depth(centres: Tensor, origin: Tensor, yaw: Tensor, bank: Bank, variant: Ten
     beyond = local.abs() - bank.box_half[variant][:, None]
     distance = beyond.clamp_min(0.0).norm(dim=-1) + beyond.amax(dim=-1).clamp_max(0.0)
     distance = torch.where(bank.box_used[variant][:, None], distance, torch.inf)
-    return (RADII[:, None] - distance).flatten(1).amax(dim=1)
+    return (at(RADII, distance)[:, None] - distance).flatten(1).amax(dim=1)

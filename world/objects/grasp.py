@@ -87,7 +87,7 @@ def lead(qpos: Tensor, place: Place, mass_kg: Tensor) -> tuple[Tensor, Tensor]:
     heading = rotations.heading(qpos[:, 3:7])
     near = _near(box, qpos, heading)
     targets = qpos.new_zeros(len(qpos), character.NU)
-    said = torch.zeros(len(qpos), character.NU, dtype=torch.bool)
+    said = torch.zeros(len(qpos), character.NU, dtype=torch.bool, device=qpos.device)
     rows = near.nonzero().flatten()
     if len(rows):
         for first, angles in _angles(qpos[rows], box.rows(rows), heading[rows], mass_kg[rows]):
@@ -202,7 +202,7 @@ def grip_of(box: BoxState, heading: Tensor) -> Grip:
     left = torch.stack((-heading[:, 1], heading[:, 0]), dim=1)
     along = (axes[:, :2] * left[..., None]).sum(dim=1)
     chosen = along.abs().argmax(dim=1)
-    rows = torch.arange(len(chosen))
+    rows = torch.arange(len(chosen), device=chosen.device)
     sign = torch.where(along[rows, chosen] < 0, -1.0, 1.0)
     return Grip(axes[rows, :, chosen] * sign[:, None], box.half[rows, chosen] + _HAND_M)
 

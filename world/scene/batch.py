@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Protocol
 
 import mujoco
 import numpy as np
@@ -13,16 +14,24 @@ from world import rotations
 from world.character import features, servos
 from world.character import model as character
 from world.character.features import Body
+from world.device import CPU
 from world.tasks.task import Place
 
 #: Generalised velocities beyond this, m/s or rad/s, are a blow-up that MuJoCo would soon call one.
-_MAX_SPEED = 100.0
+MAX_SPEED = 100.0
 _WARNINGS = [
     int(mujoco.mjtWarning.mjWARN_BADQPOS),
     int(mujoco.mjtWarning.mjWARN_BADQVEL),
     int(mujoco.mjtWarning.mjWARN_BADQACC),
 ]
-_PHYSICS = ("qpos", "qvel", "ctrl", "qacc_warmstart", "mocap_pos", "mocap_quat", "time")
+PHYSICS = ("qpos", "qvel", "ctrl", "qacc_warmstart", "mocap_pos", "mocap_quat", "time")
+
+
+class Models(Protocol):
+    """A bank of compiled scenes of one layout."""
+
+    @property
+    def models(self) -> Sequence[mujoco.MjModel]: ...
 
 
 class Scenes:
@@ -40,19 +49,23 @@ class Scenes:
         self.models = list(models)
         self.batch = Batch(self.models[0], self.n, threads)
         self.batch.set_models(self.models)
-        self._array = {name: self.batch.bind(name) for name in _PHYSICS}
+        self._array = {name: self.batch.bind(name) for name in PHYSICS}
         qpos, qvel = (torch.from_numpy(self._array[name]) for name in ("qpos", "qvel"))
         self._qpos, self._qvel = qpos[:, : character.NQ], qvel[:, : character.NV]
         #: Coordinates [n, 7 k] and velocities [n, 6 k] of the k free bodies beside the character,
         #: live.
         self.free_qpos, self.free_qvel = qpos[:, character.NQ :], qvel[:, character.NV :]
         self._ctrl = torch.from_numpy(self._array["ctrl"])
-        low, high = character.target_bounds()
-        self._low, self._high = torch.from_numpy(low), torch.from_numpy(high)
-        self._offset = torch.from_numpy(character.neutral_targets())
-        self._scale = action_scale * (self._high - self._low)
-        self._clip = action_clip
+        self._set_actions(action_scale, action_clip, CPU)
         self._warned = np.zeros(self.n, dtype=np.int64)
+
+    def _set_actions(self, scale: float, clip: float, device: torch.device) -> None:
+        """What actions mean: offset, scale and bounds of the set-points."""
+        low, high = (torch.from_numpy(bound).to(device) for bound in character.target_bounds())
+        self._low, self._high = low, high
+        self._offset = torch.from_numpy(character.neutral_targets()).to(device)
+        self._scale = scale * (self._high - self._low)
+        self._clip = clip
 
     def targets(self, action: Tensor) -> Tensor:
         """Servo targets [n, 28] rad, within their bounds, of actions [n, 28]."""
@@ -82,7 +95,7 @@ class Scenes:
 
     def finite(self) -> Tensor:
         """[n] bool: scenes that the last step left sound; MuJoCo resets the others silently."""
-        sound = (self._qvel.abs() < _MAX_SPEED).all(dim=1) & self._qpos.isfinite().all(dim=1)
+        sound = (self._qvel.abs() < MAX_SPEED).all(dim=1) & self._qpos.isfinite().all(dim=1)
         sound &= self.free_qpos.isfinite().all(dim=1)
         # [n, kind, (last info, count)]
         warned = self.batch.warning[:, _WARNINGS, 1].sum(axis=1)
@@ -119,12 +132,7 @@ class Scenes:
         sine)."""
         rows = ids.numpy()
         self._array["mocap_pos"][rows, 0] = origin.double().numpy()
-        # half the yaw by the half-angle formulas, exact without trigonometry
-        cos, sin = yaw.double().unbind(1)
-        w = torch.sqrt((0.5 * (1 + cos)).clamp_min(0.0))
-        z = torch.sqrt((0.5 * (1 - cos)).clamp_min(0.0)) * torch.where(sin < 0, -1.0, 1.0)
-        quat = torch.stack((w, torch.zeros_like(w), torch.zeros_like(w), z), dim=1)
-        self._array["mocap_quat"][rows, 0] = (quat / quat.norm(dim=1, keepdim=True)).numpy()
+        self._array["mocap_quat"][rows, 0] = quaternion(yaw).numpy()
 
     def move_stand(self, ids: Tensor, top: Tensor) -> None:
         """Put the stand of the scenes `ids` [m] that the box goes to, the middle of its top at
@@ -158,13 +166,17 @@ class Scenes:
             self.models[scene] = model
         self.batch.set_models(self.models)
 
+    def choose(self, ids: Tensor, bank: Models, variant: Tensor) -> None:
+        """Give the scenes `ids` [m] the models `variant` [m] of a bank."""
+        self.set_models(ids.tolist(), [bank.models[v] for v in variant.tolist()])
+
     def physics(self) -> dict[str, Tensor]:
         """Copies of all physical state, float64."""
-        return {name: torch.from_numpy(self._array[name].copy()) for name in _PHYSICS}
+        return {name: torch.from_numpy(self._array[name].copy()) for name in PHYSICS}
 
     def load_physics(self, state: dict[str, Tensor]) -> None:
         """Restore what `physics` gave."""
-        for name in _PHYSICS:
+        for name in PHYSICS:
             self._array[name][:] = state[name].numpy().reshape(self._array[name].shape)
 
     @property
@@ -176,3 +188,13 @@ class Scenes:
     def qvel(self) -> Tensor:
         """[n, 34] float64, live."""
         return self._qvel
+
+
+def quaternion(yaw: Tensor) -> Tensor:
+    """[m, 4] float64: rotations about z by yaws [m, 2] (cosine, sine); by the half-angle formulas,
+    exact without trigonometry."""
+    cos, sin = yaw.double().unbind(1)
+    w = torch.sqrt((0.5 * (1 + cos)).clamp_min(0.0))
+    z = torch.sqrt((0.5 * (1 - cos)).clamp_min(0.0)) * torch.where(sin < 0, -1.0, 1.0)
+    quat = torch.stack((w, torch.zeros_like(w), torch.zeros_like(w), z), dim=1)
+    return quat / quat.norm(dim=1, keepdim=True)

@@ -176,7 +176,7 @@ def _squared(body: Body, box: BoxState) -> Tensor:
     ahead, spots = places_before(box)
     off = (spots - feet[:, None]).norm(dim=2)
     face = (off + COST_DEEP * (depths(box) - DEEP_M).clamp_min(0.0)).argmin(dim=1)
-    rows = torch.arange(len(face))
+    rows = torch.arange(len(face), device=face.device)
     cosine = (ahead[rows, face] * body.heading).sum(dim=1).clamp(-1.0, 1.0)
     place = (1.0 - off[rows, face] / _OFF_M).clamp_min(0.0)
     return 0.5 * place + 0.5 * (1.0 - torch.acos(cosine) / _OFF_RAD).clamp_min(0.0)

@@ -10,6 +10,7 @@ from torch import Tensor
 from world import rotations
 from world.character import features
 from world.character.features import Body, Table
+from world.device import at
 
 Affordance = Literal["sit", "lie", "carry"]
 """What an object offers: a seat, a lying place, or itself to be carried."""
@@ -41,7 +42,7 @@ class BoxState:
 
     def corners(self) -> Tensor:
         """[n, 8, 3]: its corners, m; x changes slowest, z fastest, low first."""
-        local = self.half[:, None] * _SIGNS
+        local = self.half[:, None] * at(_SIGNS, self.half)
         axes = rotations.matrix(self.rotation)
         return self.position[:, None] + (axes[:, None] @ local[..., None])[..., 0]
 
