@@ -74,7 +74,7 @@ class ProcessFleet:
         """One rollout of all scenes, in order."""
         arguments = (to_arrays(weights), version, self.horizon, sigma)
         answers = self._ask_all("rollout", [arguments] * len(self._pipes))
-        return Rollout.join([unpack_rollout(packed) for packed, _ in answers])
+        return Rollout.join([unpack_rollout(packed) for packed in answers])
 
     def alive(self) -> int:
         """Number of workers whose processes run."""
@@ -147,6 +147,8 @@ def _serve(pipe: Connection, make_shard: MakeShard, scenes: range, seed: int, bl
             return
         try:
             answer: Any = getattr(actor, what)(*arguments)
+            if what == "rollout":
+                answer = answer[0]  # the state is asked for where a checkpoint wants it
         except Exception as error:
             answer = _sendable(error)
         try:

@@ -57,7 +57,7 @@ class Discriminator:
         self._kept = _kept_features(config, self.width, object_mask)
         if self._kept is not None:
             self._kept = put(self._kept, device)
-        self.mean, self.deviation = normaliser.fit(states)
+        self.mean, self.deviation = normaliser.fit(put(states, device))
         inputs = 2 * (self.width if self._kept is None else len(self._kept))
         self.network = StyleNetwork(inputs, config.hidden, torch.Generator().manual_seed(seed))
         self.network.to(device)
@@ -204,7 +204,7 @@ class Discriminator:
         return normalised if self._kept is None else normalised[..., self._kept]
 
     def _mocap_rows(self, pairs: tuple[Tensor, Tensor]) -> Tensor:
-        return torch.cat([self._features(states) for states in pairs], -1)
+        return torch.cat([self._features(put(states, self.device)) for states in pairs], -1)
 
     def state_dict(self, replay: bool = True) -> dict[str, Tensor]:
         """Everything that decides what happens next, as flat tensors; copies.

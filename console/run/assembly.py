@@ -24,6 +24,7 @@ from world import tasks
 from world.character.features import OBJECT, STATE
 from world.character.model import NU
 from world.config import WorldConfig
+from world.device import CPU
 from world.episodes.shard import Shard
 from world.errors import ConfigError
 from world.furniture import collection
@@ -34,6 +35,7 @@ from world.motions import load
 from world.motions.library import MotionLibrary, StyleMixture, StyleSource
 from world.objects.box_bank import BoxBank, boxes
 from world.objects.furniture_bank import Bank, variants
+from world.scene.warp_config import WarpConfig
 from world.tasks.symmetry import symmetry
 
 
@@ -110,12 +112,11 @@ def layout(experiment: Experiment) -> Layout:
     )
 
 
-def learner(experiment: Experiment) -> Learner:
+def learner(experiment: Experiment, device: torch.device = CPU) -> Learner:
     """A fresh learner."""
     sides = symmetry(tasks.make(experiment.world.task))
-    return Learner(
-        layout(experiment).observation, NU, experiment.ppo, experiment.seed, symmetry=sides
-    )
+    width = layout(experiment).observation
+    return Learner(width, NU, experiment.ppo, experiment.seed, symmetry=sides, device=device)
 
 
 @dataclass(frozen=True)
@@ -125,11 +126,24 @@ class MakeShard:
     world: WorldConfig
     seed: int
     recordings: Path
+    simulator: str = "mujoco"
+    device: torch.device = CPU
+    warp: WarpConfig = WarpConfig()
 
     def __call__(self, scenes: range) -> ShardLike:
         torch.set_num_threads(1)
         pieces = training_bank(self.world).pieces
-        return BlackBox(shard(self.world, scenes, self.seed), scenes, pieces, self.recordings)
+        made = Shard(
+            self.world,
+            library_of(self.world),
+            training_bank(self.world),
+            scenes,
+            self.seed,
+            self.simulator,
+            self.device,
+            self.warp,
+        )
+        return BlackBox(made, scenes, pieces, self.recordings)
 
 
 def shard(world: WorldConfig, scenes: range, seed: int) -> Shard:
@@ -137,9 +151,18 @@ def shard(world: WorldConfig, scenes: range, seed: int) -> Shard:
     return Shard(world, library_of(world), training_bank(world), scenes, seed)
 
 
-def make_shard(experiment: Experiment, run: RunDirectory) -> MakeShard:
-    """The shard factory of a run, where blow-ups are written down."""
-    return MakeShard(experiment.world, experiment.seed, run.recordings.resolve())
+def make_shard(experiment: Experiment, run: RunDirectory, device: torch.device = CPU) -> MakeShard:
+    """The shard factory of a run, where blow-ups are written down; device: of a simulator that can
+    be on one."""
+    where = device if experiment.simulator == "warp" else CPU
+    return MakeShard(
+        experiment.world,
+        experiment.seed,
+        run.recordings.resolve(),
+        experiment.simulator,
+        where,
+        experiment.warp,
+    )
 
 
 def mocap(experiment: Experiment) -> StyleSource:
@@ -174,11 +197,12 @@ def object_mask() -> Tensor:
     return mask
 
 
-def discriminator(experiment: Experiment, replay: Path | None = None) -> Discriminator:
+def discriminator(
+    experiment: Experiment, replay: Path | None = None, device: torch.device = CPU
+) -> Discriminator:
     """The style reward in this process."""
-    return Discriminator(
-        experiment.style, mocap(experiment), experiment.seed, object_mask(), replay
-    )
+    source, mask = mocap(experiment), object_mask()
+    return Discriminator(experiment.style, source, experiment.seed, mask, replay, device=device)
 
 
 def notes(experiment: Experiment) -> dict[str, str]:

@@ -13,6 +13,7 @@ from discriminator.config import StyleConfig
 from learner.config import LearnerConfig
 from world.config import StartMixture, WorldConfig
 from world.errors import ConfigError
+from world.scene.warp_config import WarpConfig
 
 
 @dataclass(frozen=True)
@@ -27,10 +28,12 @@ class Experiment:
     """Control steps of each scene in one iteration."""
     block: int = 64
     """Scenes that one inference takes; actors own whole blocks."""
-    device: Literal["auto", "cpu"] = "auto"
-    """Where the networks train; auto: the CPU, which is all that is built so far."""
-    simulator: Literal["mujoco"] = "mujoco"
-    """What steps the scenes."""
+    device: Literal["auto", "cpu", "cuda"] = "auto"
+    """Where networks, normalisers and replay are; auto: a GPU where there is one."""
+    simulator: Literal["mujoco", "warp"] = "mujoco"
+    """What steps the scenes: mujoco, on the CPU's cores; warp, all of them on the device (an extra
+    of the package)."""
+    warp: WarpConfig = field(default_factory=WarpConfig)
     overlap: bool = False
     """Actors act while the learner learns, by a policy one update old; for clusters."""
     max_policy_lag: int = 1
@@ -151,6 +154,8 @@ def check(experiment: Experiment) -> Experiment:
             f"--scenes {experiment.scenes} is no multiple of --block {experiment.block}: choose "
             f"{max(1, round(experiment.scenes / experiment.block)) * experiment.block}"
         )
+    if min(experiment.warp.nconmax, experiment.warp.njmax) <= 0:
+        raise ConfigError("--warp.nconmax and --warp.njmax must be above 0")
     if min(experiment.max_policy_lag, experiment.max_style_lag) < 0:
         raise ConfigError("--max-policy-lag and --max-style-lag must be 0 or above")
     if experiment.overlap and experiment.max_policy_lag < 1:

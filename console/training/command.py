@@ -34,10 +34,12 @@ from learner.ppo import Learner
 from policy.checkpoints.format import read
 from policy.checkpoints.run_checkpoints import RunCheckpoints, read_newest
 from policy.model.transfer import adopt
+from world import device as devices
 from world import tasks
 from world.errors import ConfigError
 from world.furniture import collection
 from world.initial.cloning import pairs
+from world.scene.simulators import require_warp
 
 INTERRUPTED = 130
 
@@ -65,6 +67,11 @@ def resolve(command: Train) -> Experiment:
         raise ConfigError("--resume and --restart need --run, the run they are about")
     if command.address and command.runner != "ray":
         raise ConfigError("--address joins a Ray cluster: add --runner ray")
+    devices.resolve(command.experiment.device)  # refused before a run is made
+    if command.experiment.simulator == "warp":
+        if command.runner == "ray":
+            raise ConfigError("--simulator warp steps all scenes on one device: use --runner local")
+        require_warp()
     world = replace(command.experiment.world, task=command.task)
     world = replace(world, episode_s=world.episode_s or tasks.make(command.task).episode_s)
     if command.motions:
@@ -93,7 +100,7 @@ def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
             raise RunError(f"{run.path} holds no run to resume: leave out --resume to begin one")
         # a setting that came after the run began has its default
         begun = recorded(read_experiment(run))
-        changed = list(differences(begun, recorded(experiment)))
+        changed = list(differences(_anywhere(begun), _anywhere(recorded(experiment))))
         if changed:
             raise RunError(
                 f"{run.path} was begun with other settings, --resume keeps them: "
@@ -133,6 +140,11 @@ def recorded(experiment: Experiment) -> dict[str, Any]:
     return config
 
 
+def _anywhere(config: dict[str, Any]) -> dict[str, Any]:
+    """Without the device: a run goes on on another one, exactly only on the same."""
+    return {name: value for name, value in config.items() if name != "device"}
+
+
 def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
     """Train in a prepared run; a checkpoint is left however it ends, unless it fails."""
     torch.set_num_threads(1)  # parallelism is by threads and processes, each with one
@@ -143,10 +155,15 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
         display.note(f"run {run.path}")
         if left_out := assembly.training_pieces(experiment.world)[1]:
             display.note(left_out)
+        device = devices.resolve(experiment.device)
+        display.note(device.reason)
+        blocks = experiment.scenes, experiment.block
+        stack.enter_context(devices.memory_refusals(device.torch, *blocks))
+        count = workers(command, experiment)
         runner = stack.enter_context(
-            open_runner(command, experiment, run, workers(command, experiment), display.note)
+            open_runner(command, experiment, run, count, display.note, device.torch)
         )
-        learner = assembly.learner(experiment)
+        learner = assembly.learner(experiment, device.torch)
         display.note(learner.precision.reason)
         note = display.note
         sinks = Sinks(display)
@@ -228,7 +245,7 @@ def clone_clips(learner: Learner, experiment: Experiment) -> list[float]:
         experiment.clone_samples,
         seed,
     )
-    inputs, actions = learner.seen(*found)
+    inputs, actions = learner.seen(*(devices.put(tensor, learner.device) for tensor in found))
     return clone(
         learner.actor, learner.normaliser, inputs, actions, experiment.clone_passes, seed=seed
     )

@@ -5,6 +5,8 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 
+import torch
+
 from actors.local import LocalFleet
 from actors.processes import ProcessFleet
 from console.commands import Train
@@ -17,6 +19,7 @@ from discriminator.client import StyleClient
 from discriminator.process import start_process
 from learner.protocols import Fleet, Style
 from rpc.channel import ChannelConfig
+from world.device import CPU
 from world.errors import ConfigError
 from world.initial.furniture import KINDS
 
@@ -38,29 +41,41 @@ def open_runner(
     run: RunDirectory,
     workers: int,
     say: Callable[[str], None],
+    device: torch.device = CPU,
 ) -> Iterator[Runner]:
     """The runner that the flags ask for; closed on the way out, whatever happens.
 
+    device: of what learns.
     say: gets a line for what goes wrong and is mended, such as a service that died.
     """
     if command.style_service.address and command.runner != "ray":
         raise ConfigError("--style-service.address is for many processes: add --runner ray")
     if command.runner == "ray":
         address, style = command.address, command.style_service
-        with ray_runner(experiment, run, workers, address, say, style) as runner:
+        with ray_runner(experiment, run, workers, address, say, style, device) as runner:
             yield runner
     else:
-        with local_runner(experiment, run, workers) as runner:
+        with local_runner(experiment, run, workers, device) as runner:
             yield runner
 
 
 @contextmanager
-def local_runner(experiment: Experiment, run: RunDirectory, workers: int) -> Iterator[Runner]:
-    """Everything in this process, but for workers beyond the first: a process each."""
-    kind = LocalFleet if workers == 1 else ProcessFleet
-    fleet = kind(assembly.make_shard(experiment, run), *_shape(experiment, workers))
+def local_runner(
+    experiment: Experiment, run: RunDirectory, workers: int, device: torch.device = CPU
+) -> Iterator[Runner]:
+    """Everything in this process, but for workers beyond the first: a process each.
+
+    Scenes of mujoco-warp are one worker's, here: their device steps them all at once.
+    """
+    make = assembly.make_shard(experiment, run, device)
+    if experiment.simulator == "warp":
+        # one inference of all scenes: by blocks a device would idle
+        shape = (experiment.scenes, experiment.scenes, 1, experiment.seed, experiment.horizon)
+        fleet = LocalFleet(make, *shape, device=make.device)
+    else:
+        fleet = (LocalFleet if workers == 1 else ProcessFleet)(make, *_shape(experiment, workers))
     try:
-        yield Runner(fleet, assembly.discriminator(experiment), KINDS)
+        yield Runner(fleet, assembly.discriminator(experiment, device=device), KINDS)
     finally:
         fleet.close()
 
@@ -73,14 +88,20 @@ def ray_runner(
     address: str | None,
     say: Callable[[str], None],
     style: StyleAddress,
+    device: torch.device = CPU,
 ) -> Iterator[Runner]:
-    """Ray actors, and the style service in a process of its own, or at an address."""
+    """Ray actors, and the style service in a process of its own, or at an address; on a GPU, where
+    no address is given, the style reward stays beside the learner."""
     from actors.cluster import ray_session  # a second that the local runner can do without
     from actors.fleet import RayFleet
 
     with ExitStack() as stack:
-        found = attached(style, experiment, say) if style.address else None
-        client = stack.enter_context(found or style_client(experiment, run, say))
+        if style.address:
+            client: Style = stack.enter_context(attached(style, experiment, say))
+        elif device.type != "cpu":
+            client = assembly.discriminator(experiment, device=device)
+        else:
+            client = stack.enter_context(style_client(experiment, run, say))
         stack.enter_context(ray_session(workers, address))
         fleet = RayFleet(assembly.make_shard(experiment, run), *_shape(experiment, workers))
         stack.callback(fleet.close)

@@ -22,6 +22,7 @@ from world.objects import grasp
 from world.objects.box_bank import BoxBank
 from world.objects.furniture_bank import Bank
 from world.scene import simulators
+from world.scene.warp_config import DEFAULT, WarpConfig
 from world.tasks import HELD, Place
 from world.teachers.carry import Porter, lifted
 
@@ -78,6 +79,7 @@ class Shard:
         seed: int,
         simulator: str = "mujoco",
         device: torch.device = CPU,
+        warp: WarpConfig = DEFAULT,
     ) -> None:
         """device: where everything is computed and kept, the simulator's arrays too."""
         self.config = config
@@ -92,7 +94,7 @@ class Shard:
         self._bank = bank
         self._starter = moved(starters.make(config, library, bank, seed), device)
         self._scenes = simulators.make(
-            simulator, bank, self.n, config.action_scale, config.action_clip, device
+            simulator, bank, self.n, config.action_scale, config.action_clip, device, warp
         )
         self._weights = put(torch.tensor(list(self.task.terms.values())), device)
         self._length = round((config.episode_s or self.task.episode_s) * character.CONTROL_HZ)
@@ -108,6 +110,8 @@ class Shard:
         self._state = torch.zeros(self.n, features.STATE.width, device=device)
         self._goal = torch.zeros(self.n, self.task.goal.width, device=device)
         self._places: Place | None = None
+        if config.carry.porter and simulator != "mujoco":
+            raise ConfigError("--simulator warp: the scripted teacher needs --simulator mujoco")
         if config.carry.porter and not isinstance(bank, BoxBank):
             raise ConfigError("carry.porter is for the task carry")
         self._porter = Porter(self.n) if config.carry.porter else None

@@ -22,9 +22,7 @@ _ROOT_M, _BOX_M = 0.25, 0.10
 class Patience:
     """With n scenes."""
 
-    def __init__(
-        self, n: int, patience_s: float | None, device: torch.device = CPU
-    ) -> None:
+    def __init__(self, n: int, patience_s: float | None, device: torch.device = CPU) -> None:
         if patience_s is not None and not patience_s * character.CONTROL_HZ >= 1.0:
             raise ConfigError(f"patience_s {patience_s}: at least a control step, 1/30 s, or none")
         self._limit = None if patience_s is None else round(patience_s * character.CONTROL_HZ)

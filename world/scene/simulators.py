@@ -10,7 +10,7 @@ from world.device import CPU
 from world.errors import ChoiceError, ConfigError
 from world.furniture.piece import Piece
 from world.scene.batch import Scenes
-from world.scene.warp_config import WarpConfig
+from world.scene.warp_config import DEFAULT, WarpConfig
 
 NAMES = ("mujoco", "warp")
 EXTRA = "pip install 'inhabit[warp]'"
@@ -32,7 +32,7 @@ def make(
     action_scale: float,
     action_clip: float,
     device: torch.device = CPU,
-    warp: WarpConfig = WarpConfig(),
+    warp: WarpConfig = DEFAULT,
 ) -> Scenes:
     """n scenes with the bank's first variant, their arrays on `device`.
 

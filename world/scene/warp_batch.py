@@ -20,7 +20,7 @@ from world.character import model as character
 from world.errors import InhabitError
 from world.scene.batch import MAX_SPEED, PHYSICS, Scenes, quaternion
 from world.scene.simulators import Bank
-from world.scene.warp_config import WarpConfig
+from world.scene.warp_config import DEFAULT, WarpConfig
 from world.scene.warp_model import template
 
 #: Control steps between two looks at the overflow flags, each of which waits for the device.
@@ -47,7 +47,7 @@ class WarpScenes(Scenes):
         action_scale: float,
         action_clip: float,
         device: torch.device = devices.CPU,
-        config: WarpConfig = WarpConfig(),
+        config: WarpConfig = DEFAULT,
     ) -> None:
         """Raises PieceError for a piece with more hulls than slots, DeviceError where n scenes do
         not fit into the device's memory."""
@@ -66,7 +66,7 @@ class WarpScenes(Scenes):
             for name, table in self._tables.items()
         }
         with self._warp_device():
-            self._model = mjw.put_model(made.model, {name: n for name in made.tables})
+            self._model = mjw.put_model(made.model, dict.fromkeys(made.tables, n))
             self._model.opt.warn_overflow = 0
             free = devices.memory_free(device)
             if free is not None:

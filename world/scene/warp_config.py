@@ -15,3 +15,7 @@ class WarpConfig:
     """Contacts a scene, on average over all scenes: they share one pool."""
     njmax: int = 192
     """Rows of constraints a scene, at most in any one of them."""
+
+
+#: Enough for a character on any furniture, with a box in hand.
+DEFAULT = WarpConfig()

@@ -1,9 +1,9 @@
 """One model for all pieces of a bank on mujoco-warp: boxes in box slots, hulls in mesh slots, and
 per piece the numbers that differ.
 
-There the type of a geom is the same in all worlds, its size, pose and mesh are not. So the furniture
-of the model has as many slots of both kinds as any piece needs. A world without a mesh in a slot
-says so by number −1; a box slot that a piece does not use is parked far below the floor.
+There the type of a geom is the same in all worlds, its size, pose and mesh are not. So the
+furniture of the model has as many slots of both kinds as any piece needs. A world without a mesh in
+a slot says so by number −1; a box slot that a piece does not use is parked far below the floor.
 """
 
 from collections.abc import Sequence
@@ -57,8 +57,10 @@ def template(models: Sequence[mujoco.MjModel], pieces: Sequence[Piece]) -> Templ
                 f" warp has slots for {MOST_HULLS} hulls or {SLOTS} boxes"
             )
     model = _compile(models[0], pieces, most)
-    names = GEOM_FIELDS if model.body(FURNITURE_BODY).id == model.nbody - 1 else (
-        GEOM_FIELDS + BODY_FIELDS
+    names = (
+        GEOM_FIELDS
+        if model.body(FURNITURE_BODY).id == model.nbody - 1
+        else (GEOM_FIELDS + BODY_FIELDS)
     )
     rows = [_rows(model, models[v], v, len(piece.hulls), names) for v, piece in enumerate(pieces)]
     return Template(model, {name: np.stack([row[name] for row in rows]) for name in names})
@@ -68,6 +70,9 @@ def _compile(like: mujoco.MjModel, pieces: Sequence[Piece], most: int) -> mujoco
     """The scene of `like` with solid slots for boxes and, beside them, for `most` hulls."""
     cargo = next((piece for piece in pieces if piece.category == "box"), None)
     spec = scene_spec(None, _balls(like), cargo, Layout(SLOTS))
+    # there the flag means: boxes against boxes by MuJoCo's own routine, several points a pair, not
+    # by one deepest point of the general one; meshes go by the general one either way
+    spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_NATIVECCD)
     furniture = spec.body(FURNITURE_BODY)
     for geom in furniture.geoms:
         geom.contype, geom.conaffinity = SOLID
