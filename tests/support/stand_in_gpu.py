@@ -79,6 +79,17 @@ def _is_gpu(value: Any) -> bool:
     return isinstance(value, str | torch.device) and torch.device(value).type == GPU.type
 
 
+def _index(index: Any) -> Any:
+    if isinstance(index, list) and index and all(isinstance(i, int) for i in index):
+        return There(torch.tensor(index))
+    if isinstance(index, tuple):
+        some = any(isinstance(i, slice | list | tuple | Tensor) or i is Ellipsis for i in index)
+        return (
+            tuple(_index(list(i) if isinstance(i, tuple) else i) for i in index) if some else index
+        )
+    return index
+
+
 def _inner(value: Any) -> Any:
     return value.inner if isinstance(value, There) else value
 
@@ -128,6 +139,9 @@ class _Functions(TorchFunctionMode):
             raise StandInError("numpy() of a tensor of the GPU")
         if name == "new_tensor" and isinstance(args[0], There):
             return There(torch.tensor(args[1], dtype=kwargs.get("dtype") or args[0].dtype))
+        if name in ("__getitem__", "__setitem__") and isinstance(args[0], There):
+            # lists of numbers become tensors of the device in torch itself
+            args = (args[0], _index(args[1]), *args[2:])
         if name in ("to", "cuda"):
             moved = self._moved(args, kwargs)
             if moved is not None:

@@ -54,6 +54,9 @@ def make(
 def require_warp() -> None:
     """Raise ConfigError, naming the extra, where mujoco-warp cannot be imported."""
     try:
+        import warp
+
+        warp.config.quiet = True  # a line for every kernel that it compiles
         import mujoco_warp  # noqa: F401
     except ImportError as error:
         raise ConfigError(

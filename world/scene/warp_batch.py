@@ -54,7 +54,6 @@ class WarpScenes(Scenes):
         self.n, self.device, self.config = n, device, config
         #: Of the bank, by variant.
         self.models = list(bank.models)
-        wp.config.quiet = True
         made = template(bank.models, bank.pieces)
         self.template = made.model
         self._tables = {
