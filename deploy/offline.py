@@ -1,7 +1,6 @@
 """Training on a machine without network: what it needs in parts with checksums, and the way back.
 
-    python deploy/offline.py pack PARTS --python 3.12 --have torch,numpy --without ray --extra warp \\
-        --add motions=/data/clips --add start=runs/sit
+    python deploy/offline.py pack PARTS --have torch,numpy --without ray --add start=runs/sit
     python offline.py unpack PARTS --into HERE          (there; the script lies beside the parts)
     python offline.py train sit --here HERE --minutes 9 --init start --out OUT
     python deploy/offline.py join OUT --into runs/sit   (back here: a run to resume)
@@ -132,6 +131,7 @@ def train(
 
     init: a name that was packed, or a path. A run that is there goes on.
     """
+    here = here.resolve()
     python = here / "venv" / "bin" / "python"
     command = [str(python if python.exists() else sys.executable), "-m", "console"]
     run, repository = (here / "runs" / task).resolve(), here / "repository"

@@ -210,3 +210,11 @@ def synchronise(device: torch.device) -> None:
     """Wait for what is queued on a GPU, so that a clock may be read."""
     if device.type == "cuda":
         torch.cuda.synchronize(device)
+
+
+def memory_used(device: torch.device) -> int:
+    """Bytes in use on a GPU, by whatever; 0 for the CPU."""
+    if device.type != "cuda":
+        return 0
+    free, total = torch.cuda.mem_get_info(device)
+    return total - free

@@ -38,6 +38,11 @@ class Bench:
     """Roughly how long to measure each figure."""
     runner: Literal["local", "ray"] = "local"
     """Of bench train and bench endurance."""
+    device: Literal["auto", "cpu", "cuda"] = "auto"
+    """Of what learns, and of warp's scenes, in bench world, train and learner; auto: a GPU where
+    there is one."""
+    simulator: Literal["mujoco", "warp"] = "mujoco"
+    """Of bench world and bench train; warp: mujoco-warp on the device, beside its raw stepping."""
     objects: tuple[str, ...] = ("train",)
     """Of bench furniture: train, test, all, or files and folders of imported pieces."""
     motions: tuple[Path, ...] = ()

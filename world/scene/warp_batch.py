@@ -23,6 +23,8 @@ from world.scene.simulators import Bank
 from world.scene.warp_config import DEFAULT, WarpConfig
 from world.scene.warp_model import template
 
+#: Scenes that fit are counted in so many: the default --block.
+_BLOCK = 64
 #: Control steps between two looks at the overflow flags, each of which waits for the device.
 _LOOK_STEPS = 8
 _FLAGS = mjw.OverflowType
@@ -69,7 +71,7 @@ class WarpScenes(Scenes):
             self._model.opt.warn_overflow = 0
             free = devices.memory_free(device)
             if free is not None:
-                devices.require_memory(n, 1, bytes_per_scene(made.model, config), free)
+                devices.require_memory(n, _BLOCK, bytes_per_scene(made.model, config), free)
             self._data = mjw.make_data(
                 made.model, nworld=n, nconmax=config.nconmax, njmax=config.njmax
             )

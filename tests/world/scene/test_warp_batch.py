@@ -1,4 +1,4 @@
-"""mujoco-warp against C MuJoCo, on Warp's CPU device: the same physics, rewards, ends and features."""
+"""mujoco-warp against C MuJoCo, on Warp's CPU device: the same physics, rewards and features."""
 
 from dataclasses import replace
 
@@ -30,12 +30,15 @@ from world.scene.warp_model import template
 pytest.importorskip(
     "mujoco_warp", reason="mujoco-warp is not installed: pip install 'inhabit[warp]'"
 )
-from world.scene.warp_batch import OverflowError, WarpScenes, bytes_per_scene  # noqa: E402
+import warp as wp
+
+from world.scene.warp_batch import OverflowError, WarpScenes, bytes_per_scene
 
 SCENES = range(6)
 STEPS = 30
-#: Of features but for velocities, and of velocities (m/s, rad/s), which contacts change by impulses:
-#: on boxes; on hulls, whose contact points two general routines choose; with elliptic cones.
+#: Of features but for velocities, and of velocities (m/s, rad/s), which contacts change by
+#: impulses: on boxes; on hulls, whose contact points two general routines choose; with elliptic
+#: cones.
 BOXES, HULLS, CONES = (1e-4, 1e-3), (1e-3, 2e-2), (1e-3, 5e-3)
 VELOCITY = torch.zeros(STATE.width, dtype=torch.bool)
 for _name in ("root_linear_velocity", "root_angular_velocity", "joint_velocity"):
@@ -229,7 +232,8 @@ def test_a_shard_lives_on_another_device(
 ) -> None:
     """All that a step and a reset make is where the scenes are: no tensor of the CPU in between."""
     pair = pairs["sit"]
-    wanted = Shard(pair.world, pair.library, pair.bank, SCENES, 4, "warp")
+    world = replace(pair.world, episode_s=0.5)
+    wanted = Shard(world, pair.library, pair.bank, SCENES, 4, "warp")
 
     def there(*arguments: object) -> WarpScenes:
         made = WarpScenes(pair.bank, len(SCENES), 0.35, 3.0)
@@ -237,6 +241,7 @@ def test_a_shard_lives_on_another_device(
             held = getattr(made, name)
             setattr(made, name, {key: There(value) for key, value in held.items()})
         made.device = GPU
+        monkeypatch.setattr(made, "_warp_device", lambda: wp.ScopedDevice("cpu"))
         qpos, qvel = made._array["qpos"], made._array["qvel"]
         made._qpos, made._qvel = qpos[:, :43], qvel[:, :34]
         made.free_qpos, made.free_qvel = qpos[:, 43:], qvel[:, 34:]
@@ -246,7 +251,7 @@ def test_a_shard_lives_on_another_device(
 
     with stand_in_gpu() as gpu:
         monkeypatch.setattr(simulators, "make", there)
-        found = Shard(pair.world, pair.library, pair.bank, SCENES, 4, "warp", gpu)
+        found = Shard(world, pair.library, pair.bank, SCENES, 4, "warp", gpu)
         ends = 0
         for clock in range(20):
             one, other = wanted.step(actions(clock)), found.step(actions(clock).to(gpu))
