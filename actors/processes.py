@@ -10,6 +10,7 @@ import multiprocessing
 import signal
 from collections.abc import Mapping
 from multiprocessing.connection import Connection
+from multiprocessing.reduction import ForkingPickler
 from typing import Any
 
 from torch import Tensor
@@ -107,9 +108,13 @@ class ProcessFleet:
 
     def _ask_all(self, what: str, arguments: list[tuple]) -> list[Any]:
         """Every worker's answer, in scene order; all have answered before the first error rises."""
+        packed, last = b"", None
         for index, (pipe, given) in enumerate(zip(self._pipes, arguments, strict=True)):
+            if given is not last:
+                # weights are the same for all workers, and packed once
+                packed, last = bytes(ForkingPickler.dumps((what, given))), given
             try:
-                pipe.send((what, given))
+                pipe.send_bytes(packed)
             except OSError:
                 raise self._lost(index) from None
         answers = [self._answer(index) for index in range(len(self._pipes))]

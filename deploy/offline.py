@@ -177,7 +177,7 @@ def join(parts: Path, into: Path) -> Path:
 
 
 def cut(payload: Path, out: Path, stem: str, most: int) -> list[dict[str, Any]]:
-    """A file as parts of at most `most` bytes in `out`; their names, sizes and digests, in order."""
+    """A file as parts of at most `most` bytes in `out`: their names, sizes, digests, in order."""
     if most < 1:
         raise OfflineError("--part-mb must be above 0")
     parts = []

@@ -96,6 +96,8 @@ class Evaluate:
     """Farthest start, and target of a box; default: the preset's."""
     quality: int = 64
     """Trials that motion quality is measured on, beside the mocap's; 0: none."""
+    simulator: Literal["mujoco", "warp"] = "mujoco"
+    """What steps the trials; warp: mujoco-warp, on the CPU."""
     motions: tuple[Path, ...] = ()
     """Clips that it is compared with; default: those that the policy was trained on."""
     seed: int = 0

@@ -61,20 +61,20 @@ class Furnished:
         facing: Tensor,
     ) -> None:
         """point [n, 2] m and facing [n, 2] (cosine, sine): of the places, on the floor."""
-        self._bank = Bank(pieces, affordance, what.balls())
-        self.models = self._bank.models
+        self.bank = Bank(pieces, affordance, what.balls())
+        self.models = self.bank.models
         self.point, self.facing = point, facing
 
     def begin(self, scenes: Scenes) -> Place:
         """Furniture and standing characters in their places."""
         every = torch.arange(scenes.n)
-        stand(scenes, *self._bank.placed(every, self.point, self.facing))
-        return self._bank.place(every, self.point, self.facing)
+        stand(scenes, *self.bank.placed(every, self.point, self.facing))
+        return self.bank.place(every, self.point, self.facing)
 
     def move(self, scenes: Scenes, ids: Tensor, point: Tensor, facing: Tensor) -> Place:
         """The furniture of the scenes `ids` [m] put elsewhere; its places there."""
-        scenes.move_furniture(ids, *self._bank.placed(ids, point, facing))
-        return self._bank.place(ids, point, facing)
+        scenes.move_furniture(ids, *self.bank.placed(ids, point, facing))
+        return self.bank.place(ids, point, facing)
 
 
 class Stacked:
@@ -83,8 +83,8 @@ class Stacked:
     def __init__(
         self, pieces: list[Piece], what: Disturbance, layout: Layout, point: Tensor, facing: Tensor
     ) -> None:
-        self._bank = BoxBank(pieces, what.balls())
-        self.models = self._bank.models
+        self.bank = BoxBank(pieces, what.balls())
+        self.models = self.bank.models
         self._layout = layout
         self.point, self.facing = point, facing
 
@@ -92,17 +92,17 @@ class Stacked:
         """Boxes, stands and standing characters in their places."""
         every, layout = torch.arange(scenes.n), self._layout
         stand(scenes, layout.start, layout.start_yaw)
-        self._bank.put(scenes, every, every, layout)
-        return self._bank.place(every, layout)
+        self.bank.put(scenes, every, every, layout)
+        return self.bank.place(every, layout)
 
     def move(self, scenes: Scenes, ids: Tensor, point: Tensor, facing: Tensor) -> Place:
         """The first stands of the scenes `ids` [m] put elsewhere, boxes on them too; the places
         then."""
         part = self._layout.rows(ids)
-        moved = self._bank.shift(scenes, ids, ids, part, point, facing)
+        moved = self.bank.shift(scenes, ids, ids, part, point, facing)
         for name in ("position", "rotation", "start", "start_yaw"):
             getattr(self._layout, name)[ids] = getattr(moved, name)
-        return scenes.now(self._bank.place(ids, self._layout.rows(ids)), ids)
+        return scenes.now(self.bank.place(ids, self._layout.rows(ids)), ids)
 
 
 def stacked_layout(

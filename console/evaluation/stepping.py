@@ -17,6 +17,7 @@ from world import tasks
 from world.character import model as character
 from world.config import WorldConfig
 from world.furniture.piece import Piece
+from world.scene import simulators
 from world.scene.batch import Scenes
 from world.scene.box import STAND
 from world.scene.perturbations import Disturbance, Mover, Thrower
@@ -102,7 +103,13 @@ class Part:
 
 
 def step_chunk(
-    world: WorldConfig, driver: Driver, trials: Trials, rows: range, steps: int, record: int
+    world: WorldConfig,
+    driver: Driver,
+    trials: Trials,
+    rows: range,
+    steps: int,
+    record: int,
+    simulator: str = "mujoco",
 ) -> Part:
     """Run the trials `rows`; the first `record` of them are recorded."""
     task = tasks.make(world.task)
@@ -113,7 +120,7 @@ def step_chunk(
     objects = arranged(
         task.affordance, pieces, what, point, facing, numbers, trials.seed, trials.target_m
     )
-    scenes = Scenes(objects.models, world.action_scale, world.action_clip)
+    scenes = simulators.each(simulator, objects.bank, world.action_scale, world.action_clip)
     places = objects.begin(scenes)
     thrower = Thrower(what, scenes) if what.kind == "projectiles" else None
     mover = Mover(what, point, facing) if what.kind == "moved" else None

@@ -159,6 +159,8 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
         display.note(device.reason)
         blocks = experiment.scenes, experiment.block
         stack.enter_context(devices.memory_refusals(device.torch, *blocks))
+        if experiment.simulator == "warp":
+            display.note("compiling the simulator's kernels: minutes the first time on a machine")
         count = workers(command, experiment)
         runner = stack.enter_context(
             open_runner(command, experiment, run, count, display.note, device.torch)

@@ -135,7 +135,7 @@ def test_memory_that_runs_out_is_one_line(monkeypatch: pytest.MonkeyPatch) -> No
         RuntimeError("Failed to allocate 12 bytes on device 'cuda:0'"),
     ):
         with (
-            pytest.raises(DeviceError, match="--scenes 4096: .* try --scenes 2048"),
+            pytest.raises(DeviceError, match=r"--scenes 4096: .* try --scenes 2048"),
             devices.memory_refusals(gpu, 4096, 64),
         ):
             raise error

@@ -51,12 +51,22 @@ def make(
     return WarpScenes(bank, n, action_scale, action_clip, device, warp)
 
 
+def each(name: str, bank: Bank, action_scale: float, action_clip: float) -> Scenes:
+    """A scene with each of a bank's variants, on the CPU."""
+    if name == "mujoco":
+        return Scenes(bank.models, action_scale, action_clip)
+    n = len(bank.models)
+    scenes = make(name, bank, n, action_scale, action_clip)
+    scenes.choose(torch.arange(n), bank, torch.arange(n))
+    return scenes
+
+
 def require_warp() -> None:
     """Raise ConfigError, naming the extra, where mujoco-warp cannot be imported."""
     try:
         import warp
 
-        warp.config.quiet = True  # a line for every kernel that it compiles
+        warp.config.log_level = warp.LOG_WARNING  # else a line for every kernel
         import mujoco_warp  # noqa: F401
     except ImportError as error:
         raise ConfigError(
