@@ -39,7 +39,7 @@ def measure(experiment: Experiment, seconds: float, device: torch.device) -> dic
     scenes = shard._scenes
     assert isinstance(scenes, WarpScenes)
     ids = torch.arange(shard.n, device=device)
-    spent = dict.fromkeys(("raw", "shard", "features", "policy_noise"), 0.0)
+    spent: dict[str, float] = dict.fromkeys(("raw", "shard", "features", "policy_noise"), 0.0)
 
     def timed(part: str, call: Callable[[], object]) -> None:
         devices.synchronise(device)

@@ -15,6 +15,7 @@ from world.character import features, servos
 from world.character import model as character
 from world.character.features import Body
 from world.device import CPU
+from world.furniture.piece import Piece
 from world.tasks.task import Place
 
 #: Generalised velocities beyond this, m/s or rad/s, are a blow-up that MuJoCo would soon call one.
@@ -27,11 +28,13 @@ _WARNINGS = [
 PHYSICS = ("qpos", "qvel", "ctrl", "qacc_warmstart", "mocap_pos", "mocap_quat", "time")
 
 
-class Models(Protocol):
-    """A bank of compiled scenes of one layout."""
+class Bank(Protocol):
+    """Compiled scenes of one layout and the pieces in them, by variant."""
 
     @property
     def models(self) -> Sequence[mujoco.MjModel]: ...
+    @property
+    def pieces(self) -> Sequence[Piece]: ...
 
 
 class Scenes:
@@ -166,7 +169,7 @@ class Scenes:
             self.models[scene] = model
         self.batch.set_models(self.models)
 
-    def choose(self, ids: Tensor, bank: Models, variant: Tensor) -> None:
+    def choose(self, ids: Tensor, bank: Bank, variant: Tensor) -> None:
         """Give the scenes `ids` [m] the models `variant` [m] of a bank."""
         self.set_models(ids.tolist(), [bank.models[v] for v in variant.tolist()])
 

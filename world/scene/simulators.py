@@ -1,28 +1,14 @@
 """The simulators that step a shard's scenes, by name."""
 
-from collections.abc import Sequence
-from typing import Protocol
-
-import mujoco
 import torch
 
 from world.device import CPU
 from world.errors import ChoiceError, ConfigError
-from world.furniture.piece import Piece
-from world.scene.batch import Scenes
+from world.scene.batch import Bank, Scenes
 from world.scene.warp_config import DEFAULT, WarpConfig
 
 NAMES = ("mujoco", "warp")
 EXTRA = "pip install 'inhabit[warp]'"
-
-
-class Bank(Protocol):
-    """Compiled scenes and the pieces in them, by variant."""
-
-    @property
-    def models(self) -> Sequence[mujoco.MjModel]: ...
-    @property
-    def pieces(self) -> Sequence[Piece]: ...
 
 
 def make(

@@ -18,8 +18,7 @@ from torch import Tensor
 from world import device as devices
 from world.character import model as character
 from world.errors import InhabitError
-from world.scene.batch import MAX_SPEED, PHYSICS, Scenes, quaternion
-from world.scene.simulators import Bank
+from world.scene.batch import MAX_SPEED, PHYSICS, Bank, Scenes, quaternion
 from world.scene.warp_config import DEFAULT, WarpConfig
 from world.scene.warp_model import template
 
@@ -75,6 +74,7 @@ class WarpScenes(Scenes):
             self._data = mjw.make_data(
                 made.model, nworld=n, nconmax=config.nconmax, njmax=config.njmax
             )
+            wp.synchronize_device()  # from here on torch writes to these arrays too
         self._fields = {
             name: _shared(getattr(self._model, name), table.shape[1:])
             for name, table in self._tables.items()
