@@ -17,6 +17,7 @@ import re
 import shutil
 import subprocess
 import sys
+import sysconfig
 import tarfile
 import tempfile
 import tomllib
@@ -101,18 +102,23 @@ def unpack(parts: Path, into: Path, target: Path | None = None, system: bool = T
     into.mkdir(parents=True, exist_ok=True)
     extract(parts, manifest["parts"], into)
     wheels = [str(into / "wheels" / name) for name in manifest["wheels"]]
-    pip = ["-m", "pip", "install", "-q", "--disable-pip-version-check", "--no-index", "--no-deps"]
+    install = ["install", "-q", "--disable-pip-version-check", "--no-index", "--no-deps"]
     if target is not None:
-        _call([sys.executable, *pip, "--target", str(target), *wheels])
+        _call([sys.executable, "-m", "pip", *install, "--target", str(target), *wheels])
         return Path(sys.executable)
-    venv = into / "venv"
-    system_flag = ["--system-site-packages"] if system else []
-    _call([sys.executable, "-m", "venv", *system_flag, str(venv)])
+    # without a pip of its own, which not every Python can give it
+    venv = into.resolve() / "venv"
+    shared = ["--system-site-packages"] if system else []
+    _call([sys.executable, "-m", "venv", "--without-pip", *shared, str(venv)])
     python = venv / "bin" / "python"
     if wheels:
-        _call([str(python), *pip, *wheels])
+        _call([sys.executable, "-m", "pip", "--python", str(python), *install, *wheels])
+    paths = [into.resolve() / "repository"]
+    if system and sys.prefix != sys.base_prefix:
+        # an environment's environment sees the system's packages, not those of the first
+        paths.append(Path(sysconfig.get_path("purelib")))
     site = next(venv.glob("lib/python*/site-packages"))
-    (site / "inhabit.pth").write_text(f"{into.resolve() / 'repository'}\n")
+    (site / "inhabit.pth").write_text("".join(f"{path}\n" for path in paths))
     return python
 
 
@@ -171,8 +177,10 @@ def join(parts: Path, into: Path) -> Path:
     iteration = json.loads((trimmed / "manifest.json").read_text())["iteration"]
     trimmed.rename(trimmed.with_name(f"{iteration:06d}"))
     (into / "checkpoints" / "latest").symlink_to(f"{iteration:06d}")
+    for folder in ("tensorboard", "evaluations"):
+        (into / folder).mkdir()
     if (parts / "evaluation.json").exists():
-        shutil.copy(parts / "evaluation.json", into / "evaluation.json")
+        shutil.copy(parts / "evaluation.json", into / "evaluations" / "there.json")
     return into
 
 

@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+import tarfile
 import zipfile
 from pathlib import Path
 from types import ModuleType
@@ -98,6 +99,13 @@ def test_unpacked_they_are_installed_in_a_fresh_environment(parts: Path, tmp_pat
         offline.unpack(parts, tmp_path / "here")
 
 
+def test_the_environment_sees_what_the_machine_has(parts: Path, tmp_path: Path) -> None:
+    python = offline.unpack(parts, tmp_path / "here")
+    code = "import tiny_one, torch; print(torch.__version__)"
+    said = subprocess.run([python, "-I", "-c", code], capture_output=True, text=True, check=True)
+    assert said.stdout.strip() == torch.__version__
+
+
 def test_a_folder_for_pythonpath_instead(parts: Path, tmp_path: Path) -> None:
     offline.unpack(parts, tmp_path / "here", target=tmp_path / "site")
     assert (tmp_path / "site/tiny_one/__init__.py").exists()
@@ -183,6 +191,29 @@ def test_a_trimmed_checkpoint_has_no_scenes_and_as_much_replay_as_fits(tmp_path:
     again = read(trim(tmp_path, 0.003))
     assert torch.equal(again.state["style"]["replay"], found["style"]["replay"])
     assert again.manifest.iteration == 3
+
+
+def test_what_was_left_in_parts_is_a_run_again(tmp_path: Path) -> None:
+    """As `train` leaves it, but for the training itself."""
+    run, out = tmp_path / "run", tmp_path / "out"
+    layout = Layout("sit", (("s", 1),), (("g", 1),), 1, (2,))
+    write(run / "checkpoints" / "latest", state(1000), Manifest(layout, 42, 7))
+    trim(run, 1.0)
+    (run / "config.json").write_text("{}")
+    out.mkdir()
+    (out / "evaluation.json").write_text("{}")
+    payload = tmp_path / "run.tar"
+    with tarfile.open(payload, "w") as tar:
+        tar.add(run / "trimmed", "checkpoints/trimmed")
+        tar.add(run / "config.json", "config.json")
+    parts = offline.cut(payload, out, "run", 5_000)
+    assert len(parts) > 2
+    (out / "manifest.json").write_text(json.dumps({"task": "sit", "parts": parts}))
+    back = offline.join(out, tmp_path / "back")
+    found = read(back / "checkpoints" / "latest")
+    assert found.manifest.iteration == 42 and found.path.name == "latest"
+    assert (back / "checkpoints/000042").is_dir() and (back / "tensorboard").is_dir()
+    assert (back / "evaluations/there.json").exists()
 
 
 def test_training_needs_no_ray(tmp_path: Path) -> None:
