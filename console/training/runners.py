@@ -1,5 +1,6 @@
-"""The two runners: one process with threads, or Ray actors with the style service beside them."""
+"""The two runners: local worker processes, or Ray actors with a style service."""
 
+import secrets
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -19,6 +20,7 @@ from discriminator.client import StyleClient
 from discriminator.process import start_process
 from learner.protocols import Fleet, Style
 from rpc.channel import ChannelConfig
+from rpc.server import ServerConfig
 from world.device import CPU
 from world.errors import ConfigError
 from world.initial.furniture import KINDS
@@ -26,12 +28,12 @@ from world.initial.furniture import KINDS
 
 @dataclass(frozen=True)
 class Runner:
-    """What a loop drives."""
+    """Fleet and discriminator of a training loop."""
 
     fleet: Fleet
     style: Style
-    starts: tuple[str, ...]
-    """Names of the kinds of start, in the order of their numbers in `episodes`."""
+    kinds: tuple[str, ...]
+    """Names of the categories of initial states, in the order of their indices in `episodes`."""
 
 
 @contextmanager
@@ -40,19 +42,19 @@ def open_runner(
     experiment: Experiment,
     run: RunDirectory,
     workers: int,
-    say: Callable[[str], None],
+    note: Callable[[str], None],
     device: torch.device = CPU,
 ) -> Iterator[Runner]:
-    """The runner that the flags ask for; closed on the way out, whatever happens.
+    """Open the runner of the flags; it is closed on exit, also after errors.
 
-    device: of what learns.
-    say: gets a line for what goes wrong and is mended, such as a service that died.
+    note: receives a line for each recovered fault, such as a service that died.
+    device: of the learner.
     """
     if command.style_service.address and command.runner != "ray":
-        raise ConfigError("--style-service.address is for many processes: add --runner ray")
+        raise ConfigError("--style-service.address needs --runner ray: add it")
     if command.runner == "ray":
         address, style = command.address, command.style_service
-        with ray_runner(experiment, run, workers, address, say, style, device) as runner:
+        with ray_runner(experiment, run, workers, address, note, style, device) as runner:
             yield runner
     else:
         with local_runner(experiment, run, workers, device) as runner:
@@ -63,13 +65,13 @@ def open_runner(
 def local_runner(
     experiment: Experiment, run: RunDirectory, workers: int, device: torch.device = CPU
 ) -> Iterator[Runner]:
-    """Everything in this process, but for workers beyond the first: a process each.
+    """Open a runner in this process; with several workers each is a process of its own.
 
-    Scenes of mujoco-warp are one worker's, here: their device steps them all at once.
+    Scenes of mujoco-warp have one worker, in this process: the device steps them all at once.
     """
     make = assembly.make_shard(experiment, run, device)
     if experiment.simulator == "warp":
-        # one inference of all scenes: by blocks a device would idle
+        # one inference of all scenes: a device would idle between blocks
         shape = (experiment.scenes, experiment.scenes, 1, experiment.seed, experiment.horizon)
         fleet = LocalFleet(make, *shape, device=make.device)
     else:
@@ -86,22 +88,22 @@ def ray_runner(
     run: RunDirectory,
     workers: int,
     address: str | None,
-    say: Callable[[str], None],
+    note: Callable[[str], None],
     style: StyleAddress,
     device: torch.device = CPU,
 ) -> Iterator[Runner]:
-    """Ray actors, and the style service in a process of its own, or at an address; on a GPU, where
-    no address is given, the style reward stays beside the learner."""
-    from actors.cluster import ray_session  # a second that the local runner can do without
+    """Open a runner of Ray actors, with the style service at an address or in a process of its
+    own; on a GPU without an address, the discriminator is in the learner's process."""
+    from actors.cluster import ray_session  # takes a second, which the local runner does not need
     from actors.fleet import RayFleet
 
     with ExitStack() as stack:
         if style.address:
-            client: Style = stack.enter_context(attached(style, experiment, say))
+            client: Style = stack.enter_context(attached(style, experiment, note))
         elif device.type != "cpu":
             client = assembly.discriminator(experiment, device=device)
         else:
-            client = stack.enter_context(style_client(experiment, run, say))
+            client = stack.enter_context(style_client(experiment, run, note))
         stack.enter_context(ray_session(workers, address))
         fleet = RayFleet(assembly.make_shard(experiment, run), *_shape(experiment, workers))
         stack.callback(fleet.close)
@@ -110,17 +112,19 @@ def ray_runner(
 
 @contextmanager
 def style_client(
-    experiment: Experiment, run: RunDirectory, say: Callable[[str], None]
+    experiment: Experiment, run: RunDirectory, note: Callable[[str], None]
 ) -> Iterator[StyleClient]:
-    """A style service of this run's own, on a free port, and its client."""
+    """Start a style service of this run on a free port; yield its client."""
     journal = run.path / "style"
-    # A journal of an earlier session would be ahead of, or behind, the checkpoint to go on from.
+    # The journal of an earlier process can be ahead of the checkpoint, or behind it.
     shutil.rmtree(journal, ignore_errors=True)
-    spec = assembly.style_service(experiment, state=str(journal))
-    process = start_process(spec, say)
+    # without a token any program on this machine could send samples to this training
+    token = secrets.token_hex(32)
+    spec = assembly.style_service(experiment, ServerConfig(token=token), str(journal))
+    process = start_process(spec, note)
     try:
-        channel = ChannelConfig(address=process.address)
-        client = StyleClient(channel, say, lost=lambda: process.lost)
+        channel = ChannelConfig(address=process.address, token=token)
+        client = StyleClient(channel, note, lost=lambda: process.lost)
         try:
             yield client
         finally:
@@ -131,7 +135,7 @@ def style_client(
 
 
 def _shape(experiment: Experiment, workers: int) -> tuple[int, int, int, int, int]:
-    """Scenes, block, workers, seed, horizon: what both fleets are made from."""
+    """Return scenes, block, workers, seed and horizon, the arguments of every fleet."""
     return (
         experiment.scenes,
         experiment.block,

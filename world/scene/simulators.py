@@ -4,7 +4,7 @@ import torch
 
 from world.device import CPU
 from world.errors import ChoiceError, ConfigError
-from world.scene.batch import Bank, Scenes
+from world.scene.batch import ModelBank, Scenes
 from world.scene.warp_config import DEFAULT, WarpConfig
 
 NAMES = ("mujoco", "warp")
@@ -13,7 +13,7 @@ EXTRA = "pip install 'inhabit[warp]'"
 
 def make(
     name: str,
-    bank: Bank,
+    bank: ModelBank,
     n: int,
     action_scale: float,
     action_clip: float,
@@ -37,7 +37,7 @@ def make(
     return WarpScenes(bank, n, action_scale, action_clip, device, warp)
 
 
-def each(name: str, bank: Bank, action_scale: float, action_clip: float) -> Scenes:
+def each(name: str, bank: ModelBank, action_scale: float, action_clip: float) -> Scenes:
     """A scene with each of a bank's variants, on the CPU."""
     if name == "mujoco":
         return Scenes(bank.models, action_scale, action_clip)

@@ -17,8 +17,9 @@ from torch import Tensor
 
 from world import device as devices
 from world.character import model as character
+from world.character.actions import ActionMap
 from world.errors import InhabitError
-from world.scene.batch import MAX_SPEED, PHYSICS, Bank, Scenes, quaternion
+from world.scene.batch import MAX_SPEED, PHYSICS, ModelBank, Scenes, quaternion
 from world.scene.warp_config import DEFAULT, WarpConfig
 from world.scene.warp_model import template
 
@@ -43,7 +44,7 @@ class WarpScenes(Scenes):
 
     def __init__(
         self,
-        bank: Bank,
+        bank: ModelBank,
         n: int,
         action_scale: float,
         action_clip: float,
@@ -87,7 +88,7 @@ class WarpScenes(Scenes):
         self.free_qpos, self.free_qvel = qpos[:, character.NQ :], qvel[:, character.NV :]
         self._ctrl = self._array["ctrl"]
         self._overflow = wp.to_torch(self._data.overflow)
-        self._set_actions(action_scale, action_clip, device)
+        self._map = devices.moved(ActionMap.of(action_scale, action_clip, torch.float64), device)
         self._unlooked = 0
         self.choose(torch.arange(n, device=device), bank, self._overflow.long() * 0)
         self._graph = self._captured() if device.type == "cuda" else None
@@ -113,12 +114,12 @@ class WarpScenes(Scenes):
         for _ in range(character.SUBSTEPS):
             mjw.step(self._model, self._data)
 
-    def drive(self, targets: Tensor) -> None:
-        """One control step (1/30 s) towards the given servo targets [n, 28] rad.
+    def drive(self, set_points: Tensor) -> None:
+        """One control step (1/30 s) with the given set-points [n, 28] rad.
 
         Raises OverflowError, within some steps, where contacts or constraints found no room.
         """
-        self._tell(targets)
+        self._write(set_points)
         self.step_raw()
         self._unlooked += 1
         if self._unlooked >= _LOOK_STEPS:
@@ -152,13 +153,13 @@ class WarpScenes(Scenes):
         sound = (self._qvel.abs() < MAX_SPEED).all(dim=1) & self._qpos.isfinite().all(dim=1)
         return sound & self.free_qpos.isfinite().all(dim=1)
 
-    def set_down(
+    def set_state(
         self, ids: Tensor, qpos: Tensor, qvel: Tensor, origin: Tensor, yaw: Tensor
     ) -> None:
         """As of `Scenes`; free bodies beside the character stay where they are."""
         self._qpos[ids] = qpos.to(self._qpos)
         self._qvel[ids] = qvel.to(self._qvel)
-        self._ctrl[ids] = self._offset.to(self._ctrl)
+        self._ctrl[ids] = self._map.offset.to(self._ctrl)
         self._array["qacc_warmstart"][ids] = 0.0
         self._array["time"][ids] = 0.0
         self.move_furniture(ids, origin, yaw)
@@ -177,7 +178,7 @@ class WarpScenes(Scenes):
         self.free_qpos[ids, 7 * index : 7 * index + 7] = pose.to(self._qpos)
         self.free_qvel[ids, 6 * index : 6 * index + 6] = velocity.to(self._qpos)
 
-    def choose(self, ids: Tensor, bank: Bank, variant: Tensor) -> None:
+    def choose(self, ids: Tensor, bank: ModelBank, variant: Tensor) -> None:
         """Give the scenes `ids` [m] the pieces `variant` [m] of the bank that they were made of."""
         for name, table in self._tables.items():
             self._fields[name][ids] = table[variant]

@@ -1,12 +1,19 @@
 """The tasks, by name. A new one is a file and a line here."""
 
 from world.errors import ChoiceError
+from world.scene.target import Target, state
 from world.tasks.carry import Carry
 from world.tasks.lie import Lie
 from world.tasks.sit import Sit
-from world.tasks.task import HELD, Affordance, Place, Task, state
+from world.tasks.task import HELD, Task
+from world.tasks.walk import Walk
 
-REGISTRY: dict[str, type[Task]] = {"sit": Sit, "lie": Lie, "carry": Carry}
+REGISTRY: dict[str, type[Task]] = {
+    "sit": Sit,
+    "lie": Lie,
+    "carry": Carry,
+    "walk": Walk,
+}
 
 
 def make(name: str) -> Task:
@@ -16,4 +23,4 @@ def make(name: str) -> Task:
     return REGISTRY[name]()
 
 
-__all__ = ["HELD", "REGISTRY", "Affordance", "Place", "Task", "make", "state"]
+__all__ = ["HELD", "REGISTRY", "Target", "Task", "make", "state"]

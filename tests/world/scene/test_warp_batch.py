@@ -9,18 +9,19 @@ from torch import Tensor
 
 from tests.support.hulls import hulled
 from tests.support.stand_in_gpu import GPU, There, stand_in_gpu
-from world import random_streams
+from world import random_streams, tasks
 from world.character import servos
 from world.character.features import STATE
 from world.character.model import NU, standing_qpos
-from world.config import CarryConfig, StartMixture, WorldConfig
-from world.device import DeviceError, require_memory
+from world.config import CarryConfig, InitialStates, WorldConfig
+from world.device import DeviceError, moved, require_memory
 from world.episodes.shard import Shard
 from world.errors import PieceError
 from world.furniture.catalogue import catalogue
 from world.motions import load
+from world.objects.bank import ObjectBank
 from world.objects.box_bank import BoxBank, boxes
-from world.objects.furniture_bank import Bank, variants
+from world.objects.furniture_bank import FurnitureBank, variants
 from world.scene import simulators
 from world.scene.batch import Scenes
 from world.scene.model import compile_scene
@@ -46,17 +47,17 @@ for _name in ("root_linear_velocity", "root_angular_velocity", "joint_velocity")
 
 
 def world_of(task: str) -> WorldConfig:
-    starts = StartMixture(clip=0.6, near=0.4, far=0.0)
-    return WorldConfig(task=task, pieces=4, scales=1, starts=starts, carry=CarryConfig(sizes=4))
+    initial = InitialStates(reference=0.6, near=0.4, far=0.0)
+    return WorldConfig(task=task, pieces=4, scales=1, initial=initial, carry=CarryConfig(sizes=4))
 
 
-def bank_of(world: WorldConfig) -> Bank | BoxBank:
+def bank_of(world: WorldConfig) -> ObjectBank:
     """Boxes and, of furniture, the same pieces as hulls."""
     if world.task == "carry":
         return BoxBank(boxes(world.carry))
     kind = None if world.task == "sit" else world.task
     found = variants(catalogue("train", world.pieces, affordance=kind), 1, world.scale)
-    return Bank([*found, *map(hulled, found)], world.task)
+    return FurnitureBank([*found, *map(hulled, found)], world.task)
 
 
 class Pair:
@@ -64,7 +65,7 @@ class Pair:
 
     def __init__(self, task: str) -> None:
         self.world = world_of(task)
-        self.library = load.library((), True, task)
+        self.library = load.library((), True, tasks.make(task).affordance.clips)
         self.bank = bank_of(self.world)
         self.ours = Shard(self.world, self.library, self.bank, SCENES, 3)
         self.theirs = Shard(self.world, self.library, self.bank, SCENES, 3, "warp")
@@ -217,7 +218,7 @@ def test_set_points_stay_within_half_a_turn_of_the_joints() -> None:
     scenes = Scenes(models, 0.35, 3.0)
     every = torch.arange(64)
     qpos = torch.from_numpy(standing_qpos()).expand(64, -1)
-    scenes.set_down(every, qpos, torch.zeros(64, 34), torch.zeros(64, 3), torch.tensor([[1.0, 0]]))
+    scenes.set_state(every, qpos, torch.zeros(64, 34), torch.zeros(64, 3), torch.tensor([[1.0, 0]]))
     worst = 0.0
     for clock in range(240):
         scenes.aim(2.0 * random_streams.normal(1, every, clock, NU))
@@ -246,7 +247,7 @@ def test_a_shard_lives_on_another_device(
         made._qpos, made._qvel = qpos[:, :43], qvel[:, :34]
         made.free_qpos, made.free_qvel = qpos[:, 43:], qvel[:, 34:]
         made._ctrl, made._overflow = made._array["ctrl"], There(made._overflow)
-        made._set_actions(0.35, 3.0, GPU)
+        made._map = moved(made._map, GPU)
         return made
 
     with stand_in_gpu() as gpu:
