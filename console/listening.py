@@ -6,7 +6,7 @@ from world.errors import ConfigError
 
 
 def address_of(listen: str) -> tuple[str, int]:
-    """Host and port of HOST:PORT; ConfigError for anything else."""
+    """Return host and port of HOST:PORT; ConfigError for anything else."""
     host, _, port = listen.rpartition(":")
     if not host or not port.isdecimal() or int(port) > 65535:
         raise ConfigError(f"cannot listen on '{listen}': must be HOST:PORT, as 127.0.0.1:8080")
@@ -14,7 +14,7 @@ def address_of(listen: str) -> tuple[str, int]:
 
 
 def is_loopback(host: str) -> bool:
-    """Whether only this machine can reach a host's name or address."""
+    """Return True for a host name or address that only this machine can reach."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:

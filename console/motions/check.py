@@ -1,4 +1,4 @@
-"""`inhabit motions check`: how well clips, and motions still to be imported, fit the character."""
+"""`inhabit motions check`: how well clips and importable motions fit the character."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -20,7 +20,7 @@ from world.refusals import refusing
 
 
 def check_command(command: MotionsCheck) -> int:
-    """Report on each clip; 1 if a file is unreadable or does not fit."""
+    """Report on each clip; return 1 if any is refused."""
     given = landmarks.read_map(command.map) if command.map else Map()
     reports = list(examined(command.paths, command.format, given))
     if command.json:
@@ -37,9 +37,9 @@ def check_command(command: MotionsCheck) -> int:
 def examined(
     paths: Sequence[Path], form: str | None = None, given: Map | None = None
 ) -> Iterator[ClipReport]:
-    """A report on every clip; a file that cannot be read is reported, not raised.
+    """Yield a report on every clip; an unreadable file gives a report too, not an error.
 
-    Clips of the character are measured as they are loaded, other formats as they are imported.
+    Clips of the character are measured as loaded, other formats as imported.
     """
     if not paths:
         yield from (measures.examine(clip) for clip in load.own_clips())
@@ -54,7 +54,7 @@ def examined(
 
 
 def _examined(path: Path, form: str | None, given: Map | None) -> dict[str, Any]:
-    """In the process of a file: its report."""
+    """Return the report of a file as JSON values; runs in a child process."""
     from world.motions.retarget.convert import retargeted
 
     with refusing(ClipError, path, "motion"):
@@ -64,7 +64,7 @@ def _examined(path: Path, form: str | None, given: Map | None) -> dict[str, Any]
 
 
 def remarks(report: ClipReport) -> list[str]:
-    """What a line of the table has no room for."""
+    """Return the details of a report that the table lacks."""
     if report.refused:
         return [report.refused]
     found = []
@@ -79,11 +79,11 @@ def remarks(report: ClipReport) -> list[str]:
 
 
 def summary(reports: Sequence[ClipReport]) -> str:
-    """All clips in a line: sums, and means over the time that they take."""
+    """Return one line on all clips: sums, and means weighted by their length."""
     read = [r for r in reports if not r.refused]
     seconds = sum(r.seconds for r in read)
     if not seconds:
-        return f"{len(reports)} clips, none of use"
+        return f"{len(reports)} clips, none usable"
 
     def mean(field: str) -> float:
         return sum(getattr(r, field) * r.seconds for r in read) / seconds
@@ -101,7 +101,7 @@ def summary(reports: Sequence[ClipReport]) -> str:
 
 
 def table(reports: Sequence[ClipReport]) -> Table:
-    """One line a clip."""
+    """Return a table with one row per clip."""
     shown = Table(
         "clip", "seconds", "off cm", "slip cm/s", "after", "sinks cm", "jerk m/s³", "after",
         "past limits", "breaks", "rests", "verdict",

@@ -1,4 +1,4 @@
-"""Motions read in processes of their own, within time and memory that fit the file."""
+"""Child processes that read motions, with limits of time and memory by the size of the file."""
 
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
@@ -9,16 +9,16 @@ from console.run import machine
 from world import bounded
 
 CPU_S, CPU_S_PER_MB = 10.0, 30.0
-"""Processor time that a motion may take: at least, and for each megabyte of its file."""
+"""Limit of the processor time of a motion: a constant, and a part per megabyte of its file."""
 WALL_FACTOR = 8.0
-"""Of the processor time: what it may take in all on a busy machine."""
+"""Limit of the wall time on a busy machine, as a multiple of that of the processor time."""
 MEMORY_BYTES = 2 * 1024**3
-"""Address space that a motion may take beyond what its process begins with."""
+"""Limit of the address space of a motion beyond that of an idle child process."""
 ADVICE = "cut the motion into shorter ones, or leave it out"
 
 
 def task(path: Path, arguments: tuple[Any, ...]) -> bounded.Task:
-    """The work on one file, with the bounds of its size."""
+    """Return the task of one file, with limits by its size."""
     size = 0.0
     with contextlib.suppress(OSError):
         size = path.stat().st_size / 1e6
@@ -28,7 +28,7 @@ def task(path: Path, arguments: tuple[Any, ...]) -> bounded.Task:
 
 
 def in_order(tasks: Sequence[bounded.Task], work: Callable[..., Any]) -> Iterator[bounded.Result]:
-    """The tasks' results in their order, all cores busy."""
+    """Yield the results of the tasks in their order; the tasks run on all cores."""
     ready: dict[int, bounded.Result] = {}
     upcoming = 0
     workers = min(machine.cores(), len(tasks))

@@ -17,7 +17,7 @@ from world.refusals import refusing
 
 
 def import_command(command: MotionsImport) -> int:
-    """Write a clip for each motion; 1 if a file was refused, which leaves nothing of it."""
+    """Write a clip for each motion; return 1 if any is refused, of which nothing is written."""
     if not command.paths:
         raise ConfigError("motions import: name the files or folders to import")
     paths = registry.find(list(command.paths), command.format)
@@ -28,7 +28,7 @@ def import_command(command: MotionsImport) -> int:
         raise ClipError(
             f"{command.out}: already holds {there[0]}.npz"
             + (f" and {len(there) - 1} more" if len(there) > 1 else "")
-            + "; --replace writes over them"
+            + "; --replace overwrites them"
         )
     started, written, seconds = time.monotonic(), 0, 0.0
     refused = 0
@@ -54,23 +54,23 @@ def import_command(command: MotionsImport) -> int:
 def _written(
     path: Path, name: str, form: str | None, given: Map, out: Path
 ) -> dict[str, str | float]:
-    """In the process of a file: write its clip."""
+    """Write the clip of a file; runs in a child process."""
     with refusing(ClipError, path, "motion"):
         clip = imported(path, name, form, given)
-        said = line(clip)
+        text = line(clip)
     clip_file.write(out, clip)
-    return {"line": said, "seconds": clip.seconds}
+    return {"line": text, "seconds": clip.seconds}
 
 
 def imported(path: Path, name: str, form: str | None = None, given: Map | None = None) -> Clip:
-    """The clip of a file of any format, under a name."""
+    """Return the clip of a file of any format, with a name."""
     from dataclasses import replace
 
     return replace(retargeted(registry.read(path, form), given), name=name)
 
 
 def line(clip: Clip) -> str:
-    """What there is to say of an imported clip, in a line."""
+    """Return one line on an imported clip."""
     report = measures.examine(clip)
     breaks = ", ".join(f"{t:.2f} s" for t in report.discontinuities)
     return (
@@ -80,8 +80,8 @@ def line(clip: Clip) -> str:
 
 
 def distinct(paths: list[Path]) -> list[str]:
-    """A name for each file: its own, with its folder's in front where two are called the same, and
-    its suffix behind where they lie in one folder."""
+    """Return distinct names of files: the file's own, preceded by the folder's for equal names, and
+    followed by the suffix for equal names in one folder."""
     names = [path.stem for path in paths]
     for longer in (
         lambda path: f"{path.resolve().parent.name}_{path.stem}",
@@ -94,5 +94,5 @@ def distinct(paths: list[Path]) -> list[str]:
         ]
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
-        raise ClipError(f"two motions are called {twice[0]}; import their folders one by one")
+        raise ClipError(f"two motions have the name {twice[0]}: import their folders one by one")
     return names

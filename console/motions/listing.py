@@ -1,4 +1,4 @@
-"""`inhabit motions list`: the clips there are; and where the other words after `motions` go."""
+"""`inhabit motions`: dispatch of its commands, and the list of clips."""
 
 import json
 from functools import lru_cache
@@ -16,14 +16,14 @@ from world.motions.fit.objects import with_any
 
 @lru_cache(maxsize=1)
 def clips(paths: tuple[str, ...]) -> tuple[Clip, ...]:
-    """The clips of paths with all that they use, or the package's own."""
+    """Return the clips of paths, or the package's own, with their objects."""
     if not paths:
         return tuple(load.own_clips())
     return tuple(part for path in load.find(paths) for part in with_any(load.read(path)))
 
 
 def motions_command(command: MotionsList | MotionsCheck | MotionsImport | MotionsPlay) -> int:
-    """Run one of the commands after `motions`; returns its exit code."""
+    """Run one of the commands of `motions`; return its exit code."""
     if isinstance(command, MotionsCheck):
         from console.motions.check import check_command
 
@@ -58,7 +58,7 @@ def motions_command(command: MotionsList | MotionsCheck | MotionsImport | Motion
 
 
 def listed(clip: Clip) -> dict[str, Any]:
-    """One clip's line in `motions list --json`."""
+    """Return the row of a clip in `motions list --json`."""
     seat, bed, box = clip.seat, clip.bed, clip.box
     span = None
     if box is not None and box.held.any():
@@ -86,7 +86,7 @@ def listed(clip: Clip) -> dict[str, Any]:
 
 
 def _size(row: dict[str, Any]) -> str:
-    """The height of a seat or bed, or a box's edges, for the table."""
+    """Return the height of a seat or bed, or the edges of a box, for the table."""
     if row["box_size_m"]:
         return " x ".join(f"{edge:.2f}" for edge in row["box_size_m"])
     height = row["seat_height_m"] if row["bed_height_m"] is None else row["bed_height_m"]
@@ -94,7 +94,7 @@ def _size(row: dict[str, Any]) -> str:
 
 
 def _totals(rows: list[dict[str, Any]]) -> str:
-    """Seconds of each kind of clip."""
+    """Return the seconds of each category of clips."""
     kinds = {"seat": "sit", "bed": "lie", "box": "carry", None: "neither"}
     parts = []
     for kind, word in kinds.items():

@@ -1,4 +1,5 @@
-"""How well a clip fits the character: what its joints cannot do, skating, sinking, jumps, rests."""
+"""Measures of how well a clip fits the character: joint limits, skating, penetration,
+discontinuities, rests."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,13 +12,13 @@ from world.motions.fit.bed import find_beds
 from world.motions.fit.floor import floor_corrected, resampled
 from world.motions.fit.seat import find_seats
 
-#: What still trains well: beyond the first `fair`, beyond the second `poor`.
+#: Limits of the verdicts: `fair` beyond the first, `poor` beyond the second.
 SKATE_M_S, ERROR_M, PENETRATION_M = (0.15, 0.4), (0.04, 0.08), (0.02, 0.05)
 
 
 @dataclass(frozen=True)
 class ClipReport:
-    """One clip's line in `motions check --json`."""
+    """The row of a clip in `motions check --json`."""
 
     clip: str
     frames: int
@@ -25,30 +26,31 @@ class ClipReport:
     key_body_error_m: float
     """Mean distance of hands and feet from the recorded ones, scaled to the character's legs."""
     foot_skate_before_m_s: float
-    """Mean speed of standing feet, as the clip came."""
+    """Mean speed of standing feet in the source, m/s."""
     foot_skate_after_m_s: float
-    """The same of the character's."""
+    """The same of the character, m/s."""
     penetration_m: float
-    """Deepest point of the character below the floor."""
+    """Greatest depth of the character below the floor, m."""
     discontinuities: list[float]
-    """When the motion breaks, s."""
+    """Times of discontinuities, s."""
     verdict: str
-    """good, fair or poor; refused where it cannot be read."""
+    """good, fair or poor; refused for an unreadable clip."""
     rests: list[dict[str, Any]]
     refused: str | None
     jerk_before_m_s3: float = 0.0
-    """Mean jerk of hands and feet, as the clip came."""
+    """Mean jerk of hands and feet in the source, m/s³."""
     jerk_after_m_s3: float = 0.0
+    """The same of the character, m/s³."""
     past_limits: float = 0.0
-    """Share of frames in which a joint is past its range by more than a degree."""
+    """Fraction of the frames with a joint beyond its range by more than a degree."""
     past_limits_deg: float = 0.0
-    """By how much at most."""
+    """Greatest excess over a joint range, degrees."""
     past_limits_joint: str = ""
-    """Which joint that is."""
+    """Joint with the greatest excess."""
 
 
 def examine(clip: Clip) -> ClipReport:
-    """The report of a clip that could be read."""
+    """Return the report of a readable clip."""
     ready = floor_corrected(resampled(clip))
     before, after = measures.skates_m_s(ready)
     error = measures.key_body_error_m(ready)
@@ -76,7 +78,7 @@ def examine(clip: Clip) -> ClipReport:
 
 
 def verdict(skate_m_s: float, error_m: float, sinks_m: float, breaks: int) -> str:
-    """good, fair or poor."""
+    """Return good, fair or poor."""
     measured = ((skate_m_s, SKATE_M_S), (error_m, ERROR_M), (sinks_m, PENETRATION_M))
     if breaks > 2 or any(value > limits[1] for value, limits in measured):
         return "poor"
@@ -86,12 +88,12 @@ def verdict(skate_m_s: float, error_m: float, sinks_m: float, breaks: int) -> st
 
 
 def refusal(name: str, reason: str) -> ClipReport:
-    """The report of a file that cannot be read or does not fit."""
+    """Return the report of a refused file."""
     return ClipReport(name, 0, 0.0, 0.0, 0.0, 0.0, 0.0, [], "refused", [], reason)
 
 
 def rests(clip: Clip) -> list[dict[str, Any]]:
-    """Where and when a clip sits and lies, in console.md's form."""
+    """Return the rests of a clip, sitting and lying, as JSON values."""
     beds = [clip.bed] if clip.bed else find_beds(clip)
     found, lies = find_seats(clip)
     seats = [clip.seat] if clip.seat else [] if lies else found
@@ -103,7 +105,7 @@ def rests(clip: Clip) -> list[dict[str, Any]]:
 def rest(
     clip: Clip, kind: str, start: int, stop: int, point_m: tuple[float, ...], facing_rad: float
 ) -> dict[str, Any]:
-    """One rest: where and when."""
+    """Return one rest as JSON values; start and stop: frames."""
     pelvis = clip.root_position_m[start:stop, 2]
     return {
         "kind": kind,

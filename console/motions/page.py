@@ -1,5 +1,4 @@
-"""A page that plays motion clips with what they use and the body they came from: one file, no
-network."""
+"""A self-contained page that plays motion clips with their objects and source skeletons."""
 
 import base64
 import json
@@ -16,8 +15,8 @@ from world.motions import segments
 from world.motions.clip import Clip
 
 _SLOT = '/*DATA*/{"bodies":[],"clips":[]}'
-#: A block for a seat of which only the height is known, and the mattress of such a bed: depth,
-#: width, m; the bed reaches this far beyond the head, m.
+#: Depth and width of the block that stands for a seat of known height alone, and of such a bed's
+#: mattress, m; distance from the head to the end of the bed, m.
 _SEAT_M = (0.44, 0.48)
 _BED_M = (2.0, 0.9)
 _PILLOW_M = 0.3
@@ -25,19 +24,19 @@ _BAD = 4
 
 
 def page(clips: Sequence[Clip]) -> str:
-    """The page's HTML, the clips inside it."""
+    """Return the HTML of the page, with the clips."""
     template = resources.files("console.motions").joinpath("page.html").read_text()
     data = {
         "bodies": bodies(),
         "stages": segments.NAMES,
         "clips": [shown(clip) for clip in clips],
     }
-    # "</" would end the script
+    # "</" ends a script element
     return template.replace(_SLOT, json.dumps(data).replace("</", "<\\/"))
 
 
 def bodies() -> list[dict[str, Any]]:
-    """The character's bodies: parent, offset (m), and shapes in MuJoCo's terms."""
+    """Return the character's bodies: parent, offset (m), and geoms of the MuJoCo model."""
     model = character.spec().compile()
     names = {
         int(mujoco.mjtGeom.mjGEOM_SPHERE): "sphere",
@@ -61,7 +60,7 @@ def bodies() -> list[dict[str, Any]]:
 
 
 def shown(clip: Clip) -> dict[str, Any]:
-    """What the page knows of a clip: arrays as little-endian base64, rotations in 1/32767."""
+    """Return a clip as JSON values: arrays as little-endian base64, rotations in 1/32767."""
     rotation = np.round(clip.local_rotation * 32767.0).astype("<i2")
     stage = segments.stages(clip) + _BAD * ~segments.usable(clip)
     content: dict[str, Any] = {
@@ -88,7 +87,7 @@ def shown(clip: Clip) -> dict[str, Any]:
 
 
 def furniture(clip: Clip) -> list[dict[str, Any]]:
-    """Blocks under what a clip sits or lies on: centre and half edges (m), yaw (rad)."""
+    """Return blocks for the seat and bed of a clip: centre and half edges (m), yaw (rad)."""
     blocks = []
     if clip.seat is not None:
         x, y, z = clip.seat.point_m

@@ -36,8 +36,8 @@ def play_command(command: MotionsPlay) -> int:
 
 
 def clips(paths: Sequence[str], only: str | None) -> list[Clip]:
-    """The clips of paths, or the package's own, with all that they use; ClipError if none is
-    left."""
+    """Return the clips of paths, or the package's own, with their objects; ClipError without
+    any."""
     if paths:
         found = [part for path in load.find(paths) for part in with_any(load.read(path))]
     else:
@@ -50,7 +50,7 @@ def clips(paths: Sequence[str], only: str | None) -> list[Clip]:
 
 
 def write(path: Path, text: str) -> None:
-    """The page as a file, whole or not at all."""
+    """Write the page atomically."""
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, partial = tempfile.mkstemp(dir=path.parent, suffix=".partial")
     try:
@@ -78,7 +78,7 @@ def server(listen: str, text: str) -> ThreadingHTTPServer:
             self.wfile.write(content)
 
         def log_message(self, format: str, *args: object) -> None:
-            """A player's requests are nobody's news."""
+            """Requests are not logged."""
 
     host, port = address_of(listen)
     if not is_loopback(host):

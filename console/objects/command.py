@@ -27,7 +27,7 @@ Command = ObjectsImport | ObjectsList | ObjectsCheck | ObjectsShow
 
 
 def objects_command(command: Command) -> int:
-    """Run one of the commands; returns the exit code."""
+    """Run one of the commands; return the exit code."""
     match command:
         case ObjectsList():
             pieces = collection.pieces(command.objects)
@@ -36,13 +36,13 @@ def objects_command(command: Command) -> int:
         case ObjectsCheck():
             return check(command)
         case ObjectsImport():
-            return bring_in(command)
+            return import_pieces(command)
         case ObjectsShow():
             return show(command)
 
 
 def check(command: ObjectsCheck) -> int:
-    """Print what the pieces and meshes are; 1 if any is refused."""
+    """Print the rows of pieces and meshes; return 1 if any is refused."""
     if not 0.0 <= command.drop <= 60.0:
         raise ConfigError(f"--drop {command.drop:g}: choose seconds from 0 (no drop) to 60")
     rows: list[dict[str, Any]] = []
@@ -54,7 +54,7 @@ def check(command: ObjectsCheck) -> int:
             found += pieces
             rows += [listed(piece) for piece in pieces]
         else:
-            outcomes = made([path], command.mesh)
+            outcomes = imported([path], command.mesh)
             found += [outcome.piece() for outcome in outcomes]
             rows += [outcome_row(outcome) for outcome in outcomes]
     if command.drop:
@@ -66,7 +66,7 @@ def check(command: ObjectsCheck) -> int:
 
 
 def _drop(rows: list[dict[str, Any]], found: list[Piece | None], command: ObjectsCheck) -> None:
-    """Add to each row what became of a ragdoll on its piece."""
+    """Add the results of the drop test to each row."""
     pieces = [piece for piece in found if piece is not None]
     done = iter(drop.drops(pieces, command.drop, command.mesh.threads or machine.cores()))
     for row, piece in zip(rows, found, strict=True):
@@ -77,9 +77,9 @@ def _has_pieces(path: Path) -> bool:
     return path.is_dir() and next(path.rglob(f"*{store.SUFFIX}"), None) is not None
 
 
-def bring_in(command: ObjectsImport) -> int:
-    """Import, write a file a piece, say what was refused; 1 if any was."""
-    outcomes = made(command.paths, command.mesh)
+def import_pieces(command: ObjectsImport) -> int:
+    """Import, write one file per piece, report refusals; return 1 if any is refused."""
+    outcomes = imported(command.paths, command.mesh)
     for outcome in outcomes:
         if outcome.document is not None:
             store.write(command.out / f"{outcome.name}{store.SUFFIX}", outcome.document)
@@ -94,9 +94,9 @@ def bring_in(command: ObjectsImport) -> int:
     return int(refused > 0)
 
 
-def made(paths: Sequence[Path], mesh: Meshes) -> list[Outcome]:
-    """What becomes of meshes, with a bar where someone is looking."""
-    work = importing.jobs(paths, told(mesh))
+def imported(paths: Sequence[Path], mesh: Meshes) -> list[Outcome]:
+    """Return the outcomes of importing meshes, with a progress bar on a terminal."""
+    work = importing.jobs(paths, options(mesh))
     output = screen()
     with Progress(console=output, transient=True, disable=not output.is_terminal) as bar:
         row = bar.add_task("pieces", total=len(work))
@@ -105,8 +105,8 @@ def made(paths: Sequence[Path], mesh: Meshes) -> list[Outcome]:
         )
 
 
-def told(mesh: Meshes) -> ImportOptions:
-    """What the flags say of meshes. Raises ConfigError, ChoiceError."""
+def options(mesh: Meshes) -> ImportOptions:
+    """Return the import options of the flags. Raises ConfigError, ChoiceError."""
     if mesh.unit is not None and mesh.height is not None:
         raise ConfigError("--unit and --height contradict each other: choose one")
     if mesh.height is not None and not 0.0 < mesh.height < 10.0:
@@ -116,11 +116,11 @@ def told(mesh: Meshes) -> ImportOptions:
     if mesh.up and mesh.front and mesh.up[1] == mesh.front[1]:
         raise ConfigError(f"--up {mesh.up} --front {mesh.front}: choose two different axes")
     frame = Frame(mesh.up, mesh.front, mesh.unit, mesh.height)
-    return ImportOptions(frame, mesh.category, mesh.licence, mesh.credit, place_of(mesh.sit))
+    return ImportOptions(frame, mesh.category, mesh.licence, mesh.credit, seat_of(mesh.sit))
 
 
-def place_of(text: str | None) -> tuple[float, float, float, float] | None:
-    """X,Y,Z,YAW as numbers. Raises ConfigError."""
+def seat_of(text: str | None) -> tuple[float, float, float, float] | None:
+    """Return X,Y,Z,YAW of --sit as numbers. Raises ConfigError."""
     if text is None:
         return None
     try:
@@ -144,9 +144,9 @@ def show(command: ObjectsShow) -> int:
             raise ChoiceError("--category", command.category, list(REGISTRY))
         pieces = tuple(p for p in pieces if p.category == command.category)
     if not pieces:
-        raise PieceError("no pieces of this class among those chosen")
+        raise PieceError("no pieces of this category among those chosen")
     if command.limit > 0:
-        # evenly over the selection, so that every class is shown
+        # evenly over the selection, so that every category is shown
         at = np.linspace(0, len(pieces) - 1, min(command.limit, len(pieces))).round().astype(int)
         pieces = tuple(pieces[i] for i in at)
     if command.sheet is not None:
@@ -160,7 +160,7 @@ def show(command: ObjectsShow) -> int:
 
 
 def report(rows: list[dict[str, Any]], as_json: bool) -> None:
-    """Print rows as JSON, or as a table with the refusals below it."""
+    """Print rows as JSON, or as a table followed by the refusals."""
     if as_json:
         print(json.dumps(rows, indent=2))
         return
@@ -185,7 +185,7 @@ def report(rows: list[dict[str, Any]], as_json: bool) -> None:
     for row in rows:
         for place in row["sit"]:
             if place["slips_at"]:
-                told = ", ".join(f"{scale:g}" for scale in place["slips_at"])
-                output.print(f"{row['piece']}: a ragdoll does not stay seated at scale {told}")
+                scales = ", ".join(f"{scale:g}" for scale in place["slips_at"])
+                output.print(f"{row['piece']}: a ragdoll does not stay seated at scale {scales}")
         if row["refused"]:
             output.print(f"refused: {row['refused']}", markup=False)

@@ -1,4 +1,4 @@
-"""`inhabit objects check --drop`: whether a ragdoll comes to rest on the pieces, at all sizes."""
+"""`inhabit objects check --drop`: drop tests of a seated ragdoll on pieces of several scales."""
 
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -13,7 +13,7 @@ from world.objects.drop_test import drop, scales
 
 
 def drops(pieces: Sequence[Piece], seconds: float, workers: int) -> list[list[dict[str, Any]]]:
-    """For each piece the drops on its places, one a scale and place; none where it has no place."""
+    """Return for each piece its drops, one per scale and seat; empty for a piece without seats."""
     if workers == 1:
         return [_of(piece, seconds) for piece in pieces]
     with ProcessPoolExecutor(workers, get_context("forkserver")) as pool:
@@ -32,7 +32,8 @@ def _of(piece: Piece, seconds: float) -> list[dict[str, Any]]:
 
 
 def summarise(rows: Sequence[dict[str, Any]], output: Console) -> None:
-    """Print how many drops came to rest, what became of the others, and whether any blew up."""
+    """Print the number of drops at rest, a line on each other, and the number that became
+    non-finite."""
     tried = [(row["piece"], one) for row in rows for one in row["drops"]]
     for name, one in tried:
         if not one["rests"]:

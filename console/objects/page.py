@@ -1,4 +1,4 @@
-"""A page on which pieces of furniture can be turned, with their places: one file, no network."""
+"""A self-contained page with 3-D views of pieces and their use points."""
 
 import contextlib
 import json
@@ -16,15 +16,15 @@ _SLOT = "/*PIECES*/[]"
 
 
 def page(pieces: Sequence[Piece]) -> str:
-    """The page's HTML."""
+    """Return the HTML of the page."""
     template = resources.files("console.objects").joinpath("page.html").read_text()
-    # "</" would end the script
+    # "</" ends a script element
     data = json.dumps([shown(piece) for piece in pieces]).replace("</", "<\\/")
     return template.replace(_SLOT, data)
 
 
 def shown(piece: Piece) -> dict[str, Any]:
-    """What the page knows of a piece."""
+    """Return a piece as JSON values for the page."""
     row = listed(piece)
     return {
         "name": piece.name,
@@ -40,7 +40,7 @@ def shown(piece: Piece) -> dict[str, Any]:
 
 
 def write(path: Path, pieces: Sequence[Piece]) -> None:
-    """Write the page; it appears whole or not at all. Raises PieceError."""
+    """Write the page atomically. Raises PieceError."""
     temporary = path.with_name(f".{path.name}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -10,7 +10,7 @@ from world.objects.drop_test import slips_at
 
 
 def outcome_row(outcome: Outcome) -> dict[str, Any]:
-    """An imported mesh's line."""
+    """Return the row of an imported or refused mesh."""
     piece = outcome.piece()
     if piece is not None:
         return listed(piece)
@@ -26,7 +26,7 @@ def outcome_row(outcome: Outcome) -> dict[str, Any]:
 
 
 def listed(piece: Piece) -> dict[str, Any]:
-    """One piece's line, in the form that console.md gives `objects check --json`."""
+    """Return the row of a piece in `objects check --json`."""
     lie = piece.lie
     return {
         "piece": piece.name,

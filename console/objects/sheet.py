@@ -1,4 +1,4 @@
-"""A contact sheet of furniture: each piece from the front and above, its places drawn in."""
+"""A contact sheet of furniture: each piece from the front and above, with its use points."""
 
 import contextlib
 import math
@@ -14,7 +14,7 @@ from world.furniture.piece import Piece
 from world.furniture.surface import polygons
 
 CELL = 220
-"""Pixels of a piece's picture, each way."""
+"""Width and height of a piece's picture, pixels."""
 CAPTION = 34
 _YAW_DEG, _PITCH_DEG = 35.0, 28.0
 _SEAT, _LIE, _INK, _PAPER = (214, 69, 42), (36, 94, 178), (40, 40, 40), (250, 249, 246)
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 
 def view(yaw_deg: float = _YAW_DEG, pitch_deg: float = _PITCH_DEG) -> Array:
-    """Rotation [3, 3] to the viewer's axes: right, up, towards the viewer."""
+    """Return the rotation [3, 3] to the viewer's axes: right, up, towards the viewer."""
     yaw, pitch = math.radians(yaw_deg), math.radians(pitch_deg)
     towards = np.array(
         [
@@ -38,7 +38,7 @@ def view(yaw_deg: float = _YAW_DEG, pitch_deg: float = _PITCH_DEG) -> Array:
 
 
 def picture(piece: Piece, cell: int = CELL) -> Image.Image:
-    """A piece at twice the size that it is shown in, for smooth edges."""
+    """Return the picture of a piece, drawn at twice its size for smooth edges."""
     image = Image.new("RGB", (2 * cell, 2 * cell), _PAPER)
     draw = ImageDraw.Draw(image)
     turn = view()
@@ -75,7 +75,7 @@ def picture(piece: Piece, cell: int = CELL) -> Image.Image:
 def _arrow(
     draw: ImageDraw.ImageDraw, ends: list[tuple[float, float]], colour: tuple[int, int, int]
 ) -> None:
-    """A line with a dot at its start and a head at its end."""
+    """Draw an arrow with a dot at its start."""
     (x0, y0), (x1, y1) = ends
     draw.line((x0, y0, x1, y1), fill=colour, width=6)
     draw.ellipse((x0 - 9, y0 - 9, x0 + 9, y0 + 9), fill=colour)
@@ -88,7 +88,7 @@ def _arrow(
 
 
 def caption(piece: Piece) -> str:
-    """Two lines: the name, and what was found on it."""
+    """Return two lines: the name, and size and use points."""
     found = [f"seat {piece.sit[0].point_m[2]:.2f} m"] if piece.sit else []
     found += ["lie"] if piece.lie is not None else []
     size = "x".join(f"{x:.2f}" for x in piece.size_m)
@@ -97,7 +97,7 @@ def caption(piece: Piece) -> str:
 
 
 def sheet(pieces: Sequence[Piece], columns: int = 8, cell: int = CELL) -> Image.Image:
-    """All pieces on one picture, row by row."""
+    """Return the pictures of all pieces on one image, row by row."""
     columns = min(columns, len(pieces))
     rows = math.ceil(len(pieces) / columns)
     image = Image.new("RGB", (columns * cell, rows * (cell + CAPTION)), _PAPER)
@@ -111,7 +111,7 @@ def sheet(pieces: Sequence[Piece], columns: int = 8, cell: int = CELL) -> Image.
 
 
 def write(path: Path, pieces: Sequence[Piece]) -> None:
-    """Write the sheet as PNG; it appears whole or not at all. Raises PieceError."""
+    """Write the sheet as PNG, atomically. Raises PieceError."""
     temporary = path.with_name(f".{path.name}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,1 +1,1 @@
-"""The player: a policy's character, a recording or a clip in a browser, live."""
+"""The player: a live policy, a recording or clips in a browser."""

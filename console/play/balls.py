@@ -1,4 +1,4 @@
-"""Balls thrown at the character on demand, as those of `inhabit evaluate --perturb projectiles`."""
+"""Balls thrown at the character on demand, like those of `evaluate --perturb projectiles`."""
 
 import torch
 
@@ -9,12 +9,12 @@ from world.scene.perturbations import Disturbance, Throwing
 from world.scene.perturbations import Thrower as Timetable
 
 HOW = Throwing()
-#: Of a ball that has no turn.
+#: Launch step of a ball that is not thrown.
 _NEVER = -1
 
 
 class Thrower:
-    """The balls of one scene; each throw takes the one that has lain longest."""
+    """The balls of one scene; each throw uses the ball whose last throw is oldest."""
 
     def __init__(self, scenes: Scenes, seed: int) -> None:
         self._random = torch.Generator().manual_seed(seed)
@@ -29,7 +29,7 @@ class Thrower:
 
     @staticmethod
     def balls() -> tuple[Ball, ...]:
-        """What the scene must have for it."""
+        """Return the balls that the scene must hold."""
         return (HOW.ball,) * HOW.flying
 
     def throw(self, step: int) -> None:
@@ -39,14 +39,14 @@ class Thrower:
         self._next = (self._next + 1) % HOW.flying
 
     def step(self, step: int, body: Body, seconds: float) -> None:
-        """Launch what is due, and take away what has lain long enough."""
+        """Launch the balls that are due and remove those whose time is over."""
         self._timetable.step(step, body, seconds)
 
     def position(self) -> torch.Tensor:
-        """[flying, 3] m, world; not a number for balls that wait."""
+        """Return positions [flying, 3] m, world; NaN for balls out of the scene."""
         return self._timetable.position[0]
 
     def clear(self) -> None:
-        """Take all balls away: the scene is another one."""
+        """Remove all balls, after the scene was reset."""
         self._what.step[:] = _NEVER
         self._timetable = Timetable(self._what, self._scenes)

@@ -22,7 +22,7 @@ def play_command(command: Play) -> int:
     """Serve the page until Ctrl-C."""
     torch.set_num_threads(1)
     if not command.sources:
-        raise ConfigError("RUN|FILE: name a run, a checkpoint folder, a recording or a clip")
+        raise ConfigError("RUN|FILE: give a run, a checkpoint folder, a recording or a clip")
     files = [word for word in command.sources if Path(word).is_file()]
     if files and len(command.sources) > 1:
         raise ConfigError(f"'{files[0]}' is a file: play one file, or runs")
@@ -39,7 +39,7 @@ def play_command(command: Play) -> int:
 
 
 def run(view: View) -> None:
-    """Let time pass, at the control rate, or slower where the machine is."""
+    """Advance the view at the control rate, or slower on a slow machine."""
     before = time.perf_counter()
     while True:
         began = time.perf_counter()
@@ -49,7 +49,7 @@ def run(view: View) -> None:
 
 
 def of_runs(command: Play) -> View:
-    """The page of live policies."""
+    """Return the page of live policies."""
     found = stock.load(command.sources, command.checkpoint, command.objects)
     setup = found.first()
     session = Session(found.begin(setup), found)
@@ -62,7 +62,7 @@ def of_runs(command: Play) -> View:
 
 
 def of_file(command: Play, path: Path) -> View:
-    """The page of a recording or of clips."""
+    """Return the page of a recording or of clips."""
     found: dict[str, Source] = dict(recorded.read(path))
     session = Session(next(iter(found.values())))
     title = f"inhabit play: {path.name}"
@@ -76,20 +76,20 @@ def of_file(command: Play, path: Path) -> View:
 
 
 def ghost_of(command: Play, served: Served | None) -> tuple[Ghost | None, str]:
-    """What finds the nearest mocap, and in which clips; or None, and why.
+    """Return the ghost and a text on its clips, or None and the reason.
 
-    The clips are those named, else those that the policy was trained on where they are still there.
+    The clips are those of --motions, else the policy's training clips if they exist.
     """
     torch.set_num_threads(1)
     if command.motions:
         paths = tuple(str(path) for path in command.motions)
         task = "sit" if served is None else served.task.name
-        return Ghost(assembly.library(paths, False, task)), "among the clips named"
+        return Ghost(assembly.library(paths, False, task)), "among the given clips"
     if served is None:
-        return None, "name clips to compare with: --motions DIR"
+        return None, "no clips to compare with: give --motions DIR"
     world = served.world
     try:
         ghost = Ghost(assembly.library(world.motions, False, world.task))
     except ClipError as error:
-        return None, f"the clips of the training are not here ({error}); name some: --motions DIR"
+        return None, f"the training clips are missing ({error}): give --motions DIR"
     return ghost, "among the policy's clips" if world.motions else "among the package's own clips"

@@ -1,4 +1,4 @@
-"""A scene that goes on while it is watched, with all of its past."""
+"""A live scene with all of its past moments."""
 
 import mujoco
 import numpy as np
@@ -10,7 +10,7 @@ from console.play.source import HZ, Curves, Poser
 from console.recording.format import Take, boxes_of
 from world.character import model as character
 
-#: Frames that are kept: five minutes.
+#: Greatest number of frames: five minutes.
 LIMIT = 300 * HZ
 
 
@@ -22,7 +22,7 @@ class Live:
         self.model: mujoco.MjModel = scene.model
         self.moments: list[Moment] = [scene.now()]
         self.ended = ""
-        """Why it does not go on, if it does not."""
+        """Reason why the scene does not continue, or ""."""
         self._poser = Poser(self.model)
 
     def __len__(self) -> int:
@@ -31,7 +31,7 @@ class Live:
     def extend(self) -> bool:
         """See Source."""
         if len(self.moments) >= LIMIT:
-            self.ended = f"{LIMIT // HZ} s are recorded: start again, or go on from an earlier one"
+            self.ended = f"{LIMIT // HZ} s are recorded: start again, or continue from earlier"
             return False
         if self.ended:
             return False

@@ -1,4 +1,4 @@
-"""What was played as one HTML file: replay in 3-D, what was measured over time, no network."""
+"""A played source as one self-contained HTML file: 3-D replay, and curves over time."""
 
 import math
 from html import escape
@@ -16,7 +16,7 @@ from world.errors import ConfigError
 
 
 def page(source: Source, title: str, about: str) -> str:
-    """The file's text; ConfigError for what has no goal, which the replay draws."""
+    """Return the HTML of a source; ConfigError for a source without a target."""
     curves = source.curves()
     if curves.error_m is None or curves.fell is None:
         raise ConfigError("only what has a goal can be exported; 'inhabit motions play --html' "
@@ -32,7 +32,7 @@ def page(source: Source, title: str, about: str) -> str:
         "fell": bool(len(fallen)),
     }
     if curves.style is not None:
-        # the viewer has the style of a frame where it has that of the step that leaves it
+        # the viewer shows the style reward of a frame at the step that leaves it
         data["style"] = [None if math.isnan(x) else round(float(x), 3) for x in curves.style[1:]]
     drawn = "".join(
         chart(name, lines, "s")
@@ -54,12 +54,11 @@ def page(source: Source, title: str, about: str) -> str:
 
 
 def success(curves: Curves) -> NDArray[np.float64]:
-    """[T] 1 where the goal is reached and the character has not fallen; error and falls must be
-    known."""
+    """Return [T] 1 where the target is reached without a fall; requires errors and falls."""
     assert curves.error_m is not None and curves.fell is not None
     return ((curves.error_m <= curves.success_m) & ~curves.fell).astype(np.float64)
 
 
 def _line(name: str, values: NDArray[np.float64]) -> Line:
-    known = np.flatnonzero(np.isfinite(values))
-    return Line(name, tuple((int(i) / HZ, float(values[i])) for i in known))
+    finite = np.flatnonzero(np.isfinite(values))
+    return Line(name, tuple((int(i) / HZ, float(values[i])) for i in finite))

@@ -1,15 +1,15 @@
-"""The player's clock: plays, pauses, goes back over what was, and goes on from there."""
+"""The clock of the player: play, pause, seek in the past, continue from there."""
 
 from console.play.source import HZ, Source
 from world.errors import ConfigError
 
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
-#: Frames of one `advance` at most: where the machine is too slow, time is given up, not the frames.
+#: Greatest number of frames of one `advance`: a slow machine plays slower and skips no frames.
 _MOST = 8
 
 
 class Player:
-    """Which frame of a source is shown, and whether it moves; not to be shared between threads."""
+    """The shown frame of a source, and whether it advances; not thread-safe."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -20,11 +20,11 @@ class Player:
 
     @property
     def last(self) -> int:
-        """The newest frame."""
+        """Index of the newest frame."""
         return len(self.source) - 1
 
     def play(self, playing: bool) -> None:
-        """Go or pause; at the end of what cannot go on, from its beginning."""
+        """Play or pause; at the end of a source that cannot continue, play from its start."""
         if playing and not self.playing and self.frame == self.last and not self.source.extend():
             self.frame = 0
         self.playing, self._due = playing, 0.0
@@ -36,19 +36,19 @@ class Player:
         self.speed = speed
 
     def seek(self, frame: int) -> None:
-        """Show a frame that was, and stay there."""
+        """Show an existing frame and pause."""
         self.playing = False
         self.frame = max(0, min(self.last, frame))
 
     def branch(self) -> None:
-        """Go on from the frame that is shown; what came after it is forgotten."""
+        """Continue from the shown frame and discard the later ones."""
         self.source.cut(self.frame)
         self.playing, self._due = True, 0.0
 
     def advance(self, seconds: float) -> int:
-        """Let so much time pass; returns by how many frames that moved.
+        """Advance by a time; return the number of frames.
 
-        Frames that were are shown again, new ones are simulated; at the end of both it pauses.
+        Existing frames are shown again, new ones are simulated; at the end the player pauses.
         """
         if not self.playing:
             return 0

@@ -1,4 +1,4 @@
-"""What a file holds: a recording's takes, with what can still be measured in them, or clips."""
+"""Sources from a file: the takes of a recording, with their measures, or clips."""
 
 from pathlib import Path
 
@@ -25,7 +25,7 @@ _UNKNOWN = "no reward terms: "
 
 
 class Recorded:
-    """A take that was recorded elsewhere; a Source that ends."""
+    """A recorded take; a Source that cannot continue."""
 
     def __init__(self, take: Take, name: str, curves: Curves) -> None:
         self.model, self.name = recording.model_of(take), name
@@ -41,7 +41,7 @@ class Recorded:
 
     def cut(self, frame: int) -> None:
         """See Source."""
-        raise ConfigError("a recording cannot go on from here: play a run instead")
+        raise ConfigError("a recording cannot be continued: play a run instead")
 
     def poses(self, frame: int) -> NDArray[np.float64]:
         """See Source."""
@@ -75,9 +75,9 @@ class Recorded:
 
 
 def read(path: Path) -> dict[str, Recorded]:
-    """The takes of a recording, or the clips of a file, by name.
+    """Return the takes of a recording, or the clips of a file, by name.
 
-    Raises InhabitError, in one line, for a file that is neither.
+    Raises InhabitError, in one line, for any other file.
     """
     if path.suffix == ".msgpack":
         found = recording.read(path)
@@ -104,9 +104,9 @@ def read(path: Path) -> dict[str, Recorded]:
 
 
 def measured(take: Take, task: str) -> Curves:
-    """Reward terms, error and falls of a take, where its goal can be known."""
+    """Return reward terms, errors and falls of a take, if its target is recorded."""
     if task not in tasks.REGISTRY:
-        return Curves(missing=_UNKNOWN + "the recording does not say which task it is of")
+        return Curves(missing=_UNKNOWN + "the recording names no task")
     what = tasks.make(task)
     try:
         target = kind(what).recorded(take, what)
@@ -126,7 +126,7 @@ def measured(take: Take, task: str) -> Curves:
 
 
 def take_of(clip: Clip) -> Take:
-    """A clip as a take, blocks for what it sits or lies on."""
+    """Return a clip as a take, with blocks for its seat or bed."""
     clip = resampled(clip)
     frames = clip.frames
     qpos, qvel = clip.qpos().astype(np.float64), clip.qvel().astype(np.float64)
@@ -163,5 +163,5 @@ def take_of(clip: Clip) -> Take:
 
 
 def _below(position: NDArray[np.float32], half: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The middle of the top of a stand that a box at position [3] rests on."""
+    """Return the centre of the top of a stand under a box at position [3]."""
     return position.astype(np.float64) - np.array([0.0, 0.0, half[2]])

@@ -1,4 +1,4 @@
-"""What is played as bytes to keep: a page, or a recording."""
+"""Export of a player's frames as bytes of a page or a recording."""
 
 import tempfile
 from pathlib import Path
@@ -12,7 +12,7 @@ from console.recording.format import Recording
 
 
 def html(player: Player, title: str) -> bytes:
-    """All frames as one HTML file; ConfigError for what has no goal."""
+    """Return all frames as an HTML file; ConfigError for a source without a target."""
     about = f"{(player.last + 1) / HZ:.1f} s"
     if isinstance(player.source, Live):
         scene = player.source.scene
@@ -21,7 +21,7 @@ def html(player: Player, title: str) -> bytes:
 
 
 def msgpack(player: Player) -> bytes:
-    """All frames as a recording of one take."""
+    """Return all frames as a recording of one take."""
     meta: dict[str, object] = {"control_hz": HZ}
     if isinstance(player.source, Live):
         scene = player.source.scene

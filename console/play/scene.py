@@ -1,4 +1,4 @@
-"""One policy in one scene, a control step at a time: pushed, pelted, its furniture moved."""
+"""One policy in one scene, stepped interactively, with pushes, balls and a moving target."""
 
 import math
 from dataclasses import dataclass
@@ -19,44 +19,43 @@ from world.scene.batch import Scenes
 from world.scene.target import state
 
 STEP_S = 1.0 / character.CONTROL_HZ
-#: The goal glides to where it is put, this fast: a jump would leave it inside the character.
+#: Speeds at which the target moves to its new pose: a jump could place it inside the character.
 _GLIDE_M_S, _GLIDE_RAD_S = 1.5, 2.0
-#: The hardest push, N s: 45 kg at 4.4 m/s.
+#: Greatest impulse of a push, N s: 45 kg at 4.4 m/s.
 MAX_IMPULSE_N_S = 200.0
 _HERE = torch.zeros(1, dtype=torch.int64)
 
 
 class UnstableError(InhabitError):
-    """A simulation that blew up."""
+    """A simulation whose state became non-finite."""
 
 
 @dataclass(frozen=True)
 class Moment:
-    """The scene at one control step: enough to see it, to judge it and to go on from it."""
+    """The scene at one control step, sufficient to draw, measure and continue it."""
 
     physics: dict[str, Tensor]
-    """As Scenes.physics gives it, [1, ...]."""
+    """Physics of Scenes.physics, [1, ...]."""
     state: Tensor
-    """[114]."""
+    """[114] features."""
     balls: NDArray[np.float64]
-    """[k, 3] m; not a number for those that are out of the scene."""
+    """[k, 3] m; NaN for balls out of the scene."""
     goal: Pose
-    """Where the goal is."""
+    """Pose of the target."""
     terms: NDArray[np.float32]
     """Reward terms, unweighted, in the task's order."""
     error_m: float
     success: bool
     fell: bool
     style: float | None
-    """Style reward of the step that led here; None where the policy has no discriminator, and at
-    the start."""
+    """Style reward of the preceding step; None without a discriminator, and at the start."""
 
 
 class Scene:
-    """A character, its policy and what it uses; not to be shared between threads."""
+    """A character, its policy and its object; not thread-safe."""
 
     def __init__(self, served: Served, piece: Piece, setup: Setup) -> None:
-        """Compile the scene and set the character down. piece: at its scale."""
+        """Compile the scene and set its initial state. piece: scaled."""
         self.served, self.piece = served, piece
         self.setup = check(setup, piece, served.task.affordance)
         self.task = served.task
@@ -87,12 +86,12 @@ class Scene:
 
     @property
     def goal(self) -> Pose:
-        """Where the goal is now."""
+        """Present pose of the target."""
         return self._goal
 
     def move(self, goal: Pose) -> None:
-        """Have the goal glide to another place, from the next step on."""
-        # the same bounds as at the start
+        """Move the target towards another pose, from the next step on."""
+        # the same bounds as those of a setup
         self._wanted = check(
             Setup(self.setup.policy, self.setup.piece, goal=goal), self.piece, self.task.affordance
         ).goal
@@ -100,13 +99,13 @@ class Scene:
     def push(self, impulse_n_s: NDArray[np.float64], body: str) -> None:
         """Push a body by an impulse [3] N s, world frame, spread over the next step.
 
-        Raises ChoiceError for a body that the character has not.
+        Raises ChoiceError for an unknown body.
         """
         if body not in character.BODIES:
             raise ChoiceError("body", body, list(character.BODIES))
         size = float(np.linalg.norm(impulse_n_s))
         shrunk = impulse_n_s * min(1.0, MAX_IMPULSE_N_S / max(size, 1e-9))
-        # the world is the model's body 0
+        # body 0 of the model is the world
         self._pushes.append((1 + character.BODIES.index(body), shrunk / STEP_S))
 
     def throw(self) -> None:
@@ -115,12 +114,12 @@ class Scene:
 
     @torch.inference_mode()
     def now(self) -> Moment:
-        """The present moment."""
+        """Return the present moment."""
         return self._moment(None)
 
     @torch.inference_mode()
     def step(self) -> Moment:
-        """Act for 1/30 s; UnstableError where the simulation blows up."""
+        """Step by 1/30 s; UnstableError for a non-finite state."""
         self._goal = self._goal.stepped(self._wanted, _GLIDE_M_S * STEP_S, _GLIDE_RAD_S * STEP_S)
         self._object.move(self._scenes, self._goal)
         body, target = self._scenes.body(), self._object.target(self._scenes)
@@ -134,11 +133,11 @@ class Scene:
         self._scenes.act(self.served.act(torch.cat((before, goal), dim=1)))
         self.time_step += 1
         if not bool(self._scenes.finite()[0]):
-            raise UnstableError("the simulation blew up: go back and push or move less")
+            raise UnstableError("the simulation became unstable: go back and push or move less")
         return self._moment(before)
 
     def restore(self, moment: Moment, step: int) -> None:
-        """Go back to a moment of this scene, before the control step `step`; balls are gone."""
+        """Restore a moment of this scene, before the control step `step`, without balls."""
         self._scenes.load_physics(moment.physics)
         self._goal = self._wanted = moment.goal
         self._object.move(self._scenes, moment.goal)

@@ -1,4 +1,4 @@
-"""viser's server as the player needs it: where it was told to listen, quiet, never shared."""
+"""viser's server for the player: on a given address, quiet, without tunnels."""
 
 import socket
 
@@ -10,18 +10,18 @@ from world.errors import ConfigError
 
 
 class Server(viser.ViserServer):
-    """A viser server that opens no tunnel to anywhere, whoever asks it to."""
+    """A viser server that never opens a tunnel to another host."""
 
     def request_share_url(self, verbose: bool = True) -> None:
-        """Nothing is shared."""
+        """Return None: the page is not shared."""
         return None
 
 
 def start(listen: str, allow_remote: bool = False) -> Server:
-    """A server at HOST:PORT, port 0 a free one.
+    """Return a server at HOST:PORT, port 0 for a free port.
 
-    Raises ConfigError where that cannot be listened on, and beyond this machine unless that is
-    allowed: who reaches the page can do with the character what they like.
+    Raises ConfigError for an unusable address, and for one beyond this machine unless remote
+    access is allowed: the page has no authentication.
     """
     host, port = address_of(listen)
     if not allow_remote and not is_loopback(host):
@@ -30,12 +30,12 @@ def start(listen: str, allow_remote: bool = False) -> Server:
             "--allow-insecure-remote"
         )
     try:
-        # viser would silently take the next free port
+        # viser silently takes the next free port
         with socket.create_server((host, port)):
             pass
     except (OSError, OverflowError) as error:
         raise ConfigError(f"cannot listen on '{listen}' (HOST:PORT): {error}") from error
-    # its own banners; ours is one line
+    # viser's own banners are suppressed
     rich.get_console().quiet = True
     server = Server(host=host, port=port, label="inhabit", verbose=False)
     server.gui.configure_theme(

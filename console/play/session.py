@@ -1,4 +1,4 @@
-"""What every open page looks at together: one player, its past, and who may touch it when."""
+"""The session of all open pages: one player, its sources, and a lock."""
 
 import math
 import threading
@@ -15,18 +15,18 @@ from world.errors import ChoiceError, ConfigError
 
 
 class Session:
-    """A player and what it can be given to play; every method may be called by any thread."""
+    """A player and the stock of its scenes; thread-safe."""
 
     def __init__(self, source: Source, stock: Stock | None = None) -> None:
-        """stock: where scenes come from; None where a file is played."""
+        """stock: source of new scenes; None for a file."""
         self.lock = threading.RLock()
         self.stock = stock
         self.player = Player(source)
         self.opened = 0
-        """How many sources there were: a page draws anew when it grows."""
+        """Number of sources so far; pages are redrawn when it grows."""
 
     def open(self, source: Source) -> None:
-        """Play something else from its beginning."""
+        """Play another source from its start."""
         with self.lock:
             speed = self.player.speed
             self.player = Player(source)
@@ -34,23 +34,23 @@ class Session:
             self.opened += 1
 
     def begin(self, setup: Setup) -> None:
-        """Play a new scene; InhabitError, and the old one stays, where there is none such."""
+        """Play a new scene; InhabitError for an invalid setup, which leaves the old one."""
         if self.stock is None:
-            raise ConfigError("a file is played: begin with a run to set up scenes")
+            raise ConfigError("a file is played: play a run to set up scenes")
         found = self.stock.begin(setup)
         self.open(found)
 
     @property
     def scene(self) -> Scene:
-        """The scene that is simulated; ConfigError where a file is played."""
+        """The live scene; ConfigError for a file."""
         source = self.player.source
         if not isinstance(source, Live):
-            raise ConfigError("a recording cannot be touched: play a run instead")
+            raise ConfigError("a recording cannot be disturbed: play a run instead")
         return source.scene
 
     def push(self, impulse_n_s: float, direction_rad: float, body: str) -> None:
-        """Push a body along the floor, `direction_rad` from the character's heading (0: forwards,
-        a quarter turn: to its left)."""
+        """Push a body horizontally, `direction_rad` from the character's heading (0: forwards,
+        pi / 2: to its left)."""
         with self.lock:
             scene = self._at_the_front()
             if not math.isfinite(impulse_n_s) or not math.isfinite(direction_rad):
@@ -66,7 +66,7 @@ class Session:
             self._at_the_front().throw()
 
     def move(self, goal: Pose) -> None:
-        """Have the furniture, or the stand that the box goes to, glide to another place."""
+        """Move the furniture, or the target stand of the box, towards another pose."""
         with self.lock:
             self._at_the_front().move(goal)
 
@@ -74,12 +74,12 @@ class Session:
         scene = self.scene
         if self.player.frame < self.player.last:
             raise ConfigError(
-                "this moment is past: choose 'go on from here', or go to the newest one, first"
+                "this frame is in the past: choose 'Continue from here' or 'To the newest' first"
             )
         return scene
 
     def use(self, names: dict[str, Source], name: str) -> None:
-        """Play one of several; ChoiceError names them."""
+        """Play one of several sources; ChoiceError names them."""
         if name not in names:
             raise ChoiceError("take", name, list(names))
         self.open(names[name])

@@ -1,4 +1,4 @@
-"""What a player can play: frames that were simulated or recorded, and what was measured in them."""
+"""Sources of a player: simulated or recorded frames, with their measures."""
 
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -14,64 +14,64 @@ from world.scene.model import PROJECTILE_BODY
 
 @dataclass(frozen=True)
 class Curves:
-    """What was measured, frame by frame; not a number where it was not."""
+    """Measures of each frame; NaN where missing."""
 
     terms: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     """Reward terms [T] by name, unweighted."""
     style: NDArray[np.float64] | None = None
     """[T] style reward; None without a discriminator."""
     error_m: NDArray[np.float64] | None = None
-    """[T]; None where the goal is not known."""
+    """[T] distance from the target, m; None without a target."""
     success_m: float = 0.0
-    """Errors up to this are success."""
+    """Largest distance that counts as success, m."""
     fell: NDArray[np.bool_] | None = None
-    """[T]."""
+    """[T] whether the character has fallen; None without a target."""
     missing: str = ""
-    """What is not measured, and why; empty where everything is."""
+    """Text on missing measures; empty without any."""
 
 
 class Source(Protocol):
     """T frames at the control rate, 1/30 s."""
 
     model: mujoco.MjModel
-    """Of the scene."""
+    """Model of the scene."""
 
     def __len__(self) -> int:
-        """T."""
+        """Return T."""
         ...
 
     def extend(self) -> bool:
-        """Simulate one more frame; False where there is none to come."""
+        """Simulate one more frame; False if the source cannot continue."""
         ...
 
     def cut(self, frame: int) -> None:
-        """Forget what comes after `frame`, so that what comes next goes on from there."""
+        """Discard the frames after `frame`, from which the source then continues."""
         ...
 
     def poses(self, frame: int) -> NDArray[np.float64]:
-        """Positions (m) and rotations (w, x, y, z) of the model's bodies [nbody, 7], world;
-        positions that are not numbers: out of the scene."""
+        """Return positions (m) and rotations (w, x, y, z) of the model's bodies [nbody, 7], world;
+        positions NaN: out of the scene."""
         ...
 
     def state(self, frame: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """The character's coordinates [43] and velocities [34]."""
+        """Return the character's coordinates [43] and velocities [34]."""
         ...
 
     def curves(self) -> Curves:
-        """What was measured."""
+        """Return the measures of all frames."""
         ...
 
     def take(self) -> Take:
-        """Everything as a recording's take."""
+        """Return all frames as a take."""
         ...
 
     def status(self, frame: int) -> str:
-        """One line on a frame."""
+        """Return one line on a frame."""
         ...
 
 
 class Poser:
-    """Poses of a model's bodies from the coordinates that a recording keeps."""
+    """Kinematics of a model's bodies from recorded coordinates."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self._model, self._data = model, mujoco.MjData(model)
@@ -86,7 +86,8 @@ class Poser:
         mocap_quat: NDArray[np.float64],
         balls: NDArray[np.float64],
     ) -> NDArray[np.float64]:
-        """[nbody, 7] of qpos [43 or more], mocap bodies [m, 3] and [m, 4], balls [k, 3]."""
+        """Return poses [nbody, 7] of qpos [43 or more], mocap bodies [m, 3] and [m, 4], balls
+        [k, 3]."""
         data = self._data
         data.qpos[: len(qpos)] = np.nan_to_num(qpos)
         data.mocap_pos[: len(mocap_pos)] = mocap_pos
@@ -99,10 +100,10 @@ class Poser:
 
 
 def heading(qpos: NDArray[np.float64]) -> float:
-    """Yaw of the root's x axis, rad, of coordinates [43]."""
+    """Return the yaw of the root's x axis, rad, of coordinates [43]."""
     w, x, y, z = qpos[3:7]
     return float(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
 
 
-#: Frames a second.
+#: Frames per second.
 HZ = character.CONTROL_HZ

@@ -1,4 +1,4 @@
-"""Episodes as `.msgpack`: full simulator states at every control step, enough to see them again."""
+"""Recordings (`.msgpack`): full simulator states of episodes at every control step."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -18,11 +18,11 @@ from world.scene.model import PROJECTILE_BODY, Ball, compile_scene
 FORMAT = "inhabit-recording"
 VERSION = 1
 MAX_FRAMES, MAX_BOXES, MAX_BALLS = 1_000_000, 4096, 64
-"""Most of one take."""
+"""Limits of one take."""
 MAX_REACH_M = 1000.0
-"""Largest coordinate of what stands in a scene."""
+"""Largest coordinate of an object in a scene, m."""
 ARRAYS = ("qpos", "qvel", "ctrl", "mocap_pos", "mocap_quat", "boxes")
-#: Where a ball is drawn that is out of the scene, m: each coordinate.
+#: Each coordinate at which a ball out of the scene is drawn, m.
 AWAY_M = -32.0
 #: Arrays that recordings of the first version lack.
 MORE = ("balls", "cargo", "stand")
@@ -37,8 +37,8 @@ class Take:
     """One scene over T control steps, in the world frame (metres, quaternions w, x, y, z).
 
     `mocap_pos` [T, 3] and `mocap_quat` [T, 4] place the piece of furniture; `boxes` [k, 10] is its
-    shape, scale applied: centre (3), half edges (3) and rotation (4) of each box in its own frame,
-    so that a recording can be drawn without the catalogue that it came from.
+    shape, scaled: centre (3), half edges (3) and rotation (4) of each box in the piece frame, so
+    that a recording can be drawn without the catalogue.
     """
 
     qpos: NDArray[np.float64]
@@ -51,31 +51,31 @@ class Take:
     scale: float
     meta: dict[str, Any] = field(default_factory=dict)
     balls: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0, 3)))
-    """[T, k, 3] m: projectiles in the scene, not a number while they are out of it; [0, 0, 3] or
-    [T, 0, 3] without any."""
+    """[T, k, 3] m: projectiles, NaN while they are out of the scene; [0, 0, 3] or [T, 0, 3] without
+    any."""
     cargo: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     """[3] m: half edges of a box to carry, whose pose then follows the character's coordinates in
     qpos [T, 50]; [0] without one."""
     stand: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
-    """[3] m: the middle of the top of the stand that the box goes to; [0] without a box."""
+    """[3] m: centre of the top of the target stand; [0] without a box."""
 
     def __len__(self) -> int:
         return len(self.qpos)
 
 
 def boxes_of(piece: Piece | None) -> NDArray[np.float64]:
-    """The boxes of a piece as rows [k, 10]; none for an empty scene."""
+    """Return the boxes of a piece as rows [k, 10]; no rows for an empty scene."""
     return rows_of(piece.boxes if piece is not None else ())
 
 
 def rows_of(boxes: Sequence[Box]) -> NDArray[np.float64]:
-    """Boxes as rows [k, 10]."""
+    """Return boxes as rows [k, 10]."""
     rows = [[*box.centre_m, *box.half_m, *box.quat] for box in boxes]
     return np.array(rows, np.float64).reshape(-1, 10)
 
 
 def model_of(take: Take) -> mujoco.MjModel:
-    """The simulator's model of the scene that a take was recorded in."""
+    """Return the simulator's model of a take's scene."""
     rows = [[float(x) for x in row] for row in take.boxes]
     boxes = tuple(
         Box((r[0], r[1], r[2]), (r[3], r[4], r[5]), (r[6], r[7], r[8], r[9])) for r in rows
@@ -90,8 +90,8 @@ def model_of(take: Take) -> mujoco.MjModel:
 
 
 def pose(model: mujoco.MjModel, data: mujoco.MjData, take: Take, frame: int) -> None:
-    """Put everything of a take's scene where it was at a control step, and compute the bodies'
-    poses; coordinates that are no numbers count as 0."""
+    """Set the state of a take's scene at a control step and compute the bodies' poses; coordinates
+    NaN count as 0."""
     data.qpos[: take.qpos.shape[1]] = np.nan_to_num(take.qpos[frame])
     data.mocap_pos[0], data.mocap_quat[0] = take.mocap_pos[frame], take.mocap_quat[frame]
     if len(take.stand):
@@ -105,7 +105,7 @@ def pose(model: mujoco.MjModel, data: mujoco.MjData, take: Take, frame: int) -> 
 
 @dataclass(frozen=True)
 class Recording:
-    """Takes of one task, with what made them (`meta`: task, control_hz, checkpoint, reason)."""
+    """Takes of one task, with their origin (`meta`: task, control_hz, checkpoint, reason)."""
 
     takes: list[Take]
     meta: dict[str, Any]
@@ -131,7 +131,7 @@ def write(path: Path, recording: Recording) -> None:
 
 
 def read(path: Path) -> Recording:
-    """Read a recording; RecordingError for anything that is not one, whole."""
+    """Read a recording; RecordingError for any other or damaged file."""
     try:
         packed = path.read_bytes()
     except OSError as error:
@@ -169,7 +169,7 @@ def _recording(value: Any, path: Path) -> Recording:
 
 
 def _fault(take: Take) -> str:
-    """What of a take does not fit its frames; empty where all does."""
+    """Return what is wrong with a take; empty for a valid one."""
     frames = len(take.qpos) if take.qpos.ndim else 0
     columns = {"qpos": None, "qvel": None, "ctrl": None, "mocap_pos": 3, "mocap_quat": 4}
     for name, width in columns.items():

@@ -1,4 +1,4 @@
-"""Line charts as inline SVG: no script, no library, sharp at any size, both colour schemes."""
+"""Line charts as inline SVG, without script or library, for light and dark colour schemes."""
 
 import math
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ Point = tuple[float, float]
 
 WIDTH, HEIGHT = 360, 210
 _LEFT, _RIGHT, _TOP, _BOTTOM = 46, 10, 30, 30
-#: Points a line is thinned to: means of as many equal stretches.
+#: Number of points that a line is thinned to.
 _POINTS = 240
 
 
@@ -24,9 +24,9 @@ class Line:
 
 
 def chart(title: str, lines: Sequence[Line], x_name: str, logarithmic: bool = False) -> str:
-    """One chart as an `<svg>` element; empty text where no line has two points.
+    """Return a chart as an `<svg>` element; "" if no line has two points.
 
-    logarithmic: the y axis; values that are not above 0 are then left out.
+    logarithmic: of the y axis; values of 0 or less are then left out.
     """
     thin = [Line(line.name, thinned(line.points)) for line in lines]
     if logarithmic:
@@ -98,21 +98,20 @@ def _legend(names: Sequence[str]) -> list[str]:
 
 
 def thinned(points: Sequence[Point], count: int = _POINTS) -> tuple[Point, ...]:
-    """The points, or the means of `count` equal stretches of them; those without a number go."""
-    known = [(x, y) for x, y in points if math.isfinite(x) and math.isfinite(y)]
-    if len(known) <= count:
-        return tuple(known)
-    edges = [round(i * len(known) / count) for i in range(count + 1)]
+    """Return the finite points, or the means of `count` equal parts of them."""
+    finite = [(x, y) for x, y in points if math.isfinite(x) and math.isfinite(y)]
+    if len(finite) <= count:
+        return tuple(finite)
+    edges = [round(i * len(finite) / count) for i in range(count + 1)]
     means = []
     for first, last in pairwise(edges):
-        part = known[first:last]
+        part = finite[first:last]
         means.append((sum(x for x, _ in part) / len(part), sum(y for _, y in part) / len(part)))
     return tuple(means)
 
 
 def ticks(low: float, high: float, about: int = 4) -> list[float]:
-    """Round numbers (1, 2 or 5 times a power of ten apart) from at or below low to at or above
-    high."""
+    """Return round numbers, 1, 2 or 5 times a power of ten apart, that enclose low and high."""
     if high <= low:
         low, high = low - 0.5, high + 0.5
     rough = (high - low) / about
@@ -123,13 +122,13 @@ def ticks(low: float, high: float, about: int = 4) -> list[float]:
 
 
 def decades(low: float, high: float) -> list[float]:
-    """Powers of ten from at or below low to at or above high, both above 0."""
+    """Return powers of ten that enclose low and high, both above 0."""
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
     return [10.0**i for i in range(first, max(last, first + 1) + 1)]
 
 
 def shown(value: float) -> str:
-    """A number as an axis has it."""
+    """Return a number as text of an axis."""
     if value == 0:
         return "0"
     if 1e-3 <= abs(value) < 1e4:

@@ -1,4 +1,4 @@
-"""Puts a run's report together: its record, a fresh set of recorded trials, the page."""
+"""`inhabit report`: a page of a run's metrics, evaluations and newly recorded trials."""
 
 import json
 from collections.abc import Sequence
@@ -30,21 +30,21 @@ from world.furniture.piece import Piece
 
 
 def report_command(command: Report) -> int:
-    """Write the page; returns the exit code."""
+    """Write the page; return the exit code."""
     found = assembly.trained(command.source)
     run = run_of(found.path)
     folder = found.path if run is None else run.path
-    # a published policy's folder is left as it is
+    # no file is written into the folder of a published policy
     out = command.out or (run.path / "report.html" if run else Path(f"{folder.name}-report.html"))
     task = tasks.make(found.task)
     pieces = objects_of(found, command.objects, command.trials, command.seed)
-    asked = evaluation_of(command, found.task)
+    evaluation = evaluation_of(command, found.task)
     output = screen()
     with Progress(console=output, transient=True, disable=not output.is_terminal) as bar:
         row = bar.add_task("trials", total=command.trials)
-        library = clips(asked, found.experiment.world)
+        library = clips(evaluation, found.experiment.world)
         figures, results = evaluate(
-            found, pieces, asked, library, lambda done: bar.update(row, completed=done)
+            found, pieces, evaluation, library, lambda done: bar.update(row, completed=done)
         )
     protocol = Protocol(success_m=task.success_m, limit_s=task.evaluation.limit_s)
     known = evaluations(folder, run)
@@ -54,7 +54,7 @@ def report_command(command: Report) -> int:
     judge_style = judge_of(found)
     content = page.Report(
         title=f"inhabit {found.task}: {folder.name}",
-        told=f"Checkpoint {found.path.name}, {found.manifest.samples / 1e6:.1f} M samples.",
+        subtitle=f"Checkpoint {found.path.name}, {found.manifest.samples / 1e6:.1f} M samples.",
         main=main,
         evaluations=(*known, own),
         metrics=tuple(read_metrics(folder / "metrics.jsonl")),
@@ -70,7 +70,7 @@ def report_command(command: Report) -> int:
 
 
 def evaluation_of(command: Report, task: str) -> Evaluate:
-    """The trials that a report records, as `evaluate` would be asked for them."""
+    """Return the evaluation command of a report's trials."""
     if command.trials < 3:
         raise ConfigError("--trials must be at least 3: the best, a median and the worst")
     return check(
@@ -89,13 +89,14 @@ def evaluation_of(command: Report, task: str) -> Evaluate:
 
 
 def settings_of(found: assembly.Trained) -> dict[str, Any]:
-    """The world's settings; of the clips' files their names alone, a report is passed on."""
+    """Return the world's settings, with the names of the clip files without paths, as reports are
+    passed on."""
     world = to_json(found.experiment.world)
     return world | {"motions": [Path(path).name for path in found.experiment.world.motions]}
 
 
 def evaluations(folder: Path, run: RunDirectory | None) -> list[tuple[str, dict[str, Any]]]:
-    """Names and figures of the evaluations that lie in a run or beside a published policy."""
+    """Return names and figures of the evaluations in a run or beside a published policy."""
     files = sorted(run.evaluations.glob("*.json") if run else folder.glob("evaluation*.json"))
     found = []
     for file in files:
@@ -109,7 +110,7 @@ def evaluations(folder: Path, run: RunDirectory | None) -> list[tuple[str, dict[
 
 
 def headline(known: Sequence[dict[str, Any]], own: dict[str, Any]) -> dict[str, Any]:
-    """Of the undisturbed evaluations of this checkpoint the one with the most trials."""
+    """Return the evaluation of the same checkpoint and protocol with the most trials."""
     same = [
         figures
         for figures in known
@@ -122,18 +123,19 @@ def headline(known: Sequence[dict[str, Any]], own: dict[str, Any]) -> dict[str, 
 
 
 def order(outcomes: Outcomes, error_m: np.ndarray) -> list[int]:
-    """Trials from best to worst: sustained, then reached, sooner; of the others, nearer."""
-    upright = np.where(np.isfinite(error_m), error_m, np.inf).min(1)
-    late = np.where(outcomes.success, outcomes.time_s, 1e3 + upright)
+    """Return the trials from best to worst: sustained before reached, by time; then by
+    distance."""
+    nearest = np.where(np.isfinite(error_m), error_m, np.inf).min(1)
+    delay = np.where(outcomes.success, outcomes.time_s, 1e3 + nearest)
     rank = np.where(outcomes.sustained, 0, np.where(outcomes.success, 1, 2))
     fell = outcomes.fell.astype(int)
-    return np.lexsort((late, fell, rank)).tolist()
+    return np.lexsort((delay, fell, rank)).tolist()
 
 
 def shown(
     results: Results, protocol: Protocol, judge_style: StyleJudge | None, draws: bool
 ) -> list[page.Shown]:
-    """The best, a median and the worst of the recorded trials."""
+    """Return the best, a median and the worst of the recorded trials."""
     outcomes = judge(results.error_m, results.fell_at, protocol)
     ranked = order(outcomes, results.error_m)
     picked = {"best": ranked[0], "median": ranked[len(ranked) // 2], "worst": ranked[-1]}
@@ -155,11 +157,11 @@ def shown(
 
 
 def described(track: Track, outcomes: Outcomes, trial: int) -> str:
-    """What happened in a trial, in a line."""
+    """Return the outcome of a trial in one line."""
     if outcomes.sustained[trial]:
-        result = f"there after {outcomes.time_s[trial]:.1f} s, and stays"
+        result = f"target reached after {outcomes.time_s[trial]:.1f} s, and held"
     elif outcomes.success[trial]:
-        result = f"there after {outcomes.time_s[trial]:.1f} s, but does not stay"
+        result = f"target reached after {outcomes.time_s[trial]:.1f} s, but not held"
     else:
         result = f"never nearer than {100 * np.nanmin(track.error_m[: track.steps]):.0f} cm"
     if outcomes.fell[trial]:
@@ -169,6 +171,6 @@ def described(track: Track, outcomes: Outcomes, trial: int) -> str:
 
 
 def pictures_of(main: dict[str, Any], pieces: Sequence[Piece]) -> dict[str, str]:
-    """Pictures of the pieces of an evaluation."""
+    """Return the pictures of the pieces of an evaluation."""
     wanted = {part["object"] for part in main["by_object"]}
     return {piece.name: pictures.of_piece(piece) for piece in pieces if piece.name in wanted}

@@ -1,4 +1,4 @@
-"""The report's HTML: sections from figures, nothing that a browser would have to fetch."""
+"""The HTML of a report, self-contained."""
 
 import json
 from collections.abc import Iterable, Sequence
@@ -22,22 +22,22 @@ class Shown:
     """best, median or worst."""
     about: str
     data: Figures
-    """What the viewer plays (scene3d.drawable and what the page adds)."""
+    """Data of the viewer (of scene3d.drawable, with additions of the page)."""
     strip: str | None
-    """Filmstrip as a data URI; None where nothing draws."""
+    """Filmstrip as a data URI; None without offscreen rendering."""
 
 
 @dataclass(frozen=True)
 class Report:
-    """Everything that the page shows."""
+    """Content of the page."""
 
     title: str
-    told: str
+    subtitle: str
     """One sentence below the title."""
     main: Figures
-    """The evaluation that the headline and the tables by object are of."""
+    """Evaluation of the headline and of the tables by object."""
     evaluations: tuple[tuple[str, Figures], ...]
-    """All evaluations: name and JSON."""
+    """Name and JSON of each evaluation."""
     metrics: tuple[Figures, ...]
     """Lines of metrics.jsonl."""
     quality: Figures | None
@@ -48,7 +48,7 @@ class Report:
 
 
 def page(report: Report) -> str:
-    """The whole file."""
+    """Return the HTML of a report."""
     sections = (
         _headline(report),
         _replay(report.trials),
@@ -62,9 +62,9 @@ def page(report: Report) -> str:
 
 
 def document(title: str, sections: Iterable[str], takes: Sequence[Figures]) -> str:
-    """A whole file of sections of HTML, with the takes that its player (`player`) shows."""
+    """Return an HTML document of sections, with the takes of its player (`player`)."""
     data = resources.files("console.report").joinpath("data")
-    # a closing tag within the data would end the element
+    # "</" ends a script element
     packed = json.dumps(takes, separators=(",", ":")).replace("</", "<\\/")
     return (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8">'
@@ -78,7 +78,7 @@ def document(title: str, sections: Iterable[str], takes: Sequence[Figures]) -> s
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], marked: Sequence[str] = ()) -> str:
-    """A table; rows whose first cell is in `marked` are shown as published ones."""
+    """Return a table; rows with a first cell in `marked` are styled as published results."""
     cells = "".join(f"<th>{escape(cell)}</th>" for cell in head)
     body = []
     for row in rows:
@@ -88,7 +88,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], marked: Sequence[s
 
 
 def percent(rate: dict[str, Any]) -> str:
-    """`73.1 % (71.7-74.4)` of a rate with its interval."""
+    """Return a rate with its interval, as `73.1 % (71.7-74.4)`."""
     low, high = rate["ci95"]
     return f"{100 * rate['rate']:.1f} % ({100 * low:.1f}-{100 * high:.1f})"
 
@@ -112,7 +112,7 @@ def _headline(report: Report) -> str:
         for name, value, note in cards
     )
     return (
-        f"<h1>{escape(report.title)}</h1><p class='soft'>{escape(report.told)}</p>"
+        f"<h1>{escape(report.title)}</h1><p class='soft'>{escape(report.subtitle)}</p>"
         f'<div class="headline">{boxes}</div>'
     )
 
@@ -127,12 +127,12 @@ def _replay(trials: Sequence[Shown]) -> str:
         if t.strip
     )
     if not strips:
-        strips = '<p class="soft">No filmstrips: nothing here could draw offscreen.</p>'
+        strips = '<p class="soft">No filmstrips: no offscreen rendering on this machine.</p>'
     return f"<h2>Best, median and worst trial</h2>{player([t.name for t in trials])}{strips}"
 
 
 def player(names: Sequence[str]) -> str:
-    """The 3-D player of the document's takes, with a button for each of the names."""
+    """Return the 3-D player of the document's takes, with one button per name."""
     buttons = "".join(
         f'<button data-take="{i}" aria-pressed="{str(i == 0).lower()}">{escape(name)}</button>'
         for i, name in enumerate(names)
@@ -146,8 +146,8 @@ def player(names: Sequence[str]) -> str:
         '<span class="soft" data-part="told"></span></div><div class="row">'
         '<input type="range" min="0" value="0" data-part="slider" aria-label="moment"></div>'
         '<svg viewBox="0 0 1000 60" preserveAspectRatio="none" data-part="curve"></svg>'
-        '<p class="soft">Drag to turn, scroll to come nearer. The curve is the distance from the '
-        "target; the dashed line is what counts as success.</p></div>"
+        '<p class="soft">Drag to turn, scroll to zoom. The curve is the distance from the target; '
+        "the dashed line is the limit of success.</p></div>"
     )
 
 
@@ -181,11 +181,11 @@ def _evaluations(report: Report) -> str:
     head = ("", "trials", "protocol", "success (95 %)", "sustained %", "time s", "precision cm",
             "falls %")  # fmt: skip
     stages = table(
-        ("stage", "trials that came to it (95 %)"),
+        ("stage", "trials that reached it (95 %)"),
         [(part["stage"], percent(part)) for part in main.get("by_stage", ())],
     )
     distances = table(
-        ("start", "trials", "success %"),
+        ("initial distance", "trials", "success %"),
         [
             (
                 f"{part['from_m']:g}-{part['to_m']:g} m",
@@ -230,8 +230,8 @@ def _quality(quality: Figures | None) -> str:
     return (
         f"<h2>Motion quality</h2><p class='soft'>{quality['trials']} trials before any fall, and "
         "the same figures of the motion capture. The distance is in standard deviations of each "
-        "feature; the mocap's is that of each clip to the other clips. Its furniture was not "
-        f"recorded: it is put to it as episodes start with it.</p>{rows}"
+        "feature; the mocap's is that of each clip to the other clips. Furniture of the mocap was "
+        f"not recorded: it is placed as in reference states.</p>{rows}"
         f'<div class="grid-of">{drawn}</div>'
     )
 
@@ -254,20 +254,23 @@ _CHARTS = (
 def _curves(metrics: Sequence[Figures]) -> str:
     if len(metrics) < 2:
         return ""
-    known = {key for line in (metrics[0], metrics[-1]) for key in line}
+    keys = {key for line in (metrics[0], metrics[-1]) for key in line}
     rewards = tuple(
-        sorted(key for key in known if key.startswith("reward/") and key[7:] not in _WHOLE)
+        sorted(key for key in keys if key.startswith("reward/") and key[7:] not in _TOTALS)
     )
-    stages = tuple(sorted(key for key in known if key.startswith("episode/stage_")))
+    stages = tuple(sorted(key for key in keys if key.startswith("episode/stage_")))
     wanted = (*_CHARTS[:4], ("reward terms", rewards, False), ("stages", stages, False))
     drawn = []
     for title, names, logarithmic in (*wanted, *_CHARTS[4:]):
-        lines = [Line(name.rpartition("/")[2], _series(metrics, name)) for name in names]
+        lines = [
+            Line(name.rpartition("/")[2].removeprefix("stage_"), _series(metrics, name))
+            for name in names
+        ]
         drawn.append(chart(title, lines, "M samples", logarithmic))
     return f'<h2>Training</h2><div class="grid-of">{"".join(drawn)}</div>'
 
 
-_WHOLE = ("task", "style")
+_TOTALS = ("task", "style")
 
 
 def _series(metrics: Sequence[Figures], name: str) -> tuple[tuple[float, float], ...]:
@@ -281,6 +284,6 @@ def _series(metrics: Sequence[Figures], name: str) -> tuple[tuple[float, float],
 def _settings(settings: Figures) -> str:
     text = escape(json.dumps(settings, indent=1))
     return (
-        "<h2>Settings</h2><details><summary>everything resolved</summary>"
+        "<h2>Settings</h2><details><summary>all resolved settings</summary>"
         f"<pre>{text}</pre></details>"
     )

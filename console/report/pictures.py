@@ -1,4 +1,4 @@
-"""Pictures in the page: pieces of furniture, and filmstrips of trials; JPEG, drawn by MuJoCo."""
+"""Pictures of a report, rendered by MuJoCo as JPEG: pieces, and filmstrips of trials."""
 
 import base64
 import io
@@ -14,12 +14,12 @@ from world.furniture.piece import Piece
 from world.scene.model import compile_scene
 
 _QUALITY = 82
-#: What stands for the sky, which MuJoCo leaves black.
+#: Colour of the sky, which MuJoCo leaves black.
 _SKY = (244, 245, 247)
 
 
 def can_draw() -> bool:
-    """Whether anything draws offscreen here; chooses it for this process."""
+    """Return True if offscreen rendering works; chooses its backend for this process."""
     try:
         rendering.require_gl()
     except rendering.VideoError:
@@ -28,7 +28,7 @@ def can_draw() -> bool:
 
 
 def of_piece(piece: Piece, width: int = 200, height: int = 160) -> str:
-    """The piece alone, from its front and side, as a data URI."""
+    """Return a picture of the piece alone, from its front and side, as a data URI."""
     model = compile_scene(piece)
     model.vis.headlight.ambient[:] = 0.45
     data = mujoco.MjData(model)
@@ -49,7 +49,7 @@ def of_piece(piece: Piece, width: int = 200, height: int = 160) -> str:
 
 
 def filmstrip(track: Track, columns: int = 8, size: int = 200) -> str:
-    """Moments evenly spaced over a trial, side by side, as a data URI."""
+    """Return evenly spaced frames of a trial, side by side, as a data URI."""
     look = Look(width=size, height=size, distance_m=3.4)
     last = min(len(track.take), track.steps + 15) - 1
     moments = np.linspace(0, last, columns).round().astype(int).tolist()
@@ -59,14 +59,14 @@ def filmstrip(track: Track, columns: int = 8, size: int = 200) -> str:
 
 
 def with_sky(image: Image) -> Image:
-    """The image with a light sky."""
+    """Return the image with a light sky."""
     image = image.copy()
     image[(image == 0).all(axis=2)] = _SKY
     return image
 
 
 def data_uri(image: Image) -> str:
-    """An image [height, width, 3] as a `data:` URI of a JPEG."""
+    """Return an image [height, width, 3] as a `data:` URI of a JPEG."""
     stream = io.BytesIO()
     imageio.imwrite(stream, image, extension=".jpg", quality=_QUALITY)
     return "data:image/jpeg;base64," + base64.b64encode(stream.getvalue()).decode()

@@ -1,4 +1,4 @@
-"""A recorded trial as what the page's viewer draws: shapes on bodies, and bodies over time."""
+"""A recorded trial as data of the page's viewer: shapes on bodies, and body poses over time."""
 
 import base64
 from typing import Any
@@ -11,7 +11,7 @@ from console.evaluation.stepping import Track
 from console.recording.format import pose
 from world.character import model as character
 
-#: Positions travel as whole millimetres, rotations as parts of 32767, both in 16 bits.
+#: Positions are stored as millimetres, rotations in 1/32767, both in 16 bits.
 _PER_M, _UNIT = 1000.0, 32767.0
 _KINDS = {
     int(mujoco.mjtGeom.mjGEOM_SPHERE): "sphere",
@@ -23,7 +23,8 @@ _KINDS = {
 
 
 def drawable(track: Track) -> dict[str, Any]:
-    """JSON of a track: hz, frames, shapes, root path and, in base64, poses [T, B, 7] int16."""
+    """Return a track as JSON values: hz, frames, shapes, errors and, in base64, poses [T, B, 7]
+    int16."""
     model, take = track.model, track.take
     shapes, bodies = shapes_of(model)
     poses = body_poses(track)[:, bodies]
@@ -40,7 +41,8 @@ def drawable(track: Track) -> dict[str, Any]:
 
 
 def shapes_of(model: mujoco.MjModel) -> tuple[list[dict[str, Any]], list[int]]:
-    """The visible shapes but the floor, each with the place of its body in the list of bodies."""
+    """Return the visible shapes without the floor, each with the index of its body in the list of
+    bodies."""
     shapes: list[dict[str, Any]] = []
     bodies: list[int] = []
     for geom in range(model.ngeom):
@@ -66,7 +68,7 @@ def shapes_of(model: mujoco.MjModel) -> tuple[list[dict[str, Any]], list[int]]:
 
 
 def body_poses(track: Track) -> NDArray[np.float64]:
-    """Positions (m) and rotations (w, x, y, z) of all bodies of a track's model, [T, nbody, 7]."""
+    """Return positions (m) and rotations (w, x, y, z) of the model's bodies, [T, nbody, 7]."""
     model, take = track.model, track.take
     data = mujoco.MjData(model)
     poses = np.zeros((len(take), model.nbody, 7))
@@ -77,7 +79,7 @@ def body_poses(track: Track) -> NDArray[np.float64]:
 
 
 def packed(poses: NDArray[np.float64]) -> str:
-    """Poses [T, B, 7] as base64 of little-endian int16."""
+    """Return poses [T, B, 7] as base64 of little-endian int16."""
     whole = np.concatenate(
         (np.clip(poses[..., :3] * _PER_M, -_UNIT, _UNIT), poses[..., 3:] * _UNIT), axis=-1
     )

@@ -1,7 +1,7 @@
-"""`inhabit export`: a policy as ONNX, normaliser baked in, and compared with the original.
+"""`inhabit export`: a policy as ONNX, with its normaliser, compared with the original.
 
 Inputs `state` [n, 114] and `goal` [n, G], outputs `action` [n, 28] and `target` [n, 28] (servo
-targets, rad), float32; the metadata is what the policy service's Describe says, as JSON.
+set-points, rad), float32; the metadata holds the description of the policy service as JSON.
 """
 
 import os
@@ -29,19 +29,19 @@ EXTRA = "export needs the packages onnx and onnxruntime: pip install 'inhabit[ex
 
 
 class ExportError(InhabitError):
-    """A policy that cannot be exported, or whose export gives other actions."""
+    """A policy that cannot be exported, or an export with different actions."""
 
 
 @dataclass(frozen=True)
 class Difference:
-    """The largest absolute differences between ONNX Runtime's outputs and the policy's own."""
+    """Largest absolute differences between the outputs of ONNX Runtime and of the policy."""
 
     action: float
     target_rad: float
 
 
 def export_command(command: Export) -> int:
-    """Write the file, once it has been compared; returns the exit code."""
+    """Export, compare and write the file; return the exit code."""
     path = loading.checkpoint_of(command.source, command.checkpoint)
     served = loading.served(loading.task_of(path), path).check()
     found = export(served, command.out)
@@ -54,7 +54,7 @@ def export_command(command: Export) -> int:
 
 
 def export(served: Served, out: Path) -> Difference:
-    """Write a policy as ONNX; ExportError, and no file, where it would differ beyond TOLERANCE."""
+    """Write a policy as ONNX; ExportError, and no file, for a difference beyond TOLERANCE."""
     partial = out.with_name(f".{out.name}.{os.getpid()}")
     try:
         partial.write_bytes(model_of(served))
@@ -74,8 +74,8 @@ def export(served: Served, out: Path) -> Difference:
 
 
 def model_of(served: Served) -> bytes:
-    """The ONNX model: the mirror, where the policy knows one side alone; normalise, clip, the
-    perceptron with what skips it, and the servo targets."""
+    """Return the ONNX model: mirroring, for a policy of one side alone; normalisation, clipping,
+    the perceptron with its skip connection, and the set-points."""
     try:
         from onnx import TensorProto, checker, helper, numpy_helper
     except ImportError as error:
@@ -93,9 +93,9 @@ def model_of(served: Served) -> bytes:
     }
     indices: dict[str, NDArray[np.int64]] = {}
     nodes = [helper.make_node("Concat", ["state", "goal"], ["observation"], axis=1)]
-    seen, said = "observation", "action"
+    observed, output = "observation", "action"
     if policy.symmetry is not None and policy.symmetry.sides is not None:
-        seen, said = "seen", "said"
+        observed, output = "mirrored_observation", "mirrored_action"
         for name, value in policy.symmetry.tensors().items():
             whole = not value.is_floating_point()
             (indices if whole else constants)[name] = value.numpy()
@@ -108,10 +108,10 @@ def model_of(served: Served) -> bytes:
             helper.make_node("Mul", ["y", "second_x"], ["to_right"]),
             helper.make_node("Sub", ["to_left", "to_right"], ["side"]),
             helper.make_node("Less", ["side", "nothing"], ["right"]),
-            *_mirrored("observation", "observation", "seen"),
+            *_mirrored("observation", "observation", observed),
         ]
     nodes += [
-        helper.make_node("Sub", [seen, "mean"], ["centred"]),
+        helper.make_node("Sub", [observed, "mean"], ["centred"]),
         helper.make_node("Div", ["centred", "std"], ["scaled"]),
         helper.make_node("Clip", ["scaled", "clip_low", "clip_high"], ["x0"]),
     ]
@@ -121,22 +121,22 @@ def model_of(served: Served) -> bytes:
         last = layer == layers[-1]
         for part in ("weight", "bias"):
             constants[f"{part}{number}"] = weights[f"layers.{layer}.{part}"]
-        out = f"y{number}" if skip is not None or not last else said
+        out = f"y{number}" if skip is not None or not last else output
         inputs = [f"x{number}", f"weight{number}", f"bias{number}"]
         nodes.append(helper.make_node("Gemm", inputs, [out], transB=1))
         if not last:
             nodes.append(helper.make_node("Relu", [out], [f"x{number + 1}"]))
     if skip is not None:
         constants["skip"] = skip
-        bent = f"y{len(layers) - 1}"
-        nodes.append(helper.make_node("Gemm", ["x0", "skip", bent], [said], transB=1))
-    if said != "action":
-        nodes += _mirrored("action", said, "action")
+        nonlinear = f"y{len(layers) - 1}"
+        nodes.append(helper.make_node("Gemm", ["x0", "skip", nonlinear], [output], transB=1))
+    if output != "action":
+        nodes += _mirrored("action", output, "action")
     nodes += [
         helper.make_node("Clip", ["action", "action_low", "action_high"], ["clipped"]),
         helper.make_node("Mul", ["clipped", "scale"], ["moved"]),
-        helper.make_node("Add", ["moved", "offset"], ["wanted"]),
-        helper.make_node("Min", ["wanted", "high"], ["below"]),
+        helper.make_node("Add", ["moved", "offset"], ["set_point"]),
+        helper.make_node("Min", ["set_point", "high"], ["below"]),
         helper.make_node("Max", ["below", "low"], ["target"]),
     ]
 
@@ -157,15 +157,15 @@ def model_of(served: Served) -> bytes:
     model = helper.make_model(
         graph, opset_imports=[helper.make_opsetid("", OPSET)], producer_name="inhabit"
     )
-    model.ir_version = 10  # what runtimes of the last years read
+    model.ir_version = 10  # supported by runtimes of the last years
     helper.set_model_props(model, metadata(served))
     checker.check_model(model, full_check=True)
     return model.SerializeToString()
 
 
 def _mirrored(what: str, given: str, out: str) -> list[Any]:
-    """Nodes that give `out`: the mirror image of `given`, an observation or an action, where
-    `right` says so."""
+    """Return nodes that compute `out`: the mirror image of `given`, an observation or an action,
+    where `right` is true."""
     from onnx import helper
 
     return [
@@ -176,7 +176,7 @@ def _mirrored(what: str, given: str, out: str) -> list[Any]:
 
 
 def metadata(served: Served) -> dict[str, str]:
-    """What the service's Describe says of the policy, and a few words of it by themselves."""
+    """Return the description of the policy service as JSON, and its main entries as text."""
     found = description.policy(served)
     everything = description.everything([found], limits=None)
     return {
@@ -191,7 +191,8 @@ def metadata(served: Served) -> dict[str, str]:
 
 
 def compare(served: Served, file: Path) -> Difference:
-    """ONNX Runtime against the policy itself in float32, on states spread as the normaliser saw."""
+    """Compare ONNX Runtime with the policy in float32, on observations drawn from the normaliser's
+    distribution, twice as wide."""
     try:
         import onnxruntime
     except ImportError as error:
@@ -209,10 +210,10 @@ def compare(served: Served, file: Path) -> Difference:
     )
     action, target = session.run(["action", "target"], {"state": state, "goal": goal})
     own = policy(*observation.split([STATE_WIDTH, served.width - STATE_WIDTH], dim=1))
-    wanted = served.action_map.set_points(own)
+    set_points = served.action_map.set_points(own)
     return Difference(
         float(np.abs(np.asarray(action) - own.numpy()).max()),
-        float(np.abs(np.asarray(target) - wanted.numpy()).max()),
+        float(np.abs(np.asarray(target) - set_points.numpy()).max()),
     )
 
 

@@ -1,4 +1,4 @@
-"""What a run or checkpoint folder gives to be served or exported: the policy, verified."""
+"""Loading of policies from runs or checkpoint folders, for services, export and the player."""
 
 import json
 from pathlib import Path
@@ -17,9 +17,9 @@ Which = Literal["best", "latest"]
 
 
 def checkpoint_of(source: Path, which: Which) -> Path:
-    """The checkpoint of a run that is to be served: its best or latest, if it names one.
+    """Return the checkpoint of a run by name, best or latest, else its newest one.
 
-    Raises RunError where there is none.
+    Raises RunError without a checkpoint.
     """
     named = source / "checkpoints" / which
     if (named / "manifest.json").exists():
@@ -28,12 +28,12 @@ def checkpoint_of(source: Path, which: Which) -> Path:
 
 
 def task_of(path: Path) -> str:
-    """The task of a checkpoint folder's policy."""
+    """Return the task of a checkpoint folder's policy."""
     return read_manifest(path).layout.task
 
 
 def served(name: str, path: Path) -> Served:
-    """The policy of a checkpoint folder; InhabitError where it cannot be served."""
+    """Return the policy of a checkpoint folder; InhabitError for an unusable one."""
     found = assembly.trained(path)
     experiment, judge = found.experiment, judge_of(found)
     return Served(
@@ -48,7 +48,7 @@ def served(name: str, path: Path) -> Served:
 
 
 def source(name: str, where: Path, which: Which) -> Source:
-    """A policy that follows its run."""
+    """Return the source of a policy, which follows the checkpoints of its run."""
     return Source(name, lambda: checkpoint_of(where, which), lambda path: served(name, path))
 
 

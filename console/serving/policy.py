@@ -15,7 +15,7 @@ from world.errors import ConfigError
 
 
 def serve_command(command: Serve) -> int:
-    """Serve until SIGTERM or Ctrl-C, then drain; returns the exit code."""
+    """Serve until SIGTERM or Ctrl-C, then drain; return the exit code."""
     if command.max_message_mb <= 0 or command.drain_s < 0:
         raise ConfigError("--max-message-mb must be above 0, --drain-s at least 0")
     config = replace(
@@ -36,7 +36,7 @@ def serve_command(command: Serve) -> int:
 
 
 def sources_of(words: Sequence[str], which: loading.Which) -> list[Source]:
-    """The policies that RUN and NAME=RUN mean; ConfigError where two have one name."""
+    """Return the policies of RUN and NAME=RUN words; ConfigError for two of the same name."""
     if not words:
         raise ConfigError("RUN: give at least one run or checkpoint folder")
     found: dict[str, Source] = {}
@@ -48,7 +48,7 @@ def sources_of(words: Sequence[str], which: loading.Which) -> list[Source]:
         if not name:
             raise ConfigError(f"'{word}': must be RUN or NAME=RUN")
         if name in found:
-            raise ConfigError(f"two policies are called '{name}': name them, as in {name}2={path}")
+            raise ConfigError(f"two policies have the name '{name}': give one, as {name}2={path}")
         found[name] = loading.source(name, path, which)
     return list(found.values())
 

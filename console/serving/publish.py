@@ -1,7 +1,7 @@
-"""`inhabit publish`: a run's policy as a small folder to evaluate, start from and cite.
+"""`inhabit publish`: a run's policy as a small folder, to evaluate, to initialise from and to cite.
 
-The folder is a checkpoint of the policy alone, so that `evaluate`, `video` and `--init` take it as
-they take a run; its manifest says what the weights were trained on, and under which licence.
+The folder is a checkpoint of the policy alone, which `evaluate`, `video` and `--init` accept like a
+run; its manifest states training data and licence.
 """
 
 import json
@@ -20,7 +20,7 @@ from policy.model.averaging import mean_policy
 from policy.model.normaliser import NormaliserConfig
 from world.errors import ConfigError
 
-#: Lines of metrics that a published folder keeps, evenly spread over the run.
+#: Number of metrics lines in a published folder, evenly spread over the run.
 _LINES = 200
 _UNDISTURBED = "evaluation.json"
 _HEADLINE = (
@@ -36,7 +36,7 @@ _HEADLINE = (
 
 
 def publish_command(command: Publish) -> int:
-    """Write the folder; returns the exit code."""
+    """Write the folder; return the exit code."""
     if command.out.exists() and not command.replace:
         raise RunError(f"{command.out} exists: add --replace, or name another folder")
     path = checkpoint_folder(command.source)
@@ -49,7 +49,7 @@ def publish_command(command: Publish) -> int:
         )
         policies = [read(one, ("policy",)).state["policy"] for one in averaged]
         found.state["policy"] = mean_policy(policies, limits)
-    # where clips and pieces lay on this machine is nobody's business: the notes name them
+    # paths of clips and pieces on this machine are not published: the notes name the data
     world = replace(experiment.world, motions=(), objects=())
     notes = {
         "experiment": json.dumps(to_json(replace(experiment, world=world))),
@@ -66,7 +66,7 @@ def publish_command(command: Publish) -> int:
     )
     write(command.out, found.state, manifest)
     for file in command.out.iterdir():
-        file.chmod(0o644)  # written for their owner alone, published for everybody
+        file.chmod(0o644)  # files are written readable for their owner alone
     metrics = RunDirectory(command.source).metrics
     if metrics.exists():
         lines = metrics.read_text().splitlines()
@@ -80,7 +80,7 @@ def publish_command(command: Publish) -> int:
 
 
 def _last(path: Path, count: int, layout: Layout) -> list[Path]:
-    """A checkpoint and those before it in its run, `count` in all, oldest first."""
+    """Return a checkpoint and those before it in its run, `count` in all, oldest first."""
     if count < 1:
         raise ConfigError(f"--average {count}: publish at least one checkpoint")
     if count == 1:
@@ -90,15 +90,15 @@ def _last(path: Path, count: int, layout: Layout) -> list[Path]:
     kept = [one for one in before if int(one.name) <= int(path.name)]
     if len(kept) < count:
         raise RunError(
-            f"--average {count}: only {max(1, len(kept))} up to {path}; a run keeps as many as"
-            " 'train --keep' says"
+            f"--average {count}: only {max(1, len(kept))} up to {path}; 'train --keep' sets how"
+            " many a run keeps"
         )
     return kept[-count:]
 
 
 def _evaluations(paths: Sequence[Path]) -> dict[str, dict[str, Any]]:
-    """What `inhabit evaluate --json` wrote, by the name of the file that it is published as: one of
-    each perturbation."""
+    """Return the figures of `inhabit evaluate --json` by the name of the published file, one per
+    perturbation."""
     found: dict[str, dict[str, Any]] = {}
     for path in paths:
         try:
@@ -106,15 +106,15 @@ def _evaluations(paths: Sequence[Path]) -> dict[str, dict[str, Any]]:
             kind = _headline(figures)["perturbation"]
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise ConfigError(
-                f"{path} is no evaluation of `inhabit evaluate --json`: {error}"
+                f"{path} is not an evaluation of `inhabit evaluate --json`: {error}"
             ) from error
         name = _UNDISTURBED if kind == "none" else f"evaluation-{kind}.json"
         if name in found:
-            raise ConfigError(f"{path}: a second evaluation with perturbation {kind}: name one")
+            raise ConfigError(f"{path}: a second evaluation with perturbation {kind}: give one")
         found[name] = figures
     return found
 
 
 def _headline(figures: dict[str, Any]) -> dict[str, Any]:
-    """What a reader of the manifest looks for."""
+    """Return the main figures of an evaluation, for the manifest."""
     return {name: figures[name] for name in _HEADLINE}

@@ -1,4 +1,4 @@
-"""`inhabit style`: the discriminator service of a run, standing alone."""
+"""`inhabit style`: the standalone discriminator service of a run."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,7 +19,7 @@ from rpc.server import ServerConfig
 
 
 def style_command(command: Style) -> int:
-    """Serve until SIGTERM or Ctrl-C, then drain; returns the exit code."""
+    """Serve until SIGTERM or Ctrl-C, then drain; return the exit code."""
     torch.set_num_threads(1)
     run = RunDirectory(command.source)
     server = listening(command)
@@ -28,19 +28,19 @@ def style_command(command: Style) -> int:
     try:
         checkpoint = checkpoint_folder(run.path)
     except RunError:
-        checkpoint = None  # a run that has just begun: the service begins with it
-    begun = "the beginning"
+        checkpoint = None  # a new run: the discriminator has its initial state
+    origin = "its initial state"
     kept = journal.load() if journal is not None else None
     if kept is not None:
-        begun = "its journal"
+        origin = "its journal"
     if checkpoint is not None:
         saved = read(checkpoint, ("style",)).state["style"]
         if kept is None or version_of(kept) < version_of(saved):
-            begun = f"checkpoint {checkpoint.name}"
-            begin_from(style, saved, journal)
+            origin = f"checkpoint {checkpoint.name}"
+            restore(style, saved, journal)
     service = start(style, server, journal=journal)
     print(
-        f"style service of {run.path} at {service.address}, from {begun}, version {style.version}",
+        f"style service of {run.path} at {service.address}, from {origin}, version {style.version}",
         flush=True,
     )
     service.run()
@@ -48,15 +48,15 @@ def style_command(command: Style) -> int:
 
 
 def version_of(state: Mapping[str, Tensor]) -> int:
-    """Trainings that a saved state has behind it."""
+    """Return the number of trainings of a saved state."""
     version = state.get("counters/version")
     return -1 if version is None or version.numel() != 1 else int(version)
 
 
-def begin_from(style: Discriminator, saved: State, journal: Journal | None) -> None:
-    """Begin with a checkpoint's state, and the journal with it.
+def restore(style: Discriminator, saved: State, journal: Journal | None) -> None:
+    """Restore a checkpoint's state in the discriminator and in its journal.
 
-    The replay is the journal's file: another state in it belongs to another replay.
+    The journal is cleared first, as its replay file belongs to its former state.
     """
     style.check_state(saved)
     if journal is not None:
@@ -67,7 +67,7 @@ def begin_from(style: Discriminator, saved: State, journal: Journal | None) -> N
 
 
 def listening(command: Style | Serve) -> ServerConfig:
-    """Where a service listens, and to whom, as the flags have it."""
+    """Return the server configuration of the flags."""
     return ServerConfig(
         listen=command.listen,
         tls_cert=_text(command.tls_cert),

@@ -1,4 +1,4 @@
-"""`inhabit synthesize`: a scene in, a motion of a run's policy out, as files."""
+"""`inhabit synthesize`: files of a policy's motion in a given scene."""
 
 import itertools
 
@@ -19,7 +19,7 @@ _SEEDS = 1 << 31
 
 
 def synthesize_command(command: Synthesize) -> int:
-    """Simulate, write every file that is asked for, say what happened; returns the exit code."""
+    """Simulate, write the files, print the outcome; return the exit code."""
     files.check(command.out, command.overwrite)
     if command.tries < 1:
         raise ConfigError(f"--tries {command.tries}: choose at least 1")
@@ -29,7 +29,7 @@ def synthesize_command(command: Synthesize) -> int:
     path = loading.checkpoint_of(command.source, command.checkpoint)
     served = loading.served(loading.task_of(path), path)
     motion = tried(command, served)
-    print(f"{motion.piece}: {motion.told()}")
+    print(f"{motion.piece}: {motion.outcome()}")
     for file in command.out:
         files.write(file, motion)
         print(f"{file}: {len(motion.frames)} frames, {motion.seconds:.1f} s")
@@ -37,9 +37,9 @@ def synthesize_command(command: Synthesize) -> int:
 
 
 def tried(command: Synthesize, served: Served) -> Motion:
-    """The first motion that comes to a success without a fall, or the last of the tries.
+    """Return the first motion with success and without a fall, else the last of the tries.
 
-    The first try acts as the command says; the others draw their actions with the following seeds.
+    The first try has the actions of the command; the others draw them with the following seeds.
     """
     output = screen()
     request, piece = scene_request.scene(command, served.task, command.seed)
@@ -50,7 +50,7 @@ def tried(command: Synthesize, served: Served) -> Motion:
             motion = simulate(request, served, piece, lambda done: bar.update(row, completed=done))
             if command.tries > 1:
                 how = f"seed {request.seed}" if request.HasField("seed") else "mean actions"
-                output.print(f"try {attempt}, {how}: {motion.told()}")
+                output.print(f"try {attempt}, {how}: {motion.outcome()}")
             if motion.succeeded or attempt >= command.tries:
                 return motion
             request.seed = (command.seed or 0) + attempt

@@ -1,4 +1,4 @@
-"""The files that a motion can be written to, by suffix: clip, BVH, 3-D page, film, recording."""
+"""Files of a motion by suffix: clip, BVH, 3-D page, video, recording."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -23,7 +23,7 @@ class MotionFileError(InhabitError):
 
 def _clip(path: Path, motion: Motion) -> None:
     clip_file.write(path, motion.clip())
-    path.chmod(0o644)  # written for its owner alone, meant for everybody
+    path.chmod(0o644)  # the clip is written readable for its owner alone
 
 
 def _bvh(path: Path, motion: Motion) -> None:
@@ -34,7 +34,7 @@ def _page(path: Path, motion: Motion) -> None:
     write_text(path, replay.page(motion))
 
 
-def _film(path: Path, motion: Motion) -> None:
+def _video(path: Path, motion: Motion) -> None:
     rendering.write_video(recorded(motion), path, model=motion.track.model)
 
 
@@ -42,18 +42,18 @@ def _states(path: Path, motion: Motion) -> None:
     recording.write(path, recorded(motion))
 
 
-#: Writers by suffix. A new format is a function and a line here.
+#: Writers by suffix. A new format is one function and one line here.
 WRITERS: dict[str, Writer] = {
     ".npz": _clip,
     ".bvh": _bvh,
     ".html": _page,
-    ".mp4": _film,
+    ".mp4": _video,
     ".msgpack": _states,
 }
 
 
 def recorded(motion: Motion) -> Recording:
-    """The motion as a recording of one take."""
+    """Return the motion as a recording of one take."""
     served = motion.served
     meta = {
         "task": served.task.name,
@@ -64,7 +64,7 @@ def recorded(motion: Motion) -> Recording:
 
 
 def check(paths: Sequence[Path], overwrite: bool) -> None:
-    """ConfigError where a file's kind is unknown, it is named twice, or it is there already."""
+    """Raise ConfigError for a file of an unknown suffix, named twice, or existing."""
     if not paths:
         raise ConfigError(f"nothing to write: give --out FILE, one of {', '.join(WRITERS)}")
     if len({path.resolve() for path in paths}) < len(paths):
@@ -72,19 +72,19 @@ def check(paths: Sequence[Path], overwrite: bool) -> None:
     for path in paths:
         if path.suffix.lower() not in WRITERS:
             raise ConfigError(
-                f"--out {path}: unknown kind of file '{path.suffix}'; choose {', '.join(WRITERS)}"
+                f"--out {path}: unknown suffix '{path.suffix}'; choose {', '.join(WRITERS)}"
             )
         if path.is_dir() or (path.exists() and not overwrite):
             raise ConfigError(f"--out {path} exists: name another file, or add --overwrite")
         folder = next(folder for folder in path.absolute().parents if folder.exists())
         if not (folder.is_dir() and os.access(folder, os.W_OK)):
-            raise ConfigError(f"--out {path}: {folder} is no folder that can be written to")
+            raise ConfigError(f"--out {path}: {folder} is not a writable folder")
     if any(path.suffix.lower() == ".mp4" for path in paths):
         rendering.require_gl()
 
 
 def write(path: Path, motion: Motion) -> None:
-    """Write a motion to a file, whole or not at all; MotionFileError where that fails."""
+    """Write a motion to a file, whole or not at all; MotionFileError for a failed write."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         WRITERS[path.suffix.lower()](path, motion)

@@ -1,5 +1,4 @@
-"""One simulated motion: what `Simulation` made of a request, whole, as the writers of files take
-it."""
+"""One simulated motion: the whole result of a `Simulation`, for the writers of files."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -29,19 +28,19 @@ _GRASPED = "grasped"
 
 @dataclass(frozen=True)
 class Motion:
-    """T frames of one character in one scene, from its start on."""
+    """T frames of one character in one scene, from the initial state on."""
 
     served: Served
     piece: str
-    """What it uses, by name."""
+    """Name of the object."""
     track: Track
     frames: tuple[pb.Frame, ...]
-    """[T]: reward terms, style, success."""
+    """[T] reward terms, style, success."""
     summary: pb.SynthesisSummary
     targets: tuple[Target, ...]
-    """[T]: where what it uses is."""
+    """[T] targets."""
     held: NDArray[np.bool_]
-    """[T]: whether both hands hold the box; nowhere true without one."""
+    """[T] True while both hands hold the box; False without a box."""
 
     @property
     def seconds(self) -> float:
@@ -49,16 +48,16 @@ class Motion:
 
     @property
     def fell_at(self) -> int | None:
-        """The first frame in which the character lies where it should not; None: it never does."""
+        """Index of the first frame with a fall; None without a fall."""
         return next((i for i, frame in enumerate(self.frames) if frame.fell), None)
 
     @property
     def succeeded(self) -> bool:
-        """Whether it is where it should be at the end, and never falls."""
+        """True if the last frame is a success and no frame a fall."""
         return self.frames[-1].success and self.fell_at is None
 
-    def told(self) -> str:
-        """What happened, in a few words."""
+    def outcome(self) -> str:
+        """Return the outcome in a few words."""
         summary, last = self.summary, self.frames[-1]
         falls = ""
         if self.fell_at is not None:
@@ -66,11 +65,11 @@ class Motion:
         if not summary.success:
             nearest = min(frame.error_m for frame in self.frames)
             return f"never nearer than {100 * nearest:.0f} cm{falls}"
-        stays = "" if falls or not last.success else ", and stays"
-        return f"there after {summary.success_s:.1f} s{stays}{falls}"
+        held = "" if falls or not last.success else ", and held"
+        return f"target reached after {summary.success_s:.1f} s{held}{falls}"
 
     def clip(self) -> Clip:
-        """As a motion clip, with the seat, bed or box that it used."""
+        """Return the motion as a clip, with its seat, bed or box."""
         qpos = self.track.take.qpos[:, : character.NQ]
         served, notes = self.served, self.served.manifest.notes
         made = Clip(
@@ -88,7 +87,8 @@ class Motion:
         return served.task.affordance.clips.with_object(made, self.targets[run[0]], run)
 
     def _stretch(self) -> tuple[int, int] | None:
-        """The longest run of frames that are a success and no fall: first, one beyond the last."""
+        """Return the longest run of successful frames, as first and one beyond the last; None
+        without any."""
         there = [frame.success and not frame.fell for frame in self.frames]
         best, start = (0, 0), 0
         for at, good in enumerate([*there, False]):
@@ -112,10 +112,10 @@ def simulate(
     piece: Piece | None = None,
     progress: Callable[[int], None] = lambda frame: None,
 ) -> Motion:
-    """The motion that a request asks for, of the policy `served`.
+    """Return the motion of a request, by the policy `served`.
 
-    piece: the furniture, at its scale, in the place of the request's shape. Raises RequestError for
-    what cannot be simulated, UnstableError where the simulation blows up.
+    piece: the scaled furniture, instead of the request's shape. Raises RequestError for an invalid
+    request, UnstableError for a non-finite state.
     """
     simulation = Simulation(request, served, MOST_S, piece)
     task, scenes = served.task, simulation.scenes
@@ -129,7 +129,7 @@ def simulate(
         if reply.HasField("summary"):
             summary = reply.summary
             continue
-        # the simulation waits at this frame until it is asked for the next
+        # the generator is suspended at this frame
         body, target = scenes.body(), simulation.props.target(scenes)
         row = {name: value[0] for name, value in scenes.physics().items()}
         row |= {"state": state_of(body, target)[0], "balls": simulation.disturbances.balls()}

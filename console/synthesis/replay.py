@@ -1,4 +1,4 @@
-"""One motion as a page of its own: 3-D replay, rewards over time, and where it comes from."""
+"""A self-contained page of one motion: 3-D replay, rewards over time, and origin."""
 
 from collections.abc import Sequence
 from html import escape
@@ -10,22 +10,22 @@ from console.synthesis.motion import Motion
 
 
 def page(motion: Motion) -> str:
-    """The whole file, which needs nothing but a browser."""
+    """Return the HTML of a motion."""
     task = motion.served.task
     title = f"inhabit {task.name}: {motion.piece}"
-    told = f"{motion.seconds:.1f} s: {motion.told()}."
+    outcome = f"{motion.seconds:.1f} s: {motion.outcome()}."
     take = drawable(motion.track) | {
-        "about": told,
+        "about": outcome,
         "success_m": task.success_m,
         "fell": motion.fell_at is not None,
     }
     if motion.frames[-1].HasField("style_score"):
         take["style"] = [round(frame.style_score, 3) for frame in motion.frames]
     sections = (
-        f"<h1>{escape(title)}</h1><p class='soft'>{escape(told)}</p>",
+        f"<h1>{escape(title)}</h1><p class='soft'>{escape(outcome)}</p>",
         player([task.name]),
         f'<h2>Over time</h2><div class="grid-of">{"".join(_charts(motion))}</div>',
-        f"<h2>Where it comes from</h2>{table(('', ''), _facts(motion))}",
+        f"<h2>Origin</h2>{table(('', ''), _facts(motion))}",
     )
     return document(title, sections, [take])
 
@@ -43,7 +43,7 @@ def _charts(motion: Motion) -> list[str]:
         chart("reward of the task", [line("reward", [f.reward for f in frames])], "s"),
         chart("reward terms, unweighted", rewards, "s"),
     ]
-    # the first frame ends no transition: it has no score
+    # the first frame ends no transition and has no score
     scored = [f for f in frames if f.HasField("style_score")]
     style = Line("style", tuple((f.time_s, f.style_score) for f in scored))
     return [*found, chart("style score", [style], "s")]
@@ -55,15 +55,15 @@ def _facts(motion: Motion) -> list[tuple[str, str]]:
     facts = [
         ("policy", f"{served.task.name}, version {served.version}"),
         ("training samples", f"{served.manifest.samples / 1e6:.1f} M"),
-        ("trained on", notes.get("data", "") or notes.get("data_licences", "") or "not said"),
-        ("licence", notes.get("licence", "") or "not said"),
+        ("trained on", notes.get("data", "") or notes.get("data_licences", "") or "not stated"),
+        ("licence", notes.get("licence", "") or "not stated"),
         ("piece", motion.piece),
         ("frames", str(summary.frames)),
     ]
     if summary.balls_thrown:
         facts.append(("balls thrown", str(summary.balls_thrown)))
     if summary.displaced:
-        facts.append(("furniture", "moved away on the approach"))
+        facts.append(("furniture", "moved during the approach"))
     if not motion.frames[-1].HasField("style_score"):
         facts.append(("style score", "none: the checkpoint has no discriminator"))
     return facts

@@ -1,5 +1,4 @@
-"""What the flags of `inhabit synthesize` say of a scene: a request, and a piece that it cannot
-name."""
+"""The flags of `inhabit synthesize` as a request of the policy service, and its furniture."""
 
 import math
 
@@ -16,11 +15,10 @@ from world.tasks import Task
 def scene(
     command: Synthesize, task: Task, seed: int | None
 ) -> tuple[pb.SynthesizeRequest, Piece | None]:
-    """The request of a command for a policy of `task`, and its furniture at its scale (None: a
-    box).
+    """Return the request of a command for a policy of `task`, and its scaled furniture or None.
 
-    seed: of the actions; None: their means. Raises ConfigError, which names the flag, and
-    PieceError for a piece that cannot be used.
+    seed: of the actions; None: mean actions. Raises ConfigError, which names the flag, and
+    PieceError for an unusable piece.
     """
     seconds = within("--seconds", command.seconds, (1.0 / character.CONTROL_HZ, MOST_S))
     x, y, yaw = numbers("--start", command.start, "X,Y,YAW (m, m, degrees)")

@@ -12,9 +12,9 @@ from world.errors import ConfigError
 
 
 def video_command(command: Video) -> int:
-    """Write what is asked for; returns the exit code."""
+    """Write the video, the filmstrip or both; return the exit code."""
     if command.out is None and command.sheet is None:
-        raise ConfigError("nothing to write: name OUT.mp4, or a filmstrip with --sheet FILE.png")
+        raise ConfigError("nothing to write: give OUT.mp4, or a filmstrip by --sheet FILE.png")
     if command.trials < 1 or command.seconds <= 0:
         raise ConfigError("--trials must be at least 1, --seconds above 0")
     rendering.require_gl()
@@ -34,7 +34,7 @@ def video_command(command: Video) -> int:
 
 
 def played(command: Video) -> Recording:
-    """A run's policy in the trials of a seed."""
+    """Return a recording of a policy in the trials of a seed."""
     source = assembly.trained(command.source)
     chosen = trials.manifest(
         objects_of(source, command.objects, command.trials, command.seed),

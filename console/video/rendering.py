@@ -1,4 +1,4 @@
-"""Recordings as mp4 and as filmstrips, drawn offscreen by MuJoCo with a camera that follows."""
+"""Rendering of recordings as mp4 and filmstrips, offscreen by MuJoCo, with a following camera."""
 
 import importlib
 import os
@@ -25,26 +25,26 @@ _PROBE = (
 
 
 class VideoError(InhabitError):
-    """A video that cannot be drawn or written here."""
+    """A video that cannot be rendered or written."""
 
 
 @dataclass(frozen=True)
 class Look:
-    """How a video looks."""
+    """Size and camera of a video."""
 
     width: int = 640
     height: int = 480
     distance_m: float = 4.2
-    """From the camera to what it looks at."""
+    """Distance from the camera to its look-at point, m."""
     elevation_deg: float = -18.0
     azimuth_deg: float = 125.0
 
 
 def choose_gl() -> str | None:
-    """A MUJOCO_GL that draws here: the one set, else egl, else osmesa; None if none does.
+    """Return a working value of MUJOCO_GL: the one set, else egl, else osmesa; None without any.
 
-    Tried in a process of its own, because MuJoCo binds a backend once and a broken driver can
-    take the process along.
+    Each is tried in a process of its own, because MuJoCo binds a backend once and a broken driver
+    can end the process.
     """
     wanted = os.environ.get("MUJOCO_GL")
     for backend in (wanted,) if wanted else ("egl", "osmesa"):
@@ -61,15 +61,15 @@ def choose_gl() -> str | None:
 
 
 def require_gl() -> None:
-    """Choose a backend for this process, or raise VideoError; before a Renderer is made."""
+    """Choose a backend for this process before a Renderer is created; VideoError without any."""
     backend = choose_gl()
     if backend is None:
         raise VideoError(
-            "nothing here can draw offscreen (tried MUJOCO_GL=egl and osmesa): "
+            "no backend can render offscreen (tried MUJOCO_GL=egl and osmesa): "
             "install one, for instance with apt-get install libosmesa6"
         )
     os.environ["MUJOCO_GL"] = backend
-    # MuJoCo reads the variable when it is first imported, which was long ago.
+    # MuJoCo read the variable at its first import.
     importlib.reload(importlib.import_module("mujoco.rendering.classic.gl_context"))
 
 
@@ -80,10 +80,10 @@ def draw(
     follow: float,
     model: mujoco.MjModel | None = None,
 ) -> Iterator[Image]:
-    """Images [height, width, 3] of the given control steps of one take.
+    """Yield images [height, width, 3] of the given control steps of one take.
 
-    follow: share of the way to the character that the camera makes each image (1: always on it).
-    model: of the take's scene, where it is at hand; its drawing settings are changed.
+    follow: fraction of the distance to the character that the camera moves per image (1: centred).
+    model: of the take's scene, if available; its drawing settings are changed.
     """
     model = model_of(take) if model is None else model
     _dress(model, look)
@@ -98,7 +98,7 @@ def draw(
             pose(model, data, take, frame)
             mujoco.mj_camlight(model, data)
             root = np.array([data.qpos[0], data.qpos[1], 0.75])
-            # A smoothed camera: it follows the walk, not each step.
+            # a smoothed camera follows the walk, not each step
             centre = root if centre is None else centre + follow * (root - centre)
             camera.lookat[:] = centre
             renderer.update_scene(data, camera)
@@ -108,7 +108,7 @@ def draw(
 
 
 def _dress(model: mujoco.MjModel, look: Look) -> None:
-    """Light and an image buffer large enough; the model's physics is left alone."""
+    """Set light and a large enough image buffer; the physics of the model does not change."""
     model.vis.global_.offwidth = max(look.width, model.vis.global_.offwidth)
     model.vis.global_.offheight = max(look.height, model.vis.global_.offheight)
     model.vis.headlight.ambient[:] = 0.45
@@ -122,9 +122,9 @@ def write_video(
     look: Look = Look(),
     model: mujoco.MjModel | None = None,
 ) -> int:
-    """Write every take after the other as mp4 at the control rate; returns the frames written.
+    """Write all takes in turn as mp4 at the control rate; return the number of frames.
 
-    model: of the takes' scene, where it is at hand.
+    model: of the takes' scene, if available.
     """
     require_gl()
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -134,7 +134,7 @@ def write_video(
         try:
             count = _encode(recording, temporary, rate, look, model)
         except _EncoderError:
-            # Seen once, on a machine under load: the encoder was gone without a word. Once more.
+            # On a machine under load the encoder once ended without an error: try once more.
             count = _encode(recording, temporary, rate, look, model)
         temporary.replace(out)
     except OSError as error:
@@ -145,13 +145,13 @@ def write_video(
 
 
 class _EncoderError(OSError):
-    """The encoder's process ended before it had all images."""
+    """An encoder process that ended before it had all images."""
 
 
 def _encode(
     recording: Recording, out: Path, rate: int, look: Look, model: mujoco.MjModel | None
 ) -> int:
-    """Draw all takes and encode them; the number of images."""
+    """Draw and encode all takes; return the number of images."""
     import imageio_ffmpeg
 
     writer = imageio_ffmpeg.write_frames(
@@ -179,7 +179,7 @@ def _encode(
 def write_filmstrip(
     recording: Recording, out: Path, columns: int = 8, look: Look | None = None
 ) -> None:
-    """Write a filmstrip: one row a take, `columns` moments evenly spaced over it, as PNG."""
+    """Write a filmstrip as PNG: one row per take, of `columns` evenly spaced frames."""
     import imageio.v3 as imageio
 
     require_gl()

@@ -1,8 +1,8 @@
-"""Pages of the Python API: one per room, with its public modules."""
+"""Pages of the Python API: one per package, with its public modules."""
 
 from docs.generate.markdown import code
 
-ROOMS = {
+PACKAGES = {
     "world": (
         "Character, scenes, furniture, motions and tasks.",
         (
@@ -65,10 +65,10 @@ ROOMS = {
 }
 
 
-def page(room: str) -> str:
-    """The modules of one room."""
-    about, modules = ROOMS[room]
-    parts = [f"# {room}\n", about + "\n"]
+def page(package: str) -> str:
+    """Page of the modules of one package."""
+    about, modules = PACKAGES[package]
+    parts = [f"# {package}\n", about + "\n"]
     for module in modules:
         parts.append(f"## {code(module)}\n\n::: {module}\n")
     return "\n".join(parts)

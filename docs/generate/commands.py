@@ -19,8 +19,9 @@ def page() -> str:
     train = next(entry for entry in commands.COMMANDS if entry.name == "train")
     parts = [
         "# Commands\n",
-        "`inhabit COMMAND --help` prints the same in the terminal. Exit codes: 0 done, 1 failed,"
-        " 2 bad arguments, 130 interrupted. An error is one line; `--debug` adds the traceback.\n",
+        "`inhabit COMMAND --help` prints the same in the terminal. Exit codes are 0 (success), 1"
+        " (failure), 2 (invalid arguments) and 130 (interrupted). An error is one line; `--debug`"
+        " adds the traceback.\n",
     ]
     for group, entries in GROUPS:
         for entry in entries:
@@ -34,7 +35,6 @@ def page() -> str:
             parts.append(table(("flag", "type", "default", "unit", "meaning"), rows))
             if len(found) > len(own):
                 parts.append(
-                    "Besides these, every field of [the configuration](configuration.md) is a"
-                    " flag.\n"
+                    "In addition, every field of [the configuration](configuration.md) is a flag.\n"
                 )
     return "\n".join(parts)

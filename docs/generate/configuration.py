@@ -13,7 +13,7 @@ SECTIONS = (
 
 
 def page() -> str:
-    """Every field with unit, default, and where a preset differs from it."""
+    """Page of every field with its unit, its default, and the presets that differ from it."""
     plain = list(fields.walk(Experiment, Experiment()))
     presets = {
         name: {f.name: f.default for f in fields.walk(Experiment, preset)}
@@ -22,9 +22,9 @@ def page() -> str:
     parts = [
         "# Configuration\n",
         "An experiment is one tree of frozen dataclasses; `config.json` of a run holds it, and each"
-        " field is a flag of `inhabit train`: `world.near_m` is `--world.near-m 0.75 1.6`."
-        " A schedule is a list of (samples, value) points, linear between them. The columns of the"
-        " presets are empty where a preset keeps the default.\n",
+        " field is a flag of `inhabit train`: `world.initial.near_m` is"
+        " `--world.initial.near-m 0.75 1.6`. A schedule is a list of (samples, value) points,"
+        " linear between them. The column of a preset is empty where the preset has the default.\n",
     ]
     for prefix, title in SECTIONS:
         rows = []

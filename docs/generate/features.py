@@ -10,18 +10,18 @@ from world.tasks import REGISTRY
 
 INTRODUCTION = """# Features and goals
 
-A policy sees the **state** ({width} numbers, the same for every task) followed by the **goal** of
-its task. The tables give each number's place in the vector and its formula, so that the inputs can
-be built in any engine. Formulas are numpy expressions over the quantities below; `np` is numpy, `@`
-the matrix product. A test evaluates this page and compares it with the package to 1e-5.
+A policy observes the **state** ({width} numbers, the same for every task) followed by the **goal**
+of its task. The tables have the index and the formula of each number, so that any engine can
+compute the inputs. Formulas are numpy expressions over the quantities below; `np` is numpy, `@` the
+matrix product. A test evaluates this page and compares it with the package to 1e-5.
 
 Units are SI. World and object frames have z up; body frames have x forward, y left, z up.
 Quaternions are w, x, y, z. The **heading frame** has its origin at the root, x along the root's
 heading and z up. [Axis conventions](../how-to/axes.md) has the mapping from Unity, Unreal and
 Blender.
 
-The observation normaliser is part of the policy: the service and ONNX files take these numbers as
-they are.
+The observation normaliser is part of the policy: the service and ONNX files take these numbers
+without normalisation.
 """
 
 
@@ -32,7 +32,7 @@ def page() -> str:
     parts += ["## Inputs of the scene\n", _inputs(formulas.SCENE)]
     parts += [
         "## Definitions\n",
-        "Each uses only inputs and what stands before it.\n",
+        "Each uses only inputs and earlier definitions.\n",
         table(
             ("name", "shape", "unit", "meaning", "expression"),
             (
@@ -46,10 +46,10 @@ def page() -> str:
         parts += [f"## Goal of {name}, {task.goal.width} numbers\n", _features(task.goal)]
         if task.sides is not None:
             parts.append(
-                f"The networks of {name} know one side alone: where `{task.sides[1]}` points to the"
-                f" right of `{task.sides[0]}` (the z component of their cross product is negative),"
-                " the policy mirrors the observation before and the action after the network."
-                " The service and ONNX files do so themselves.\n"
+                f"The networks of {name} act on one canonical side: where `{task.sides[1]}` points"
+                f" to the right of `{task.sides[0]}` (the z component of their cross product is"
+                " negative), the policy mirrors the observation before the network and the action"
+                " after it. The service and ONNX files include the mirroring.\n"
             )
     parts += ["## Actions\n", ACTIONS, _actions()]
     return "\n".join(parts)

@@ -84,7 +84,7 @@ RECORDING = Format(
         ("boxes", "[k, 10]", "its shape, scaled: centre, half edges and rotation of each box"),
         ("balls", "[T, k, 3]", "projectiles; NaN while they are not in the scene"),
         ("cargo", "[3] or [0]", "half edges of the carried box"),
-        ("stand", "[3] or [0]", "middle of the top of the stand that the box goes to"),
+        ("stand", "[3] or [0]", "centre of the top of the stand at the box's target"),
         ("piece", "text", "name of the piece"),
         ("scale", "number", "its scale"),
         ("meta", "object", "of the take: seed, trial, result"),
@@ -104,16 +104,16 @@ CHECKPOINT = Format(
             "task, features and goal as [name, width] pairs, actions, hidden widths, skip",
         ),
         ("iteration", "number", "PPO iterations"),
-        ("samples", "number", "control steps learned from"),
+        ("samples", "number", "control steps over all scenes"),
         ("notes", "object", "the experiment as JSON, data, licence, evaluation"),
         ("files", "object", "sha256 and bytes of each file"),
-        ("values", "object", "what is no tensor, by section and path"),
+        ("values", "object", "values that are no tensors, by section and path"),
         ("sha256", "text", "digest of the manifest without this key"),
     ),
 )
 RUN = Format(
     "Run directory",
-    "What `inhabit train` leaves.",
+    "Output of `inhabit train`.",
     (
         ("config.json", "file", "task, experiment, machine, command line"),
         ("metrics.jsonl", "file", "one line per iteration: [metrics](metrics.md)"),
@@ -124,7 +124,7 @@ RUN = Format(
             "`NNNNNN/` by iteration, and the links `latest` and `best`",
         ),
         ("evaluations", "folder", "JSON of `inhabit evaluate`"),
-        ("recordings", "folder", "NaN dumps: the steps before a scene became void"),
+        ("recordings", "folder", "NaN dumps: the steps before a scene became non-finite"),
     ),
 )
 PAGE = (CLIP, PIECE, RECORDING, CHECKPOINT, RUN)

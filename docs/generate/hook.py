@@ -26,7 +26,7 @@ def pages() -> dict[str, str]:
         "reference/file-formats.md": formats.page(),
         "results/policies.md": results.page(),
         **{f"reference/protocol-{name}.md": protocol.page(name) for name in protocol.FILES},
-        **{f"reference/api/{room}.md": api.page(room) for room in api.ROOMS},
+        **{f"reference/api/{package}.md": api.page(package) for package in api.PACKAGES},
     }
 
 

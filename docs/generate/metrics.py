@@ -7,8 +7,8 @@ INTRODUCTION = """# Metrics
 
 A training writes one line of JSON per iteration to `metrics.jsonl`, and the same numbers as
 TensorBoard scalars over samples. A test trains for three iterations and compares the names with
-this table. `TERM` and `STAGE` stand for the reward terms and stages of the task, which
-[`inhabit train TASK --dry-run`](commands.md) lists, `START` for the kinds of initial states.
+this table. `TERM` and `STAGE` stand for the reward terms and stages of the task, which [`inhabit
+train TASK --dry-run`](commands.md) lists, and `START` for the categories of initial states.
 """
 
 

@@ -38,11 +38,11 @@ def page() -> str:
 
 INTRODUCTION = """# Committed policies
 
-Each row is the evaluation that a committed policy carries (`pretrained/NAME/evaluation*.json`).
-Trials are on furniture that was not trained on; the mean action is taken; a trial lasts 20 s.
+Each row is an evaluation of a committed policy (`pretrained/NAME/evaluation*.json`). Furniture is
+of the test split, the policy takes the mean action, and a trial lasts 20 s.
 [Evaluation](../how-to/evaluate.md) defines every figure; objects are pieces of furniture, or size
-classes of boxes. Intervals are Wilson's, 95 %. The paper starts from 1-10 m: a row from other
-distances does not compare with it.
+classes of boxes. Intervals are Wilson's, 95 %. The paper's initial distances are 1-10 m: a row with
+other distances is not comparable with it.
 """
 HEADS = (
     "policy",

@@ -81,3 +81,12 @@ SPEC = ServiceSpec(mocap="tests.support.style_cases:make_mocap", style=SMALL)
 
 def local() -> Discriminator:
     return Discriminator(SMALL, Mocap(), 0)
+
+
+def trained(trainings: int = 3) -> Discriminator:
+    """A small discriminator after some trainings."""
+    style = Discriminator(SMALL, Mocap(), 0)
+    for k in range(trainings):
+        style.score(k, **rollout(k))
+        style.train(k)
+    return style

@@ -49,7 +49,7 @@ class Usage:
     """A usage of furniture."""
 
     name: str
-    """A verb, the affordance in `catalogue(affordance=...)`."""
+    """A verb, by which `catalogue(affordance=...)` selects pieces."""
     classes: tuple[str, ...]
     """Classes of the catalogue of which (nearly) every piece has it."""
     use_points: Callable[[Piece], tuple[UsePoint, ...]]

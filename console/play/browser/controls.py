@@ -1,4 +1,4 @@
-"""The page's controls of a live scene: what it is made of, and what disturbs it."""
+"""Controls of a live scene on the page: its setup, and its disturbances."""
 
 import math
 from typing import Any
@@ -15,7 +15,7 @@ _BOUNDS = ((-FAR_M, -FAR_M), (FAR_M, FAR_M))
 
 
 class Controls:
-    """Folders of a view whose session has a stock."""
+    """Folders of controls in a view, for a session with a stock."""
 
     def __init__(self, view: View, stock: Stock, setup: Setup) -> None:
         self._view, self._session, self._stock = view, view.session, stock
@@ -35,7 +35,7 @@ class Controls:
             names = tuple(self._stock.pieces(setup.policy))
             self._piece = gui.add_dropdown("piece", names, initial_value=setup.piece)
             self._scale = gui.add_slider("scale", *SCALES, 0.05, setup.scale)
-            self._side = gui.add_dropdown("side", ("0",), hint="of a bed: where it is got onto")
+            self._side = gui.add_dropdown("side", ("0",), hint="side of a bed")
             start = (setup.start.x, setup.start.y)
             self._start = gui.add_vector2(
                 "start x, y (m)", start, min=_BOUNDS[0], max=_BOUNDS[1], step=0.1
@@ -58,7 +58,7 @@ class Controls:
                 "x, y (m)", (setup.goal.x, setup.goal.y), min=_BOUNDS[0], max=_BOUNDS[1], step=0.1
             )
             self._facing = gui.add_slider("facing (°)", -180, 180, 5, _degrees(setup.goal.yaw))
-            gui.add_markdown("Or drag the handles in the scene: it glides there at 1.5 m/s.")
+            gui.add_markdown("Or drag the handles in the scene: the target follows at 1.5 m/s.")
         self._handles = view.server.scene.add_transform_controls(
             "/world/goal", 0.6, active_axes=(True, True, False), depth_test=False, opacity=0.7
         )
@@ -90,7 +90,7 @@ class Controls:
         view.on(throw, thrown)
 
     def setup(self) -> Setup:
-        """What the controls say."""
+        """Return the setup of the controls."""
         return Setup(
             policy=str(self._policy.value),
             piece=str(self._piece.value),
@@ -103,7 +103,7 @@ class Controls:
         )
 
     def _fit(self, changed: bool = False) -> None:
-        """Offer what goes with the policy (another one now?) and the piece."""
+        """Show the options of the policy and the piece; changed: the policy is another one."""
         policy = str(self._policy.value)
         affordance = self._stock.policy(policy).task.affordance
         if changed:
@@ -127,7 +127,7 @@ class Controls:
             round(y + distance * math.sin(bearing), 2),
         )
         self._facing.value = round(math.degrees(facing) / 5) * 5
-        # between the two, out of the way of the character's first step
+        # halfway to the target, clear of the character's first step
         self._box.value = (
             round(x + 0.5 * distance * math.cos(bearing), 2),
             round(y + 0.5 * distance * math.sin(bearing), 2),

@@ -10,19 +10,19 @@ from numpy.typing import NDArray
 
 from console.report.scene3d import shapes_of
 
-#: Digits that colours are told apart by.
+#: Digits to which colours are compared.
 _DIGITS = 3
 _GHOST = (0.95, 0.55, 0.20)
 
 
 def mesh_of(shape: dict[str, Any]) -> trimesh.Trimesh:
-    """A shape of `shapes_of` as triangles, in its body's frame."""
+    """Return a shape of `shapes_of` as a triangle mesh, in its body's frame."""
     size, kind = shape["size"], shape["kind"]
     if kind == "sphere":
         found = trimesh.creation.icosphere(subdivisions=2, radius=size[0])
     elif kind == "capsule":
         found = trimesh.creation.capsule(height=2 * size[1], radius=size[0], count=(12, 16))
-        # trimesh's begins at the origin in some versions: MuJoCo's is centred
+        # the capsule of some versions of trimesh starts at the origin, MuJoCo's is centred
         found.apply_translation(-found.bounds.mean(axis=0))
     elif kind == "cylinder":
         found = trimesh.creation.cylinder(radius=size[0], height=2 * size[1], sections=24)
@@ -33,7 +33,7 @@ def mesh_of(shape: dict[str, Any]) -> trimesh.Trimesh:
             np.reshape(shape["vertices"], (-1, 3)), np.reshape(shape["faces"], (-1, 3))
         )
     if kind in ("box", "mesh"):
-        # edges stay sharp where triangles share no corners
+        # edges stay sharp if triangles share no vertices
         found.unmerge_vertices()
     place = trimesh.transformations.quaternion_matrix(shape["quat"])
     place[:3, 3] = shape["pos"]
@@ -50,7 +50,7 @@ class Drawn:
         model: mujoco.MjModel,
         ghost: bool = False,
     ) -> None:
-        """ghost: in one colour, seen through, without a shadow."""
+        """ghost: in one colour, transparent, without a shadow."""
         self._server = server
         self._root = server.scene.add_frame(name, show_axes=False)
         shapes, self._bodies = shapes_of(model)
@@ -74,8 +74,8 @@ class Drawn:
             )
 
     def put(self, poses: NDArray[np.float64]) -> None:
-        """Move the bodies: [nbody, 7], positions m and rotations (w, x, y, z); those whose position
-        is no number are hidden."""
+        """Move the bodies: [nbody, 7], positions m and rotations (w, x, y, z); bodies with
+        positions NaN are hidden."""
         for node, body in zip(self._nodes, self._bodies, strict=True):
             position = poses[body, :3]
             there = bool(np.isfinite(position).all())
@@ -85,9 +85,9 @@ class Drawn:
                 node.position, node.wxyz = position, poses[body, 3:]
 
     def show(self, visible: bool) -> None:
-        """Show or hide all of it."""
+        """Show or hide all bodies."""
         self._root.visible = visible
 
     def remove(self) -> None:
-        """Take it out of the scene."""
+        """Remove all bodies from the scene."""
         self._root.remove()

@@ -1,4 +1,4 @@
-"""The mocap nearest to what the character does, as a ghost beside it."""
+"""The mocap frame nearest to the character's motion, shown as a ghost."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ from world.motions.library import MotionLibrary
 from world.realism import measures
 from world.realism.measures import Motion
 
-#: Transitions of the mocap that are looked among, evenly over all of them, as motion quality does.
+#: Mocap transitions to search, evenly over all, as for motion quality.
 _REFERENCES = 60_000
 
 
@@ -24,11 +24,12 @@ class Match:
     """The nearest frame of the mocap."""
 
     qpos: NDArray[np.float64]
-    """[43], moved to where the character is and turned to its heading."""
+    """[43] coordinates, at the character's position and heading."""
     distance: float
-    """To the transition, in standard deviations of the mocap's features (root mean square)."""
+    """Distance of the transition, in standard deviations of the mocap's features (root mean
+    square)."""
     clip: str
-    """Its clip's name."""
+    """Name of the clip."""
 
 
 class Ghost:
@@ -42,7 +43,7 @@ class Ghost:
         chosen = torch.linspace(0, len(every) - 1, min(len(every), _REFERENCES)).long()
         self._mean, self._deviation = normaliser.fit(every)
         self._reference = normaliser.normalise(every[chosen], self._mean, self._deviation)
-        # of a transition, the frame that it leads to
+        # the second frame of each transition
         self._qpos = torch.cat([clip.qpos[1:] for clip in clips])[chosen]
         label = [
             own for own, part in zip(labels, transitions, strict=True) for _ in range(len(part))
@@ -51,7 +52,7 @@ class Ghost:
 
     @torch.inference_mode()
     def nearest(self, motion: Motion) -> Match:
-        """The frame nearest to the second of two consecutive ones, qpos [2, 43], qvel [2, 34]."""
+        """Return the mocap frame nearest to two consecutive ones, qpos [2, 43], qvel [2, 34]."""
         query = normaliser.normalise(measures.transitions(motion), self._mean, self._deviation)
         distance = torch.cdist(query, self._reference)[0]
         at = int(distance.argmin())
@@ -60,7 +61,7 @@ class Ghost:
 
 
 def placed(qpos: NDArray[np.float64], where: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Coordinates [43] moved to the floor point and turned to the heading of others [43]."""
+    """Return coordinates [43] moved and turned to the position and heading of others [43]."""
     found = qpos.copy()
     found[:2] = where[:2]
     half = 0.5 * (heading(where) - heading(qpos))
@@ -74,14 +75,14 @@ def _mirrored(name: str) -> bool:
 
 
 class GhostBody:
-    """Poses of the ghost's fifteen bodies."""
+    """Kinematics of the ghost's fifteen bodies."""
 
     def __init__(self) -> None:
         self.model = character.spec().compile()
         self._data = mujoco.MjData(self.model)
 
     def poses(self, qpos: NDArray[np.float64]) -> NDArray[np.float64]:
-        """[nbody, 7] of coordinates [43]: positions (m) and rotations (w, x, y, z)."""
+        """Return poses [nbody, 7] of coordinates [43]: positions (m) and rotations (w, x, y, z)."""
         self._data.qpos[:] = qpos
         mujoco.mj_kinematics(self.model, self._data)
         return np.concatenate((self._data.xpos, self._data.xquat), axis=1)

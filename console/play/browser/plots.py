@@ -1,4 +1,4 @@
-"""What was measured, drawn over the last seconds: reward terms, style, distance and success."""
+"""Plots of the last seconds: reward terms, style reward, distance and success."""
 
 import numpy as np
 import viser
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from console.play.page import success
 from console.play.source import HZ, Curves
 
-#: How much of the past is drawn, s.
+#: Time range of the plots, s.
 _SECONDS = 20
 _COLOURS = ("#2f6fb3", "#c8553d", "#3a8f5c", "#8a5bb0", "#b98a1d", "#46888f")
 _HEIGHT = 170
@@ -16,7 +16,7 @@ _Y: dict[str, viser.uplot.Scale] = {_SUCCESS: {"range": (-0.05, 1.05)}}
 
 
 def series_of(curves: Curves, weights: dict[str, float]) -> dict[str, dict[str, NDArray]]:
-    """The plots: title -> name of a line -> its values [T]."""
+    """Return the plots: title -> name of a line -> its values [T]."""
     plots: dict[str, dict[str, NDArray]] = {}
     if curves.terms:
         plots["reward terms (weight)"] = {
@@ -33,21 +33,21 @@ def series_of(curves: Curves, weights: dict[str, float]) -> dict[str, dict[str, 
 
 
 def window(frame: int) -> slice:
-    """The frames that are drawn when `frame` is shown: the last ones up to it."""
+    """Return the frames of the plots at `frame`: the last ones up to it."""
     return slice(max(0, frame + 1 - _SECONDS * HZ), frame + 1)
 
 
 def points(lines: dict[str, NDArray], frames: slice) -> tuple[NDArray, ...]:
-    """Times (s) and the lines' values in the frames where all of them are numbers: one that is not
-    would leave a plot without any line."""
+    """Return times (s) and values of the frames in which all lines are finite: uPlot draws no line
+    with NaN."""
     values = [line[frames] for line in lines.values()]
-    known = np.isfinite(values).all(axis=0)
+    finite = np.isfinite(values).all(axis=0)
     seconds = np.arange(frames.start, frames.stop) / HZ
-    return (seconds[known], *(line[known] for line in values))
+    return (seconds[finite], *(line[finite] for line in values))
 
 
 class Plots:
-    """The plots of one source, in the folder that is open when they are made."""
+    """The plots of one source, created in the current folder of the page."""
 
     def __init__(
         self, server: viser.ViserServer, curves: Curves, weights: dict[str, float]
@@ -74,7 +74,7 @@ class Plots:
         self._parts += self._plots.values()
 
     def draw(self, curves: Curves, frame: int) -> None:
-        """Draw what led up to a frame."""
+        """Draw the values up to a frame."""
         here = window(frame)
         for title, lines in series_of(curves, self._weights).items():
             data = points(lines, here)
@@ -82,6 +82,6 @@ class Plots:
                 self._plots[title].data = data
 
     def remove(self) -> None:
-        """Take them away."""
+        """Remove the plots."""
         for part in self._parts:
             part.remove()

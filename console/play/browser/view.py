@@ -1,4 +1,4 @@
-"""The page: the scene in 3-D, time, what is measured, the ghost and what can be saved."""
+"""The page of the player: 3-D scene, time controls, plots, ghost and saving."""
 
 import threading
 from collections.abc import Callable
@@ -20,20 +20,20 @@ from console.play.source import HZ
 from world.errors import InhabitError
 from world.realism.measures import Motion
 
-#: Every so many ticks (of 1/30 s) the controls, the plots and the ghost are brought up to date.
+#: Intervals at which the controls, the plots and the ghost are updated, in ticks of 1/30 s.
 _CONTROLS, _PLOTS, _GHOST = 6, 12, 3
-#: What the camera looks at at first, on the floor, m: between the start and the goal.
+#: Initial look-at point of the camera on the floor, m: between character and target.
 _MIDDLE_M = (1.2, 0.0)
 
 
 class View:
-    """All open pages of a session; `tick` in one thread, callbacks in viser's."""
+    """All open pages of a session; `tick` runs in one thread, callbacks in viser's threads."""
 
     def __init__(self, server: Server, session: Session, title: str) -> None:
         self.server, self.session, self.title = server, session, title
         self.ghost: Ghost | None = None
         self._opened, self._ticks = -1, 0
-        self._stale = True  # what is drawn now and then is behind the frame
+        self._stale = True  # plots and ghost are older than the frame
         self._drawn: Drawn | None = None
         self._plots: Plots | None = None
         self._stage()
@@ -75,9 +75,7 @@ class View:
             self._play = gui.add_button("Pause")
             self._slider = gui.add_slider("frame", 0, 1, 1, 0, hint="1/30 s each")
             self._newest = gui.add_button("To the newest")
-            self._branch = gui.add_button(
-                "Go on from here", hint="what came after this frame is forgotten"
-            )
+            self._branch = gui.add_button("Continue from here", hint="discards the later frames")
             self._speed = gui.add_dropdown(
                 "speed", tuple(f"{s:g}" for s in SPEEDS), initial_value="1"
             )
@@ -100,7 +98,7 @@ class View:
         self.on(self._speed, lambda _: session.player.run(float(self._speed.value)))
 
     def offer_saving(self) -> None:
-        """The folder of what can be kept."""
+        """Add the folder of saving."""
         gui = self.server.gui
         with gui.add_folder("Save"):
             page = gui.add_button("As a page (HTML)", hint="one file: replay and curves")
@@ -113,8 +111,8 @@ class View:
         self.on(recording, lambda e: send(e, "msgpack", saving.msgpack(self.session.player)))
 
     def offer_ghost(self, find: Callable[[], tuple[Ghost | None, str]]) -> None:
-        """The folder of the nearest mocap. find: gives what finds it, and where it looks or why it
-        cannot; it may take its time and is called in a thread."""
+        """Add the folder of the nearest mocap. find: returns the ghost, and a text on its clips or
+        on why there is none; it may be slow and runs in a thread."""
         gui = self.server.gui
         with gui.add_folder("Nearest mocap"):
             self._ghost_on = gui.add_checkbox("show it as a ghost", False, disabled=True)
@@ -123,21 +121,21 @@ class View:
 
         def read() -> None:
             try:
-                ghost, told = find()
+                ghost, text = find()
             except InhabitError as error:
-                ghost, told = None, str(error)
+                ghost, text = None, str(error)
             with self.session.lock:
-                self.ghost, self._match.content = ghost, f"*{told}*"
+                self.ghost, self._match.content = ghost, f"*{text}*"
                 self._ghost_on.disabled = ghost is None
 
         threading.Thread(target=read, name="ghost", daemon=True).start()
 
     def on(self, handle: Any, act: Callable[[Any], None]) -> None:
-        """Call `act` when a person uses a control; what it refuses is shown to them."""
+        """Call `act` when a control is used on a page; errors are shown there."""
 
         def called(event: Any) -> None:
             if event.client is None:
-                return  # set by this program
+                return  # changed by this program
             try:
                 with self.session.lock:
                     act(event)
@@ -153,13 +151,13 @@ class View:
             handle.on_update(called)
 
     def tick(self, seconds: float) -> None:
-        """Let time pass, unless no page is open, and bring the pages up to date."""
+        """Advance the time while a page is open, and update the pages."""
         if not self.server.get_clients():
             seconds = 0.0
         with self.session.lock, self.server.atomic():
             if self._opened != self.session.opened:
                 self._opened = self.session.opened
-                self._draw_anew()
+                self._redraw()
             player = self.session.player
             moved = player.advance(seconds)
             if moved or self._ticks == 0:
@@ -174,7 +172,7 @@ class View:
                 self._stale = False
             self._ticks += 1
 
-    def _draw_anew(self) -> None:
+    def _redraw(self) -> None:
         source = self.session.player.source
         if self._drawn is not None:
             self._drawn.remove()
@@ -191,7 +189,7 @@ class View:
         source = self.session.player.source
         self._drawn.put(source.poses(frame))
         qpos, _ = source.state(frame)
-        # the world moves below the camera, which stays where the user has turned it
+        # the world is moved under the camera, whose pose is left to the user
         at = np.array(_MIDDLE_M) - qpos[:2] if self._follow.value else np.zeros(2)
         self._world.position = (float(at[0]), float(at[1]), 0.0)
 

@@ -69,7 +69,7 @@ def test_import_writes_clips_that_training_reads(
 def test_motions_of_one_name_are_told_apart() -> None:
     paths = [Path(p) for p in ("/m/a/walk.bvh", "/m/b/walk.bvh", "/m/a/turn.bvh", "/m/a/turn.amc")]
     assert distinct(paths) == ["a_walk", "b_walk", "a_turn_bvh", "a_turn_amc"]
-    with pytest.raises(ClipError, match="two motions are called a_walk_bvh"):
+    with pytest.raises(ClipError, match="two motions have the name a_walk_bvh"):
         distinct([Path("/m/a/walk.bvh"), Path("/n/a/walk.bvh")])
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from console.app import main
 from console.commands import Meshes
-from console.objects.command import place_of, told
+from console.objects.command import options, seat_of
 from tests.support.world.meshes import mesh, written
 from world.errors import ChoiceError, ConfigError
 from world.meshes import collection, importing, notes, store
@@ -51,8 +51,8 @@ def test_a_folder_is_imported_and_the_bad_file_refused(
 
 def test_what_is_told_makes_another_piece(tmp_path: Path) -> None:
     path = written(tmp_path, ".obj")
-    (job,) = importing.jobs([path], told(Meshes()))
-    (other,) = importing.jobs([path], told(Meshes(sit="0,0,0.4,90")))
+    (job,) = importing.jobs([path], options(Meshes()))
+    (other,) = importing.jobs([path], options(Meshes(sit="0,0,0.4,90")))
     keys = [importing._cached_outcome(j)[1] for j in (job, other)]
     assert keys[0] != keys[1]
     assert keys[0].split(":")[1] == keys[1].split(":")[1]
@@ -60,7 +60,7 @@ def test_what_is_told_makes_another_piece(tmp_path: Path) -> None:
 
 def test_a_file_that_is_gone_is_refused(tmp_path: Path) -> None:
     path = written(tmp_path, ".obj")
-    (job,) = importing.jobs([path], told(Meshes()))
+    (job,) = importing.jobs([path], options(Meshes()))
     refused = importing.run([replace(job, path=tmp_path / "gone.obj")], 1)
     assert "cannot read" in refused[0].refused
 
@@ -83,7 +83,7 @@ def test_a_mesh_that_costs_too_much_is_ended(
     path = tmp_path / "chair.stl"
     fine.export(path)
     monkeypatch.setattr(importing, bound, value)
-    (outcome,) = importing.run(importing.jobs([path], told(Meshes())), 1)
+    (outcome,) = importing.run(importing.jobs([path], options(Meshes())), 1)
     assert outcome.document is None
     assert outcome.refused.endswith(says)
 
@@ -91,7 +91,7 @@ def test_a_mesh_that_costs_too_much_is_ended(
 def test_a_catalogue_beside_the_files_gives_credit(tmp_path: Path) -> None:
     written(tmp_path, ".obj")
     (tmp_path / "catalog.csv").write_text("file,creator,licence\nchair,Ada,CC-BY 4.0\n")
-    (job,) = importing.jobs([tmp_path], told(Meshes()))
+    (job,) = importing.jobs([tmp_path], options(Meshes()))
     assert (job.options.credit, job.options.licence) == ("Ada", "CC-BY 4.0")
 
 
@@ -151,10 +151,10 @@ def test_mistakes_are_one_line(
 
 
 def test_place_of() -> None:
-    assert place_of(None) is None
-    assert place_of("0.1,0,0.45,90") == (0.1, 0.0, 0.45, 90.0)
+    assert seat_of(None) is None
+    assert seat_of("0.1,0,0.45,90") == (0.1, 0.0, 0.45, 90.0)
     for bad in ("a,b,c,d", "0,0,nan,0", "0,0,-1,0", "1,2,3,4,5"):
         with pytest.raises(ConfigError):
-            place_of(bad)
+            seat_of(bad)
     with pytest.raises(ChoiceError):
-        told(Meshes(category="throne"))
+        options(Meshes(category="throne"))

@@ -28,7 +28,7 @@ def test_the_server_stays_on_this_machine() -> None:
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
-        ([], 2, "name a run, a checkpoint folder, a recording or a clip"),
+        ([], 2, "give a run, a checkpoint folder, a recording or a clip"),
         (["nowhere"], 1, "nowhere does not exist"),
         (["a.txt"], 2, "a.txt: cannot be played; choose a run"),
         (["a.txt", "nowhere"], 2, "'a.txt' is a file: play one file, or runs"),

@@ -36,5 +36,5 @@ def test_what_is_saved_plays_again(task: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(now.error_m, was.error_m, atol=1e-4)
     with pytest.raises(ConfigError, match="cannot go on"):
         again.cut(3)
-    with pytest.raises(ConfigError, match="cannot be touched"):
+    with pytest.raises(ConfigError, match="cannot be disturbed"):
         Session(again).throw()

@@ -20,7 +20,7 @@ def test_a_scene_is_touched_at_its_front_alone() -> None:
         lambda: session.push(10.0, 0.0, "torso"),
         lambda: session.move(Pose(1.0, 1.0)),
     ):
-        with pytest.raises(ConfigError, match="this moment is past"):
+        with pytest.raises(ConfigError, match="this frame is in the past"):
             touch()
     session.player.seek(5)
     session.throw()

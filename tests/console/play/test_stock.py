@@ -33,7 +33,7 @@ def test_runs_are_called_by_task_or_as_told(monkeypatch: pytest.MonkeyPatch) -> 
     served = SimpleNamespace(check=lambda: None)
     monkeypatch.setattr("console.play.stock.loading.served", lambda name, path: served)
     assert list(load([SIT, f"other={SIT}"], "best", "test").policies) == ["sit", "other"]
-    with pytest.raises(ConfigError, match=r"two policies are called 'sit': .* sit2="):
+    with pytest.raises(ConfigError, match=r"two policies have the name 'sit': .* sit2="):
         load([SIT, SIT], "best", "test")
     with pytest.raises(ConfigError, match="must be RUN or NAME=RUN"):
         load([f"={SIT}"], "best", "test")

@@ -71,7 +71,7 @@ def test_what_cannot_be_served_is_said_in_one_line(
     pretrained = str(PRETRAINED)
     assert "none does not exist" in line(str(tmp_path / "none"))
     assert "holds no checkpoint" in line(str(tmp_path))
-    assert "two policies are called 'sit'" in line(pretrained, pretrained, code=2)
+    assert "two policies have the name 'sit'" in line(pretrained, pretrained, code=2)
     assert "give at least one run" in line(code=2)
     assert "open to other machines" in line(pretrained, "--listen", "0.0.0.0:0")
     assert "must be HOST:PORT" in line(pretrained, "--listen", "nowhere")

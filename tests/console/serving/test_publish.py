@@ -40,7 +40,7 @@ def test_two_evaluations_of_a_kind_or_none_at_all_are_refused(
     assert main([*words, "--evaluation", figures, figures]) in (1, 2)
     assert "a second evaluation with perturbation none" in capsys.readouterr().err
     assert main([*words, "--evaluation", str(broken)]) in (1, 2)
-    assert "is no evaluation of `inhabit evaluate --json`" in capsys.readouterr().err
+    assert "is not an evaluation of `inhabit evaluate --json`" in capsys.readouterr().err
     assert not (tmp_path / "mine").exists()
 
 

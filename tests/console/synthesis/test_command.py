@@ -52,7 +52,7 @@ def test_the_page_needs_nothing_but_itself(files: dict[str, Path]) -> None:
     poses = poses.reshape(len(take), shown["bodies"], 7)
     np.testing.assert_allclose(poses[:, shown["root"], :3] / 1000, take.qpos[:, :3], atol=6e-4)
     assert shown["frames"] == len(take) and not shown["fell"]
-    assert "none: the checkpoint has no discriminator" in text and "and stays" in text
+    assert "none: the checkpoint has no discriminator" in text and "and held" in text
     assert text.count('class="chart"') == 3
 
 

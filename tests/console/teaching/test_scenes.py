@@ -28,7 +28,7 @@ def test_episodes_start_where_a_box_was_lifted() -> None:
     assert torch.equal(again, again & once), "only where a box was lifted"
     assert again.sum() >= 6
     rows = again.nonzero().flatten()
-    box = scenes.scenes.now(scenes.place).box
+    box = scenes.scenes.now(scenes.target).box
     assert box is not None
     moved = (box.position - box.start)[rows]
     assert ((moved[:, 2] > 0.03) | (moved[:, :2].norm(dim=1) > 0.2)).all()

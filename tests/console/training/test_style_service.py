@@ -28,7 +28,7 @@ def test_other_settings_are_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> 
         status=lambda: SimpleNamespace(config=json.dumps(asdict(theirs))),
         close=lambda: closed.append(True),
     )
-    monkeypatch.setattr(style_service, "StyleClient", lambda config, say: client)
+    monkeypatch.setattr(style_service, "StyleClient", lambda config, say, training: client)
     with (
         pytest.raises(StyleError, match=r"other settings: style\.batch: 7 -> 1024 \(start it"),
         style_service.attached(StyleAddress("host:1"), experiment, print),

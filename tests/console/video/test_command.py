@@ -14,7 +14,7 @@ from world.errors import ConfigError
 
 
 def test_something_must_be_asked_for() -> None:
-    with pytest.raises(ConfigError, match=r"nothing to write: name OUT\.mp4"):
+    with pytest.raises(ConfigError, match=r"nothing to write: give OUT\.mp4"):
         command.video_command(Video(Path("x")))
     for wrong in ({"trials": 0}, {"seconds": 0.0}):
         with pytest.raises(ConfigError, match="--trials must be at least 1"):

@@ -222,7 +222,7 @@ def test_what_cannot_be_simulated_is_named(server: Running) -> None:
     many = [pb.SolidBox(centre=[0.0, 0.0, 0.2], half=[0.2, 0.2, 0.2])] * 200
     custom.custom.ClearField("boxes")
     custom.custom.boxes.extend(many)
-    assert "furniture.custom.boxes: custom: 200 boxes" in said(furniture=custom)
+    assert "furniture.custom.boxes: 200, must be at most 64" in said(furniture=custom)
     mesh = pb.Furniture(mesh=pb.Mesh(format="fbx", data=b"x"))
     assert "furniture.mesh.format: 'fbx', must be one of obj" in said(furniture=mesh)
 

@@ -20,7 +20,7 @@ def patterns() -> re.Pattern[str]:
     name = '"(' + "|".join(names()) + ')"'
     return re.compile(
         rf"[=!]= *{name}|{name} *(==|!=|in\b)|\bin *[\[({{]{name}"
-        r"|isinstance\(.*\b\w*FurnitureBank\b"
+        r"|isinstance\(.*\b\w*Bank\b"
         r"|affordance(\.name|\.kind)? *(==|!=|in\b)"
         r'|category *[=!]= *"box"'
     )

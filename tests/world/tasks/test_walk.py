@@ -1,21 +1,18 @@
-"""Walk: its goal, its reward by hand, when it is done, and where it starts from."""
+"""Walk: its goal, its reward by hand, when it is done, and an episode of it."""
 
 import math
 
 import pytest
 import torch
-from torch import Tensor
 
 from world.character import features, servos
 from world.character import model as character
 from world.character.features import Body
 from world.config import InitialStates, WorldConfig
 from world.episodes.shard import Shard
-from world.initial.floor import FloorSampler
 from world.motions import load
-from world.motions.library import MotionLibrary, StyleMixture, StyleSource
+from world.motions.library import MotionLibrary
 from world.motions.uses.floor import FLOOR
-from world.motions.uses.use import EXCLUDED
 from world.objects.floor_bank import FloorBank
 from world.scene.batch import Scenes
 from world.scene.target import Target, state
@@ -106,49 +103,6 @@ def test_stages_come_in_order() -> None:
     assert stages(target(0.3)) == [True, False, False]
     assert stages(target(0.1, yaw=1.0)) == [True, True, False]
     assert stages(target(0.1, yaw=0.3)) == [True, True, True]
-
-
-def test_clips_are_learned_from_where_they_walk(library: MotionLibrary) -> None:
-    for clip in library.clips:
-        used = FLOOR.read(clip)
-        height = torch.from_numpy(clip.root_position_m[:, 2])
-        assert bool((height[used.kept] > 0.72).all())
-        assert torch.equal(used.stage == EXCLUDED, ~used.kept)
-        if clip.seat is not None:
-            assert not used.kept[clip.seat.from_frame : clip.seat.to_frame].any()
-    # the target of a frame is on the way of its clip
-    walk = next(clip for clip in library.clips if clip.name == "walk_1.0")
-    used = FLOOR.read(walk)
-    path = torch.from_numpy(walk.root_position_m[:, :2])
-    gap = torch.cdist(used.point[used.kept, :2], path).amin(dim=1)
-    assert float(gap.max()) < 1e-6 and bool((used.point[:, 2] == 0.0).all())
-    states, following = StyleSource(library, 0, StyleMixture()).sample(256, 1)
-    assert states.shape == following.shape == (256, 114)
-    assert bool((states[:, 0] > 0.7).all())  # nobody sits
-
-
-def starts(library: MotionLibrary, mixture: InitialStates, n: int = 256) -> tuple[Body, Target]:
-    config = WorldConfig(task="walk", initial=mixture)
-    sampler = FloorSampler(config, library, FloorBank(), 0)
-    drawn = sampler.draw(torch.arange(n), torch.ones(n, dtype=torch.int64))
-    return features.body(drawn.qpos, drawn.qvel), sampler.target(drawn)
-
-
-def distance(body: Body, where: Target) -> Tensor:
-    return (where.point - body.root)[:, :2].norm(dim=1)
-
-
-def test_starts_are_near_far_or_where_the_clip_goes(library: MotionLibrary) -> None:
-    body, where = starts(library, InitialStates(0.0, 0.0, 1.0))
-    assert 1.0 <= float(distance(body, where).min()) <= float(distance(body, where).max()) <= 10.0
-    body, where = starts(library, InitialStates(0.0, 1.0, 0.0))
-    near = distance(body, where)
-    assert float(near.max()) <= 1.6 + 1e-5 and 0.3 < float((near < 0.75).float().mean()) < 0.7
-    body, where = starts(library, InitialStates(1.0, 0.0, 0.0))
-    # a walking character's target is ahead of it
-    moving = body.root_velocity[:, :2].norm(dim=1) > 0.6
-    ahead = ((where.point - body.root)[:, :2] * body.root_velocity[:, :2]).sum(dim=1)
-    assert moving.sum() > 20 and float((ahead[moving] >= 0).float().mean()) > 0.9
 
 
 def test_an_episode_that_succeeds(library: MotionLibrary) -> None:

@@ -111,8 +111,8 @@ def test_the_character_moves_and_time_can_be_scrubbed(address: str, tmp_path: Pa
         assert changed(late, scene(page)) > 200, "an earlier moment is shown"
 
         page.press("Push")
-        until(page, "/this moment is past/")
-        page.press("Go on from here")
+        until(page, "/this frame is in the past/")
+        page.press("Continue from here")
         page.wait(f"parseFloat({ALL_TEXT}.match(/([0-9.]+) s of/)[1]) > {back[0] + 0.3}")
         page.press("Push")
         page.press("Throw a ball")

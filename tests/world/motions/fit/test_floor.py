@@ -25,6 +25,8 @@ def test_a_drifting_floor_is_mended(sitting: Clip) -> None:
         sitting,
         root_position_m=sitting.root_position_m + drift[:, None].astype(np.float32) * [0, 0, 1],
     )
-    mended = floor.floor_mended(replace(moved, root_position_m=moved.root_position_m.astype("f4")))
+    mended = floor.floor_corrected(
+        replace(moved, root_position_m=moved.root_position_m.astype("f4"))
+    )
     error = mended.root_position_m[:, 2] - sitting.root_position_m[:, 2]
     assert np.abs(error).max() < 0.02

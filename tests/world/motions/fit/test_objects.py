@@ -4,11 +4,11 @@ from world.motions import load
 from world.motions.clip import Clip
 from world.motions.fit.bed import find_beds
 from world.motions.fit.box import find_box
-from world.motions.fit.objects import grounded, known, with_any
+from world.motions.fit.objects import annotated, grounded, with_any
 
 
 def test_a_clip_that_brings_its_objects_stays_as_it_is(carried: Clip, lain: Clip) -> None:
-    assert (known(carried), known(lain)) == (["box"], ["bed"])
+    assert (annotated(carried), annotated(lain)) == (["box"], ["bed"])
     assert grounded(carried) is carried
     assert with_any(lain) == [lain]
 
