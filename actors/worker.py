@@ -10,6 +10,7 @@ from torch import Tensor
 from policy.model.acting import Policy
 from policy.model.networks import log_density
 from policy.rollout import Rollout
+from world.device import CPU
 from world.precision import decide
 from world.random_streams import normal
 
@@ -100,12 +101,21 @@ class Worker:
     numbers do not depend on how the scenes are divided over workers.
     """
 
-    def __init__(self, shard: ShardLike, scenes: range, seed: int, block: int = 64) -> None:
+    def __init__(
+        self,
+        shard: ShardLike,
+        scenes: range,
+        seed: int,
+        block: int = 64,
+        device: torch.device = CPU,
+    ) -> None:
+        """device: where the shard's tensors are."""
+        self.device = device
         self.shard = shard
         self.scenes = scenes
         self.seed = seed
         self.block = block
-        self._ids = torch.arange(scenes.start, scenes.stop, dtype=torch.int64)
+        self._ids = torch.arange(scenes.start, scenes.stop, device=device)
         self._policy: Policy | None = None
 
     def rollout(
@@ -113,7 +123,7 @@ class Worker:
     ) -> Rollout:
         """Rollout of `horizon` steps of this shard's scenes with these weights."""
         if self._policy is None:
-            self._policy = Policy(weights, decide("cpu"))
+            self._policy = Policy(weights, decide(self.device.type), self.device)
         else:
             self._policy.load(weights)
         states, goals, actions, means, log_probs = [], [], [], [], []

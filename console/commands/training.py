@@ -98,6 +98,8 @@ class Evaluate:
     """Largest of these distances, m; default: the protocol's."""
     quality: int = 64
     """Number of trials whose motion quality is measured and compared with mocap; 0: none."""
+    simulator: Literal["mujoco", "warp"] = "mujoco"
+    """Simulator of the trials; warp: mujoco-warp, on the CPU."""
     motions: tuple[Path, ...] = ()
     """Clips to compare motion quality with; default: the policy's training clips."""
     seed: int = 0

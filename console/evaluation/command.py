@@ -148,6 +148,7 @@ def evaluate(
         command.threads or machine.cores(),
         min(record, len(chosen)),
         progress,
+        command.simulator,
     )
     figures = {
         "task": found.task,
@@ -160,6 +161,7 @@ def evaluate(
         "objects": Path(command.objects).name,
         "perturbation": command.perturb,
         "preset": command.preset,
+        **({} if command.simulator == "mujoco" else {"simulator": command.simulator}),
         "start_m": list(distances(command, found.task)),
         **scored(results, chosen, protocol, task.stages),
     }

@@ -69,7 +69,7 @@ class NanDump:
         frames = [s for s in self._states if s["episode"][scene] == last["episode"][scene]]
 
         def column(name: str) -> NDArray[np.float64]:
-            return np.stack([frame[f"physics_{name}"][scene].numpy() for frame in frames])
+            return np.stack([frame[f"physics_{name}"][scene].cpu().numpy() for frame in frames])
 
         piece = self._pieces[int(last["variant"][scene])]
         cargo = is_box(piece)

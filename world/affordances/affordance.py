@@ -48,6 +48,11 @@ class Arrangement(Protocol):
     models: list[mujoco.MjModel]
     """[n]: models of the scenes."""
 
+    @property
+    def bank(self) -> ObjectBank:
+        """[n]: the objects."""
+        ...
+
     def begin(self, scenes: Scenes) -> Target:
         """Write the initial state of objects and standing characters; returns the targets [n]."""
         ...

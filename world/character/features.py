@@ -14,6 +14,7 @@ from torch import Tensor
 from world import rotations
 from world.character import kinematics
 from world.character import model as character
+from world.device import at
 
 
 @dataclass(frozen=True)
@@ -147,7 +148,7 @@ def body(qpos: Tensor, qvel: Tensor) -> Body:
             qpos[:, 2:3],
             local_frame[:, :4].reshape(n, 12),
             balls.reshape(n, -1),
-            qpos[:, _HINGE_Q],
+            qpos[:, at(_HINGE_Q, qpos)],
             qvel[:, 6:],
             local_frame[:, 4:].reshape(n, 12),
         ),

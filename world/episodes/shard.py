@@ -13,12 +13,15 @@ from world.character import features
 from world.character import model as character
 from world.character.features import Body
 from world.config import WorldConfig
+from world.device import CPU, moved, put
 from world.episodes import state_keys
 from world.episodes.stall import StallTimeout
+from world.errors import ConfigError
 from world.motions.library import MotionLibrary
 from world.objects.bank import ObjectBank
-from world.scene.batch import Scenes
+from world.scene import simulators
 from world.scene.target import Target
+from world.scene.warp_config import DEFAULT, WarpConfig
 from world.tasks import HELD
 from world.teachers.teacher import Teacher
 
@@ -70,32 +73,44 @@ class Shard:
         scenes: range,
         seed: int,
         teacher: Teacher | None = None,
+        simulator: str = "mujoco",
+        device: torch.device = CPU,
+        warp: WarpConfig = DEFAULT,
     ) -> None:
+        """device: where everything is computed and kept, the simulator's arrays too."""
         self.config = config
+        self.device = device
+        library, bank = moved(library, device), moved(bank, device)
         self.task = tasks.make(config.task)
         self.n = len(scenes)
         self.clock = 0
         self._seed = seed
-        self._ids = torch.arange(scenes.start, scenes.stop, dtype=torch.int64)
+        self._ids = torch.arange(scenes.start, scenes.stop, device=device)
+        self._all = torch.arange(self.n, device=device)
         self._bank = bank
-        self._sampler = self.task.affordance.sampler(config, library, bank, seed)
-        self._scenes = Scenes([bank.models[0]] * self.n, config.action_scale, config.action_clip)
-        self._weights = torch.tensor(list(self.task.terms.values()), dtype=torch.float32)
+        self._sampler = moved(self.task.affordance.sampler(config, library, bank, seed), device)
+        self._scenes = simulators.make(
+            simulator, bank, self.n, config.action_scale, config.action_clip, device, warp
+        )
+        self._weights = put(torch.tensor(list(self.task.terms.values())), device)
         self._length = round((config.episode_s or self.task.episode_s) * character.CONTROL_HZ)
         self._hold = round(config.hold_s * character.CONTROL_HZ)
-        self._episode = torch.zeros(self.n, dtype=torch.int64)
-        self._steps = torch.zeros(self.n, dtype=torch.int64)
-        self._held = torch.zeros(self.n, dtype=torch.int64)
-        self._return = torch.zeros(self.n)
-        self._kind = torch.zeros(self.n, dtype=torch.int64)
-        self._variant = torch.zeros(self.n, dtype=torch.int64)
-        self._stages = torch.zeros(self.n, len(self.task.stages) + 1, dtype=torch.bool)
-        self._state = torch.zeros(self.n, features.STATE.width)
-        self._goal = torch.zeros(self.n, self.task.goal.width)
+        self._episode = torch.zeros_like(self._all)
+        self._steps = torch.zeros_like(self._all)
+        self._held = torch.zeros_like(self._all)
+        self._return = torch.zeros(self.n, device=device)
+        self._kind = torch.zeros_like(self._all)
+        self._variant = torch.zeros_like(self._all)
+        stages = len(self.task.stages) + 1
+        self._stages = torch.zeros(self.n, stages, dtype=torch.bool, device=device)
+        self._state = torch.zeros(self.n, features.STATE.width, device=device)
+        self._goal = torch.zeros(self.n, self.task.goal.width, device=device)
         self._targets: Target | None = None
+        if teacher is not None and simulator != "mujoco":
+            raise ConfigError("--world.teacher: the teachers need --simulator mujoco")
         self._teacher = teacher
-        self._stall = StallTimeout(self.n, config.stall_s)
-        self._reset(torch.arange(self.n))
+        self._stall = StallTimeout(self.n, config.stall_s, device)
+        self._reset(self._all)
         # step counters are spread, so that not all scenes time out in the same step
         apart = random_streams.uniform(seed, random_streams.EPISODE, self._ids, 0, 16)[:, 15]
         self._steps[:] = (apart * self._length).long()
@@ -190,8 +205,7 @@ class Shard:
         padding = -len(ids) % _LANES
         rows = torch.cat((ids, ids[:1].expand(padding)))
         states = self._sampler.draw(self._ids[rows], self._episode[rows])
-        models = [self._bank.models[v] for v in states.variant[: len(ids)].tolist()]
-        self._scenes.set_models(ids.tolist(), models)
+        self._scenes.choose(ids, self._bank, states.variant[: len(ids)])
         self._sampler.apply(self._scenes, rows, states)
         target = self._sampler.target(states)
         if self._targets is None:
@@ -228,7 +242,7 @@ class Shard:
         for name in (*_EPISODE_FIELDS, "state", "goal"):
             # checkpoints older than the stages lack these
             if name in state or name != "stages":
-                setattr(self, f"_{name}", state[name].clone())
+                setattr(self, f"_{name}", state[name].to(self.device, copy=True))
         assert self._targets is not None
         for name, value in self._targets.tensors().items():
             if name in state or name != "head":
@@ -239,8 +253,7 @@ class Shard:
         if self._teacher is not None:
             self._teacher.load_state_dict(state_keys.part(state, "teacher_"))
         self.clock = int(state["clock"])
-        models = [self._bank.models[v] for v in self._variant.tolist()]
-        self._scenes.set_models(range(self.n), models)
+        self._scenes.choose(self._all, self._bank, self._variant)
         self._scenes.load_physics(state_keys.part(state, "physics_"))
 
 

@@ -9,6 +9,7 @@ from torch import Tensor
 from world import rotations
 from world.character import features
 from world.character.features import Body
+from world.device import at
 
 _SIGNS = torch.tensor([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]).float()
 
@@ -32,7 +33,7 @@ class BoxState:
 
     def corners(self) -> Tensor:
         """[n, 8, 3]: corners, m; x changes slowest, z fastest, low first."""
-        local = self.half[:, None] * _SIGNS
+        local = self.half[:, None] * at(_SIGNS, self.half)
         axes = rotations.matrix(self.rotation)
         return self.position[:, None] + (axes[:, None] @ local[..., None])[..., 0]
 

@@ -63,7 +63,7 @@ class Task(ABC):
     def low(self, body: Body, target: Target) -> Tensor:
         """[n] bool: where the task allows a low pelvis; elsewhere it ends a training episode early.
         By default nowhere."""
-        return torch.zeros(len(body.root), dtype=torch.bool)
+        return torch.zeros(len(body.root), dtype=torch.bool, device=body.root.device)
 
     @abstractmethod
     def fell(self, body: Body, target: Target) -> Tensor:

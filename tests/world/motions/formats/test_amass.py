@@ -34,7 +34,7 @@ def test_what_is_no_motion_is_one_line(tmp_path: Path) -> None:
     for name in "bcd":
         with pytest.raises(
             ClipError,
-            match="not a readable AMASS motion|an array of object; numbers and text are read",
+            match=r"not a readable AMASS motion|an array of object; numbers and text are read",
         ) as caught:
             amass.read(tmp_path / f"{name}.npz")
         assert "\n" not in str(caught.value)
