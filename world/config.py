@@ -49,6 +49,26 @@ class CarryConfig:
 
 
 @dataclass(frozen=True)
+class TrackConfig:
+    """Of the track task alone: how a clip is followed, and what its box is like."""
+
+    residual: bool = True
+    """Actions are added to the reference's set-points; else to the mean pose, as in other tasks."""
+    boxes: int = 4
+    """How many boxes each clip has."""
+    size: tuple[float, float] = (0.95, 1.05)
+    """Smallest and largest size of its box; 1 fits the clip's hands."""
+    weight_kg: tuple[float, float] = (1.0, 3.0)
+    """Lightest and heaviest box."""
+    friction: tuple[float, float] = (1.0, 1.4)
+    """Least and greatest sliding friction of the box; hands have 1, and the greater of two
+    counts."""
+    handling: float = 2.0
+    """How much more often episodes start where the clip reaches for its object, lifts it or puts it
+    down, than elsewhere."""
+
+
+@dataclass(frozen=True)
 class WorldConfig:
     """What the scenes hold and how their episodes run."""
 
@@ -108,3 +128,5 @@ class WorldConfig:
     """Seed of the furniture catalogue."""
     carry: CarryConfig = field(default_factory=CarryConfig)
     """The carry task's own."""
+    track: TrackConfig = field(default_factory=TrackConfig)
+    """The track task's own."""

@@ -8,7 +8,7 @@ import tyro
 
 from console.run.experiment import Experiment
 
-Preset = Literal["fast", "paper"]
+Preset = Literal["fast", "paper", "track"]
 Protocol = Literal["table1", "table3"]
 
 
@@ -38,7 +38,8 @@ class Train:
     run: Path | None = None
     """Run directory; default runs/TASK-<date>-<n>. An existing one needs --resume or --restart."""
     preset: Preset = "fast"
-    """Defaults of everything below: fast (512 x 256 networks) or paper (1024 x 512)."""
+    """Defaults of everything below: fast (512 x 256 networks), paper (1024 x 512), or track
+    (motion tracking)."""
     motions: tuple[Path, ...] = ()
     """Motion clips, files or folders; default: the package's own."""
     objects: tuple[str, ...] = ()

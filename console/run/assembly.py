@@ -32,8 +32,10 @@ from world.furniture.catalogue import catalogue
 from world.furniture.piece import Affordance, Piece
 from world.motions import load
 from world.motions.library import MotionLibrary, StyleMixture, StyleSource
+from world.motions.reference import reference
 from world.objects.box_bank import BoxBank, boxes
 from world.objects.furniture_bank import Bank, variants
+from world.objects.track_bank import TrackBank
 from world.tasks.symmetry import symmetry
 
 
@@ -51,9 +53,12 @@ def library_of(world: WorldConfig) -> MotionLibrary:
 
 
 @lru_cache(maxsize=2)
-def training_bank(world: WorldConfig) -> Bank | BoxBank:
+def training_bank(world: WorldConfig) -> Bank | BoxBank | TrackBank:
     """The training furniture or boxes of a configuration, compiled once in a process."""
     affordance = tasks.make(world.task).affordance
+    if affordance == "any":
+        clips = library_of(world).clips
+        return TrackBank(clips, reference(clips, world.track.handling), world.track)
     if affordance == "carry":
         return BoxBank(boxes(world.carry))
     return Bank(variants(training_pieces(world)[0], world.scales, world.scale), affordance)
@@ -66,9 +71,9 @@ def training_pieces(world: WorldConfig) -> tuple[tuple[Piece, ...], str]:
     ConfigError for furniture that is held out, or for a task that uses none.
     """
     affordance = tasks.make(world.task).affordance
-    if affordance == "carry":
+    if affordance in ("carry", "any"):
         if world.objects:
-            raise ConfigError("--objects: carry draws its boxes itself; leave it out")
+            raise ConfigError(f"--objects: {world.task} has its own; leave it out")
         return (), ""
     found: list[Piece] = []
     for name in world.objects or ("train",):

@@ -26,7 +26,8 @@ class Runner:
     """What a loop drives."""
 
     fleet: Fleet
-    style: Style
+    style: Style | None
+    """None: the task reward alone."""
     starts: tuple[str, ...]
     """Names of the kinds of start, in the order of their numbers in `episodes`."""
 
@@ -60,7 +61,8 @@ def local_runner(experiment: Experiment, run: RunDirectory, workers: int) -> Ite
     kind = LocalFleet if workers == 1 else ProcessFleet
     fleet = kind(assembly.make_shard(experiment, run), *_shape(experiment, workers))
     try:
-        yield Runner(fleet, assembly.discriminator(experiment), KINDS)
+        styled = experiment.ppo.style_weight > 0.0
+        yield Runner(fleet, assembly.discriminator(experiment) if styled else None, KINDS)
     finally:
         fleet.close()
 

@@ -20,6 +20,7 @@ from world.motions.library import MotionLibrary
 from world.objects import grasp
 from world.objects.box_bank import BoxBank
 from world.objects.furniture_bank import Bank
+from world.objects.track_bank import TrackBank
 from world.scene.batch import Scenes
 from world.tasks import HELD, Place
 from world.teachers.carry import Porter, lifted
@@ -72,7 +73,7 @@ class Shard:
         self,
         config: WorldConfig,
         library: MotionLibrary,
-        bank: Bank | BoxBank,
+        bank: Bank | BoxBank | TrackBank,
         scenes: range,
         seed: int,
     ) -> None:
@@ -114,12 +115,15 @@ class Shard:
     def step(self, action: Tensor) -> Step:
         """One control step with actions [n, 28]; episodes that end start anew at once."""
         before = torch.cat((self._scenes.qpos, self._scenes.qvel), dim=1)
-        targets, taught, led = self._lesson(self._scenes.targets(action))
+        targets, taught, led = self._lesson(
+            self._scenes.targets(action, self._place().setpoints())
+        )
         self._scenes.drive(targets)
         self.clock += 1
         finite = self._scenes.finite()
         body = self._scenes.body()
         place = self._place()
+        place.advance(body)
         terms = self.task.reward_terms(body, place)
         # a fixed order of additions: one matrix product would round by its number of rows
         reward = (terms * self._weights).sum(dim=1)
@@ -131,7 +135,8 @@ class Shard:
         fell = fell | stalled
         self._steps += 1
         self._held = torch.where(error <= self.task.success_m, self._held + 1, 0)
-        held = self._held >= self._hold
+        over = place.over()
+        held = self._held >= self._hold if over is None else over
         self._stages |= torch.cat((self.task.stage(body, place), held[:, None]), dim=1)
         timed_out = ((self._steps >= self._length) | held) & ~fell & finite
         fell = fell & finite

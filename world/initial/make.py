@@ -7,9 +7,11 @@ from torch import Tensor
 from world.config import WorldConfig
 from world.initial.box import BoxStarter
 from world.initial.furniture import Starter
+from world.initial.track import TrackStarter
 from world.motions.library import MotionLibrary
 from world.objects.box_bank import BoxBank
 from world.objects.furniture_bank import Bank
+from world.objects.track_bank import TrackBank
 from world.scene.batch import Scenes
 from world.tasks.task import Place
 
@@ -56,9 +58,11 @@ class AnyStarter(Protocol[Drawn]):
 
 
 def make(
-    config: WorldConfig, library: MotionLibrary, bank: Bank | BoxBank, seed: int
+    config: WorldConfig, library: MotionLibrary, bank: Bank | BoxBank | TrackBank, seed: int
 ) -> AnyStarter[Starts]:
     """The starter of the bank's objects."""
+    if isinstance(bank, TrackBank):
+        return TrackStarter(config, bank, seed)  # pyright: ignore[reportReturnType]
     if isinstance(bank, BoxBank):
         return BoxStarter(config, library, bank, seed)  # pyright: ignore[reportReturnType]
     return Starter(config, library, bank, seed)  # pyright: ignore[reportReturnType]

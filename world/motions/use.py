@@ -163,4 +163,13 @@ def _angular(rotation: Tensor) -> Tensor:
     return 0.5 * (ends[1:] + ends[:-1])
 
 
-_READERS: dict[str, Callable[[Clip], Use]] = {"sit": _seat, "lie": _bed, "carry": _box}
+def _any(clip: Clip) -> Use:
+    return _box(clip) if clip.box is not None else _bed(clip) if clip.bed is not None else _seat(clip)
+
+
+_READERS: dict[str, Callable[[Clip], Use]] = {
+    "sit": _seat,
+    "lie": _bed,
+    "carry": _box,
+    "any": _any,
+}

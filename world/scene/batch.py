@@ -54,9 +54,11 @@ class Scenes:
         self._clip = action_clip
         self._warned = np.zeros(self.n, dtype=np.int64)
 
-    def targets(self, action: Tensor) -> Tensor:
-        """Servo targets [n, 28] rad, within their bounds, of actions [n, 28]."""
-        wanted = self._offset + self._scale * action.clamp(-self._clip, self._clip)
+    def targets(self, action: Tensor, base: Tensor | None = None) -> Tensor:
+        """Servo targets [n, 28] rad, within their bounds, of actions [n, 28] that are added to
+        `base` [n, 28] rad, by default the mean pose."""
+        offset = self._offset if base is None else base.double()
+        wanted = offset + self._scale * action.clamp(-self._clip, self._clip)
         return torch.maximum(torch.minimum(wanted, self._high), self._low)
 
     def actions(self, targets: Tensor) -> Tensor:

@@ -5,8 +5,9 @@ from world.tasks.carry import Carry
 from world.tasks.lie import Lie
 from world.tasks.sit import Sit
 from world.tasks.task import HELD, Affordance, Place, Task, state
+from world.tasks.track import Track
 
-REGISTRY: dict[str, type[Task]] = {"sit": Sit, "lie": Lie, "carry": Carry}
+REGISTRY: dict[str, type[Task]] = {"sit": Sit, "lie": Lie, "carry": Carry, "track": Track}
 
 
 def make(name: str) -> Task:

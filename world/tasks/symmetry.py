@@ -58,7 +58,7 @@ def _table(table: Table) -> Reflection:
 
 def _feature(feature: Feature) -> tuple[list[int], list[float]]:
     """Which of its partner's numbers each number of a feature is, and with which sign."""
-    if feature.name == "joint_velocity":
+    if feature.name in ("joint_velocity", "setpoint_error"):
         whole = actions()
         return whole.index.tolist(), whole.sign.tolist()
     if feature.name == "corners":

@@ -11,8 +11,8 @@ from world import rotations
 from world.character import features
 from world.character.features import Body, Table
 
-Affordance = Literal["sit", "lie", "carry"]
-"""What an object offers: a seat, a lying place, or itself to be carried."""
+Affordance = Literal["sit", "lie", "carry", "any"]
+"""What an object offers: a seat, a lying place, or itself to be carried; any: what a clip uses."""
 
 #: Name of the last stage of every task: success held. Whoever runs the episodes knows it, since
 #: `stage` sees a moment alone.
@@ -100,6 +100,27 @@ class Place:
         for name, value in self.tensors().items():
             value[ids] = theirs[name]
 
+    def setpoints(self) -> Tensor | None:
+        """[n, 28] rad: what actions are added to; None: the mean pose."""
+        return None
+
+    def advance(self, body: Body) -> None:
+        """After a control step: what lasts an episode moves on with `body`."""
+
+    def over(self) -> Tensor | None:
+        """[n] bool: whether what is followed is at its end; None: nothing is."""
+        return None
+
+    def object_features(self, body: Body) -> Tensor:
+        """[n, 9]: the object's position and rotation in the state."""
+        if self.box is None:
+            return features.object_features(
+                body.root, body.heading, self.floor_point(), self.facing
+            )
+        return features.posed_object_features(
+            body.root, body.heading, self.box.position, self.box.rotation
+        )
+
     def floor_point(self) -> Tensor:
         """[n, 3]: the floor below the point of use: origin of the object's frame in the
         features."""
@@ -109,12 +130,7 @@ class Place:
 def state(body: Body, place: Place) -> Tensor:
     """The 114 features [n, 114] of the character and its object: the furniture that it uses, or
     the box that it carries."""
-    if place.box is None:
-        return features.state(body, place.floor_point(), place.facing)
-    around = features.posed_object_features(
-        body.root, body.heading, place.box.position, place.box.rotation
-    )
-    return torch.cat((body.features, around), dim=1)
+    return torch.cat((body.features, place.object_features(body)), dim=1)
 
 
 class Task(Protocol):

@@ -221,6 +221,8 @@ def with_objects(clip: Clip, task: str) -> list[Clip]:
     that a clip already knows are kept, and a clip that uses another task's is left out. ChoiceError
     lists the tasks there are.
     """
+    if task == "track":
+        return with_any(clip)
     if _known(clip):
         return [clip] if serves(clip, task) else []
     return _fitter(task)[1](clip)
@@ -245,6 +247,8 @@ def with_any(clip: Clip) -> list[Clip]:
 
 def serves(clip: Clip, task: str) -> bool:
     """Whether the objects that a clip knows are a task's; yes where it knows none."""
+    if task == "track":
+        return True
     kind, _ = _fitter(task)
     return not _known(clip) or kind in _known(clip)
 
