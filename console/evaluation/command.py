@@ -8,7 +8,7 @@ from typing import Any
 from rich.progress import Progress
 
 from console.commands import Evaluate
-from console.evaluation import trials
+from console.evaluation import tracking, trials
 from console.evaluation.arrangement import boxes
 from console.evaluation.presets import PRESETS
 from console.evaluation.realism import quality_of
@@ -61,6 +61,8 @@ def evaluate_command(command: Evaluate) -> int:
     """Evaluate, print the tables, write the JSON; returns the exit code."""
     check(command)
     found = assembly.trained(command.source)
+    if tasks.make(found.task).affordance == "any":
+        return follow(command, found)
     pieces = objects_of(found, command.objects, command.trials, command.seed)
     library = clips(command, found.experiment.world) if command.quality else None
     output = screen()
@@ -85,6 +87,35 @@ def evaluate_command(command: Evaluate) -> int:
         takes = trials.recording(results, meta)
         kept = recording.Recording(takes.takes[: command.record_trials], takes.meta)
         recording.write(command.record, kept)
+    return 0
+
+
+def follow(command: Evaluate, found: assembly.Trained) -> int:
+    """Evaluate how well clips are followed, print the table, write the JSON."""
+    if command.perturb != "none" or command.objects != "test":
+        raise ConfigError("--perturb and --objects: a policy that follows clips has what they use")
+    motions = tuple(str(path.resolve()) for path in command.motions)
+    output = screen()
+    with Progress(console=output, transient=True, disable=not output.is_terminal) as bar:
+        row = bar.add_task("trials", total=command.trials)
+        figures, takes = tracking.evaluate(
+            found,
+            motions,
+            command.trials,
+            command.seed,
+            command.threads or machine.cores(),
+            command.record_trials if command.record else 0,
+            lambda done: bar.update(row, completed=done),
+        )
+    output.print(tracking.table(figures))
+    run = run_of(found.path)
+    if run is not None:
+        write_json(run.evaluations / file_name(found.path.name, figures), figures)
+    if command.json is not None:
+        write_json(command.json, figures)
+    if command.record is not None:
+        meta = {"task": found.task, "checkpoint": str(found.path), "seed": command.seed}
+        recording.write(command.record, recording.Recording(takes, {"control_hz": 30, **meta}))
     return 0
 
 

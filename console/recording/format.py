@@ -20,7 +20,7 @@ ARRAYS = ("qpos", "qvel", "ctrl", "mocap_pos", "mocap_quat", "boxes")
 #: Where a ball is drawn that is out of the scene, m: each coordinate.
 AWAY_M = -32.0
 #: Arrays that recordings of the first version lack.
-MORE = ("balls", "cargo", "stand")
+MORE = ("balls", "cargo", "stand", "ghost")
 
 
 class RecordingError(InhabitError):
@@ -53,6 +53,8 @@ class Take:
     qpos [T, 50]; [0] without one."""
     stand: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     """[3] m: the middle of the top of the stand that the box goes to; [0] without a box."""
+    ghost: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 43)))
+    """[T, 43]: coordinates of the character that is followed; [0, 43] where none is."""
 
     def __len__(self) -> int:
         return len(self.qpos)

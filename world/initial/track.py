@@ -59,7 +59,7 @@ class TrackStarter:
         qpos, qvel = reference.qpos[frame], reference.qvel[frame]
         level = torch.zeros_like(qpos[:, :2])
         origin = torch.cat((-qpos[:, :2], torch.zeros_like(qpos[:, :1])), dim=1)
-        qpos = torch.cat((level, qpos[:, 2:3] + LIFT_M, qpos[:, 3:]), dim=1)
+        qpos = torch.cat((level, qpos[:, 2:3] + LIFT_M + bank.lift[frame, None], qpos[:, 3:]), dim=1)
         kind = torch.zeros_like(frame)
         variant = reference.clip[frame] * bank.each + choice
         return TrackStarts(qpos, qvel, variant, kind, frame, origin)

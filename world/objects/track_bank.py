@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import mujoco
+import numpy as np
 import torch
 
 from world.config import TrackConfig
@@ -10,12 +11,13 @@ from world.errors import ConfigError
 from world.furniture.piece import Box, Piece
 from world.motions.clip import Clip
 from world.motions.reference import Reference
-from world.motions.support import support
+from world.motions.support import sunk_m, support
 from world.scene import box as box_scene
 from world.scene import slots
 from world.scene.model import Ball, compile_scene
 
-#: Collision geoms of the box keep their order: its friction is that of its own geom.
+#: The most that a character is lifted out of its seat or bed as an episode starts, m.
+_LIFT_M = 0.06
 _GOLDEN = 0.6180339887498949
 
 
@@ -47,6 +49,10 @@ class TrackBank:
         self.corners = torch.stack(
             [torch.from_numpy(found.piece.corners()).to(torch.float32) for found in supports]
         )
+        #: How much higher than in the clip the character is set down in each frame, m [F]: out of
+        #: what it rests on.
+        lift = [sunk_m(clip, found) for clip, found in zip(clips, supports, strict=True)]
+        self.lift = torch.from_numpy(np.concatenate(lift)).to(torch.float32).clamp_max(_LIFT_M)
         self.models: list[mujoco.MjModel] = []
         pieces, half, mass = [], [], []
         for number, found in enumerate(supports):
