@@ -56,8 +56,9 @@ class TrackConfig:
     """Actions are added to the reference's set-points; else to the mean pose, as in other tasks."""
     boxes: int = 4
     """How many boxes each clip has."""
-    size: tuple[float, float] = (0.95, 1.05)
-    """Smallest and largest size of its box; 1 fits the clip's hands."""
+    size: tuple[float, float] = (1.0, 1.15)
+    """Smallest and largest size of its box; 1 just fits between the clip's hands, larger ones are
+    pressed."""
     weight_kg: tuple[float, float] = (1.0, 3.0)
     """Lightest and heaviest box."""
     friction: tuple[float, float] = (1.0, 1.4)

@@ -21,8 +21,9 @@ _RESTS_M, _LEVEL_M = 0.15, 0.05
 #: An episode follows at least so many frames.
 SHORTEST = 15
 #: Weight of a box that the set-points of a holding reference bear, kg, and what each hand presses
-#: with, N (world.initial.box has the same rule).
-_NOMINAL_KG, _GRIP, _GRIP_N, _GRAVITY_M_S2, _FRICTION = 2.0, 3.0, 15.0, 9.81, 1.2
+#: with: so many times what friction needs, and so many N more. With half of that and boxes as wide
+#: as the hands are apart, all of those that were carried at a walk slipped out within half a second.
+_NOMINAL_KG, _GRIP, _GRIP_N, _GRAVITY_M_S2, _FRICTION = 2.0, 6.0, 40.0, 9.81, 1.2
 
 
 @dataclass(frozen=True)
