@@ -13,6 +13,9 @@ from policy.rollout import Rollout
 from world.precision import decide
 from world.random_streams import normal
 
+#: What is published beside the weights for the shards.
+WORLD = "world."
+
 
 class StepLike(Protocol):
     """What a shard tells of one step; read only."""
@@ -82,6 +85,7 @@ class ShardLike(Protocol):
         ...
 
     def observe(self) -> tuple[Tensor, Tensor]: ...
+    def heed(self, told: Mapping[str, Tensor]) -> None: ...
     def step(self, action: Tensor) -> StepLike: ...
     def state_dict(self) -> dict[str, Tensor]: ...
     def load_state_dict(self, state: dict[str, Tensor]) -> None: ...
@@ -110,6 +114,9 @@ class Worker:
             self._policy = Policy(weights, decide("cpu"))
         else:
             self._policy.load(weights)
+        told = {k.removeprefix(WORLD): v for k, v in weights.items() if k.startswith(WORLD)}
+        if told:
+            self.shard.heed(told)
         states, goals, actions, means, log_probs = [], [], [], [], []
         steps: list[StepLike] = []
         acting_s = world_s = 0.0

@@ -8,6 +8,8 @@ from torch import Tensor
 KEYS = ("return", "length", "success", "fall", "start")
 #: Figures of this prefix are a task's own: whether an episode reached one of its stages.
 STAGE = "stage_"
+#: By what an episode ended, where a task tells.
+END = "end_"
 #: Whether patience with an episode ended; windows that were saved before there was any lack it.
 STALLED = "stalled"
 
@@ -55,4 +57,4 @@ class EpisodeWindow:
 
 
 def _may_lack(key: str) -> bool:
-    return key == STALLED or key.startswith(STAGE)
+    return key == STALLED or key.startswith((STAGE, END))

@@ -15,6 +15,7 @@ from learner.gathering import Gathered, Gathering
 from learner.ppo import Learner
 from learner.protocols import Checkpointer, Fleet, Recorder, State, Style, StyleScores
 from learner.returns import mixed_reward
+from learner.segments import Failures
 from policy.rollout import Rollout
 
 # Rollouts too old to be learned from, one after the other, that end a run: it would never go on.
@@ -59,6 +60,7 @@ class Loop:
         self.config = config
         self.terms = tuple(terms)
         self.episodes = EpisodeWindow(config.episode_window, starts)
+        self.failures = Failures()
         self.seconds = 0.0
         self.best_score = -math.inf
         self.batches = 0
@@ -111,6 +113,7 @@ class Loop:
             style_s += train_s
 
         self.episodes.add(rollout.episodes)
+        self.failures.add(rollout.episodes)
         ended = time.perf_counter()
         self.seconds += ended - began
         means = rollout.term_means(self.terms) if self.terms else {}
@@ -143,7 +146,8 @@ class Loop:
         """
         version, stale = self.learner.version, 0
         for _ in range(STALE_IN_A_ROW):
-            gathered = self.gathering.next(self.learner.weights(), version, self.learner.sigma)
+            weights = self.learner.weights() | self.failures.published()
+            gathered = self.gathering.next(weights, version, self.learner.sigma)
             rollout = gathered.rollout
             if version - rollout.version <= self.config.max_policy_lag:
                 style = self._score(rollout)
@@ -194,6 +198,7 @@ class Loop:
                 **self.gathering.state_dict(),
                 "batches": self.batches,
                 "episodes": self.episodes.state_dict(),
+                "failures": self.failures.state_dict(),
                 "seconds": self.seconds,
                 "best_score": self.best_score if math.isfinite(self.best_score) else None,
             },
@@ -209,6 +214,8 @@ class Loop:
         # Absent where an older run counted them by its iterations.
         self.batches = int(training.get("batches", self.learner.version))
         self.episodes.load_state_dict(training["episodes"])
+        if "failures" in training:  # older runs counted none
+            self.failures.load_state_dict(training["failures"])
         self.seconds = float(training["seconds"])
         best = training["best_score"]
         self.best_score = -math.inf if best is None else float(best)

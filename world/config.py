@@ -64,6 +64,9 @@ class TrackConfig:
     friction: tuple[float, float] = (1.0, 1.4)
     """Least and greatest sliding friction of the box; hands have 1, and the greater of two
     counts."""
+    focus: float = 0.5
+    """Share of the initial states that are drawn by where episodes of late failed, from a second
+    before it on; the others anywhere."""
     handling: float = 2.0
     """How much more often episodes start where the clip reaches for its object, lifts it or puts it
     down, than elsewhere."""

@@ -66,8 +66,8 @@ class Outcomes:
 
 
 def manifest(bank: TrackBank, trials: int, seed: int) -> Trials:
-    """Trials of a seed: clips in turn, from any sound frame; then each clip from its first one, once
-    with each of its boxes."""
+    """Trials of a seed: clips in turn, from any sound frame; then each clip from its first one,
+    once with each of its boxes."""
     reference = bank.reference
     u = random_streams.uniform(seed, PURPOSE, torch.arange(trials), 0, 2).double().numpy()
     sound = reference.start_weight.numpy() > 0.0
@@ -76,7 +76,9 @@ def manifest(bank: TrackBank, trials: int, seed: int) -> Trials:
         for a, b in zip(reference.first, reference.stop, strict=True)
     ]
     pools = [pool for pool in pools if len(pool)]
-    frame = [pools[i % len(pools)][int(x * len(pools[i % len(pools)]))] for i, x in enumerate(u[:, 0])]
+    frame = [
+        pools[i % len(pools)][int(x * len(pools[i % len(pools)]))] for i, x in enumerate(u[:, 0])
+    ]
     frame += [pool[0] for pool in pools for _ in range(bank.each)]
     boxes = [(k + 0.5) / bank.each for _ in pools for k in range(bank.each)]
     return Trials(
@@ -224,9 +226,7 @@ def _kept(scenes: Scenes, bank: TrackBank, places: Any, record: int) -> dict[str
     return row | {"ghost": ghost}
 
 
-def _take(
-    kept: list[dict[str, Tensor]], i: int, steps: int, bank: TrackBank, variant: int
-) -> Take:
+def _take(kept: list[dict[str, Tensor]], i: int, steps: int, bank: TrackBank, variant: int) -> Take:
     """The i-th scene as a take, with the reference beside it."""
 
     def column(name: str) -> NDArray[np.float64]:
@@ -303,9 +303,7 @@ def summary(outcomes: Outcomes, trials: Trials, clips: NDArray[np.str_]) -> dict
             "root_cm": 100.0 * float(root),
             "object_cm": 100.0 * float(box) if boxed else None,
             "contact_f1": 2 * hit / (2 * hit + false + missed) if boxed else None,
-            "ends": {
-                name: float(outcomes.ends[anywhere, k].mean()) for k, name in enumerate(ENDS)
-            },
+            "ends": {name: float(outcomes.ends[anywhere, k].mean()) for k, name in enumerate(ENDS)},
             "steps": float(steps.mean()),
         }
 

@@ -1,7 +1,7 @@
 """Keeps the last second of every scene, and writes it down when a scene stops being finite."""
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +36,10 @@ class BlackBox:
     def observe(self) -> tuple[Tensor, Tensor]:
         """As the shard's."""
         return self._shard.observe()
+
+    def heed(self, told: Mapping[str, Tensor]) -> None:
+        """As the shard's."""
+        self._shard.heed(told)
 
     def step(self, action: Tensor) -> Step:
         """As the shard's; a scene that it gave up is written down."""

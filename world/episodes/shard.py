@@ -3,6 +3,7 @@
 Everything is torch over index sets; the only loops run over the few scenes whose furniture changes.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import torch
@@ -16,6 +17,7 @@ from world.config import WorldConfig
 from world.episodes.stall import Patience
 from world.errors import ConfigError
 from world.initial import make as starters
+from world.initial.track import TrackStarter
 from world.motions.library import MotionLibrary
 from world.objects import grasp
 from world.objects.box_bank import BoxBank
@@ -112,12 +114,16 @@ class Shard:
         """The current states [n, 114] and goals [n, G]; overwritten by the next step."""
         return self._state, self._goal
 
+    def heed(self, told: Mapping[str, Tensor]) -> None:
+        """Take what the learner publishes for the worlds: failures [S] by segment of what episodes
+        follow, for those initial states that depend on them."""
+        if isinstance(self._starter, TrackStarter):
+            self._starter.heed(told["failures"])
+
     def step(self, action: Tensor) -> Step:
         """One control step with actions [n, 28]; episodes that end start anew at once."""
         before = torch.cat((self._scenes.qpos, self._scenes.qvel), dim=1)
-        targets, taught, led = self._lesson(
-            self._scenes.targets(action, self._place().setpoints())
-        )
+        targets, taught, led = self._lesson(self._scenes.targets(action, self._place().setpoints()))
         self._scenes.drive(targets)
         self.clock += 1
         finite = self._scenes.finite()
@@ -164,9 +170,12 @@ class Shard:
                 "stalled": stalled[ends].float(),
                 "start": self._kind[ends].float(),
                 **{
-                    f"stage_{name}": self._stages[ends, k].float()
+                    name if name.startswith("end_") else f"stage_{name}": self._stages[
+                        ends, k
+                    ].float()
                     for k, name in enumerate((*self.task.stages, HELD))
                 },
+                **{name: value[ends].float() for name, value in place.told().items()},
             },
             broken=before[broken],
             taught=taught,

@@ -10,7 +10,9 @@ from torch import Tensor
 
 from world import random_streams, rotations
 from world.config import WorldConfig
+from world.errors import ConfigError
 from world.initial.reference import LIFT_M
+from world.motions.reference import drawn
 from world.objects.track_bank import TrackBank
 from world.scene.batch import Scenes
 from world.tasks.task import BoxState
@@ -45,12 +47,22 @@ class TrackStarter:
 
     def __init__(self, config: WorldConfig, bank: TrackBank, seed: int) -> None:
         self._bank, self._reference, self._seed = bank, bank.reference, seed
-        self._residual = config.track.residual
+        self._residual, self._focus = config.track.residual, config.track.focus
+        if not 0.0 <= self._focus <= 1.0:
+            raise ConfigError(f"track.focus {self._focus}: choose a share from 0 to 1")
+        self._weight = self._reference.start_weight
+
+    def heed(self, failures: Tensor) -> None:
+        """Start more episodes where, and shortly before where, they failed; failures [S]: recent
+        ones by segment."""
+        harder = self._reference.harder(failures)
+        mixed = 1.0 - self._focus + self._focus * harder
+        self._weight = self._reference.start_weight * mixed
 
     def draw(self, scenes: Tensor, episodes: Tensor) -> TrackStarts:
         """The initial states of the given scene ids [m] and episode numbers [m] (int64 both)."""
         u = random_streams.uniform(self._seed, random_streams.EPISODE, scenes, episodes, 2)
-        return self.at(self._reference.starts(u[:, 0]), u[:, 1])
+        return self.at(drawn(self._weight, u[:, 0]), u[:, 1])
 
     def at(self, frame: Tensor, u: Tensor) -> TrackStarts:
         """The initial states of reference frames [m]; u [m] in [0, 1) chooses the box."""
@@ -59,7 +71,9 @@ class TrackStarter:
         qpos, qvel = reference.qpos[frame], reference.qvel[frame]
         level = torch.zeros_like(qpos[:, :2])
         origin = torch.cat((-qpos[:, :2], torch.zeros_like(qpos[:, :1])), dim=1)
-        qpos = torch.cat((level, qpos[:, 2:3] + LIFT_M + bank.lift[frame, None], qpos[:, 3:]), dim=1)
+        qpos = torch.cat(
+            (level, qpos[:, 2:3] + LIFT_M + bank.lift[frame, None], qpos[:, 3:]), dim=1
+        )
         kind = torch.zeros_like(frame)
         variant = reference.clip[frame] * bank.each + choice
         return TrackStarts(qpos, qvel, variant, kind, frame, origin)

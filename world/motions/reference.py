@@ -20,9 +20,11 @@ from world.motions.clip import Clip
 _RESTS_M, _LEVEL_M = 0.15, 0.05
 #: An episode follows at least so many frames.
 SHORTEST = 15
+#: Frames of a segment: half a second.
+SEGMENT = 15
 #: Weight of a box that the set-points of a holding reference bear, kg, and what each hand presses
 #: with: so many times what friction needs, and so many N more. With half of that and boxes as wide
-#: as the hands are apart, all of those that were carried at a walk slipped out within half a second.
+#: as the hands are apart, all that were carried at a walk slipped out within half a second.
 _NOMINAL_KG, _GRIP, _GRIP_N, _GRAVITY_M_S2, _FRICTION = 2.0, 6.0, 40.0, 9.81, 1.2
 
 
@@ -32,6 +34,8 @@ class Reference:
 
     clip: Tensor
     """[F] int64: the clip of a frame."""
+    segment: Tensor
+    """[F] int64: the half second of its clip that a frame is in, counted through all clips."""
     first: Tensor
     """[C] int64: the first frame of each clip."""
     stop: Tensor
@@ -47,8 +51,8 @@ class Reference:
     coordinates: Tensor
     """[F, 28]: joint coordinates, as the servos measure them, rad."""
     setpoint: Tensor
-    """[F, 28]: what the servos must be told in the frame before, so that the joints get here, within
-    the action's bounds, rad: q + kd/kp q̇, and what a held box needs of the arms."""
+    """[F, 28]: what the servos must be told in the frame before, so that the joints get here,
+    within the action's bounds, rad: q + kd/kp q̇, and what a held box needs of the arms."""
     boxed: Tensor
     """[C] bool: whether the clip has a box."""
     box: Tensor
@@ -79,11 +83,28 @@ class Reference:
         """The frames so many control steps after `frame` [n], at most the last of their clips."""
         return torch.minimum(frame + steps, self.stop[self.clip[frame]] - 1)
 
-    def starts(self, u: Tensor) -> Tensor:
-        """The frames [n] int64 that episodes start at, of uniform draws u [n]."""
-        edges = self.start_weight.cumsum(0)
-        found = torch.searchsorted(edges, u.double() * edges[-1], right=True)
-        return found.clamp_max(len(edges) - 1)
+    def harder(self, failures: Tensor) -> Tensor:
+        """[F] float64, of mean 1 over the frames: how often episodes [.. up to S] failed in the
+        frames' segments or in the two after them, which lead up to it."""
+        count = int(self.segment[-1]) + 1
+        failed = torch.zeros(count, dtype=torch.float64)
+        failed[: len(failures)] = failures.double()[:count]
+        clip = torch.zeros(count, dtype=torch.int64)
+        clip[self.segment] = self.clip
+        total = failed.clone()
+        for later, share in ((1, 0.8), (2, 0.5)):
+            same = clip[later:] == clip[:-later]
+            total[:-later] += torch.where(same, share * failed[later:], 0.0)
+        frames = total[self.segment]
+        return frames / frames.mean() if bool(frames.any()) else torch.ones_like(frames)
+
+
+def drawn(weight: Tensor, u: Tensor) -> Tensor:
+    """Indices [n] int64 into weights [F], each as likely as its weight, of uniform draws u [n]."""
+    edges = weight.cumsum(0)
+    found = torch.searchsorted(edges, u.double() * edges[-1], right=True)
+    # a product that rounds up to the total must not end behind the last weight above 0
+    return torch.minimum(found, torch.nonzero(weight > 0)[-1])
 
 
 def reference(clips: Sequence[Clip], low_height_weight: float = 1.0) -> Reference:
@@ -101,7 +122,11 @@ def reference(clips: Sequence[Clip], low_height_weight: float = 1.0) -> Referenc
         else torch.cat([part[name] for part in parts])
         for name in parts[0]
     }
-    found = Reference(first=stop - lengths, stop=stop, **joined)
+    halves = [torch.arange(clip.frames) // SEGMENT for clip in clips]
+    counts = torch.tensor([int(half[-1]) + 1 for half in halves])
+    before = (counts.cumsum(0) - counts).tolist()
+    segment = torch.cat([half + start for half, start in zip(halves, before, strict=True)])
+    found = Reference(segment=segment, first=stop - lengths, stop=stop, **joined)
     if not bool((found.start_weight > 0).any()):
         raise ClipError(f"no clip to follow: each needs more than {SHORTEST} sound frames")
     return found

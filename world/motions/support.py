@@ -1,7 +1,7 @@
 """What a clip rests on, made to fit it: a seat or a bed that no part of the body runs through.
 
-The clips' own furniture was not recorded. A seat is a plate as high as the pelvis rests, with a back
-where the trunk leans, a bed a block; their edges are drawn in until the legs pass by.
+The clips' own furniture was not recorded. A seat is a plate as high as the pelvis rests, with a
+back where the trunk leans, a bed a block; their edges are drawn in until the legs pass by.
 """
 
 from collections.abc import Callable, Iterator

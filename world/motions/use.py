@@ -164,7 +164,9 @@ def _angular(rotation: Tensor) -> Tensor:
 
 
 def _any(clip: Clip) -> Use:
-    return _box(clip) if clip.box is not None else _bed(clip) if clip.bed is not None else _seat(clip)
+    return (
+        _box(clip) if clip.box is not None else _bed(clip) if clip.bed is not None else _seat(clip)
+    )
 
 
 _READERS: dict[str, Callable[[Clip], Use]] = {

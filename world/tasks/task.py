@@ -107,6 +107,10 @@ class Place:
     def advance(self, body: Body) -> None:
         """After a control step: what lasts an episode moves on with `body`."""
 
+    def told(self) -> dict[str, Tensor]:
+        """What an episode tells at its end besides, by name, [n] each."""
+        return {}
+
     def over(self) -> Tensor | None:
         """[n] bool: whether what is followed is at its end; None: nothing is."""
         return None

@@ -1,8 +1,8 @@
 """Track: follow a clip, with the box, seat or bed that it uses.
 
-Reward: how near the body, the joints, their velocities, the root and the box are to the reference's,
-and hands on the box where the reference's are (after DeepMimic and InterMimic). An episode ends
-where the character deviates, or loses a box that the reference holds.
+Reward: how near the body, the joints, their velocities, the root and the box are to those of the
+reference, and hands on the box where the reference's are (after DeepMimic and InterMimic). An
+episode ends where the character deviates, or loses a box that the reference holds.
 """
 
 from dataclasses import dataclass, field, fields
@@ -27,8 +27,8 @@ KEY_BODIES = ("head", "torso", "right_hand", "left_hand", "right_foot", "left_fo
 _KEYS = [BODIES.index(name) for name in KEY_BODIES]
 _HANDS = [BODIES.index("right_hand"), BODIES.index("left_hand")]
 _HAND_M, _TOUCH_M = 0.04, 0.02
-#: Deviations that end an episode: rms of the bodies relative to the root, the root horizontally, its
-#: height, the box; m. And control steps for which the grip may be lost.
+#: Deviations that end an episode: rms of the bodies relative to the root, the root horizontally,
+#: its height, the box; m. And control steps for which the grip may be lost.
 BODY_M, ROOT_M, HEIGHT_M, BOX_M, GRIP_STEPS = 0.30, 0.70, 0.30, 0.30, 10
 _FRAME = "root heading"
 
@@ -36,11 +36,13 @@ _FRAME = "root heading"
 def _goal() -> Table:
     found = []
     for k in AHEAD:
-        found += [Feature(f"{b}_in_{k}", 3, _FRAME, "m, from the reference root") for b in KEY_BODIES]
+        found += [
+            Feature(f"{b}_in_{k}", 3, _FRAME, "m, from the reference root") for b in KEY_BODIES
+        ]
         found += [
             Feature(f"root_in_{k}", 3, _FRAME, "m, from the root"),
             Feature(f"heading_in_{k}", 2, _FRAME, "cosine and sine"),
-            Feature(f"box_in_{k}", 3, _FRAME, "m, from the root"),
+            Feature(f"box_in_{k}", 3, _FRAME, "m, from the root; held: from the reference's"),
             Feature(f"box_axes_in_{k}", 6, _FRAME, "x and z axes"),
             Feature(f"right_grip_in_{k}", 1, "", "1: the hand holds the box"),
             Feature(f"left_grip_in_{k}", 1, "", "1: the hand holds the box"),
@@ -100,6 +102,9 @@ class TrackPlace(Place):
         missing = self.holds() & ~touching(body, self).all(dim=1)
         self.lost.copy_(torch.where(missing, self.lost + 1, 0))
 
+    def told(self) -> dict[str, Tensor]:
+        return {"segment": self.reference.segment[self.frame]}
+
     def over(self) -> Tensor:
         return self.frame >= self.reference.stop[self.clip()] - 1
 
@@ -116,9 +121,7 @@ class TrackPlace(Place):
         return self.reference.held[self.frame]
 
     def object_features(self, body: Body) -> Tensor:
-        around = features.object_features(
-            body.root, body.heading, self.floor_point(), self.facing
-        )
+        around = features.object_features(body.root, body.heading, self.floor_point(), self.facing)
         if self.box is None:
             return around
         posed = super().object_features(body)
@@ -186,7 +189,9 @@ class Track:
             position = reference.position[frame]
             keys = position[:, _KEYS] - position[:, :1]
             root = position[:, 0] + place.origin
-            there = _box_at(place, frame, root)
+            # as the deviation is measured: a held box from the root, a resting one in the world
+            drift = torch.where(reference.held[frame, None], root - body.root, 0.0)
+            there = reference.box[frame, :3] + place.origin - drift
             axes = rotations.matrix(reference.box[frame, 3:])
             grip = reference.held[frame, None].float().expand(-1, 2)
             turn = rotations.turn_back(heading, reference.heading[frame])
@@ -263,7 +268,9 @@ _ROTATIONS = [
     if joint.is_ball
     for i in range(6)
 ]
-_ANGLES = [features.STATE.slice(f"angle_{joint.name}").start for joint in JOINTS if not joint.is_ball]
+_ANGLES = [
+    features.STATE.slice(f"angle_{joint.name}").start for joint in JOINTS if not joint.is_ball
+]
 
 
 def _order() -> Tensor:
@@ -336,12 +343,6 @@ def _angle(place: TrackPlace, frame: Tensor) -> Tensor:
     assert place.box is not None
     dot = (place.box.rotation * place.reference.box[frame, 3:]).sum(dim=1).abs()
     return 2.0 * torch.acos(dot.clamp_max(1.0))
-
-
-def _box_at(place: TrackPlace, frame: Tensor, root: Tensor) -> Tensor:
-    """[n, 3]: where the reference's box is at frames [n], world, m."""
-    del root
-    return place.reference.box[frame, :3] + place.origin
 
 
 def _followed(place: Place) -> TrackPlace:
