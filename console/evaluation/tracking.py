@@ -14,7 +14,7 @@ from torch import Tensor
 
 from console.evaluation.scores import proportion
 from console.evaluation.tables import number
-from console.recording.format import Take, boxes_of
+from console.recording.format import Recording, Take, boxes_of
 from console.run import assembly
 from policy.model.acting import Policy
 from world import random_streams
@@ -283,6 +283,20 @@ def evaluate(
         **summary(outcomes, chosen, np.array(clips)),
     }
     return figures | {"wall_s": time.perf_counter() - began}, outcomes.takes
+
+
+def shown(found: assembly.Trained, count: int, threads: int) -> Recording:
+    """The first so many clips (mirror images left out, as far as there are others) followed from
+    their first sound frames, the reference beside them."""
+    world = found.experiment.world
+    bank = assembly.training_bank(world)
+    assert isinstance(bank, TrackBank)
+    whole = manifest(bank, 0, 0)
+    rows = np.arange(0, len(whole.frame), bank.each * (2 if world.mirror else 1))[:count]
+    chosen = Trials(whole.frame[rows], whole.choice[rows], whole.whole[rows])
+    outcomes = run(world, bank, found.weights, chosen, threads, len(rows))
+    meta = {"task": found.task, "checkpoint": str(found.path)}
+    return Recording(outcomes.takes, {"control_hz": character.CONTROL_HZ, **meta})
 
 
 def summary(outcomes: Outcomes, trials: Trials, clips: NDArray[np.str_]) -> dict[str, Any]:

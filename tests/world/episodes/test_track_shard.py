@@ -1,4 +1,5 @@
-"""A shard that follows clips: the reference advances, actions are residuals, ends are told apart."""
+"""A shard that follows clips: the reference advances, actions are added to its set-points, ends are
+told apart."""
 
 from dataclasses import replace
 

@@ -123,7 +123,7 @@ def test_a_grip_is_lost_after_ten_control_steps_in_a_row() -> None:
 
 def test_the_clips_end_is_over_and_no_failure() -> None:
     last = followed().stop[:1] - 1
-    found, place = at(last - 1)
+    place = at(last - 1)[1]
     assert place.over().tolist() == [False]
     place.advance(body(last, place))
     assert place.over().tolist() == [True]
@@ -145,7 +145,7 @@ def test_the_goal_shows_the_reference_ahead_in_the_heading_frame() -> None:
         assert torch.allclose(
             part(f"root_in_{k}"), rotations.turn_back(found.heading, way)[0], atol=1e-5
         )
-        held = (reference.box[frame + k, :3] - reference.position[frame + k, 0])
+        held = reference.box[frame + k, :3] - reference.position[frame + k, 0]
         assert torch.allclose(
             part(f"box_in_{k}"), rotations.turn_back(found.heading, held)[0], atol=1e-5
         )
