@@ -295,6 +295,9 @@ def shown(found: assembly.Trained, count: int, threads: int) -> Recording:
     rows = np.arange(0, len(whole.frame), bank.each * (2 if world.mirror else 1))[:count]
     chosen = Trials(whole.frame[rows], whole.choice[rows], whole.whole[rows])
     outcomes = run(world, bank, found.weights, chosen, threads, len(rows))
+    names = [clip.name for clip in assembly.library_of(world).clips]
+    for take in outcomes.takes:
+        take.meta["clip"] = names[take.meta["clip"]]
     meta = {"task": found.task, "checkpoint": str(found.path)}
     return Recording(outcomes.takes, {"control_hz": character.CONTROL_HZ, **meta})
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from console.evaluation.tracking import Outcomes, Trials, manifest, run, summary
+from console.play.recorded import takes_of
 from console.recording import format as recording
 from console.recording.format import Recording
 from tests.support.track_scenes import WORLD, bank, followed
@@ -68,3 +69,13 @@ def test_figures_by_hand() -> None:
     assert a["contact_f1"] == pytest.approx(2 * 16 / (2 * 16 + 3 + 7))
     assert a["ends"] == {"end_body": 0.0, "end_root": 0.0, "end_box": 0.5, "end_grip": 0.0}
     assert (b["object_cm"], b["contact_f1"], b["steps"]) == (None, None, 20.0)
+
+
+def test_a_player_has_the_reference_beside_each_take() -> None:
+    chosen = manifest(bank(), 0, 0)
+    takes = run(WORLD, bank(), None, chosen, 1, record=2).takes
+    found = takes_of(Recording(takes, {"task": "track"}), "track")
+    source = next(iter(found.values()))
+    assert source.follows
+    assert np.array_equal(source.followed(3), takes[0].ghost[3])
+    assert source.poses(3).shape == (source.model.nbody, 7)
