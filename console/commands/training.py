@@ -39,7 +39,7 @@ class Train:
     """Run directory; default runs/TASK-<date>-<n>. An existing one needs --resume or --restart."""
     preset: Preset = "fast"
     """Defaults of everything below: fast (512 x 256 networks), paper (1024 x 512), or track
-    (motion tracking)."""
+    (motion tracking, the default of the task track)."""
     motions: tuple[Path, ...] = ()
     """Motion clips, files or folders; default: the package's own."""
     objects: tuple[str, ...] = ()

@@ -28,6 +28,7 @@ from world.furniture.piece import Affordance, Piece
 from world.motions.library import MotionLibrary
 from world.scene import perturbations
 from world.tasks.task import HELD
+from world.tasks.track import follows
 
 SPLITS = ("test", "train")
 
@@ -61,7 +62,7 @@ def evaluate_command(command: Evaluate) -> int:
     """Evaluate, print the tables, write the JSON; returns the exit code."""
     check(command)
     found = assembly.trained(command.source)
-    if tasks.make(found.task).affordance == "any":
+    if follows(tasks.make(found.task)):
         return follow(command, found)
     pieces = objects_of(found, command.objects, command.trials, command.seed)
     library = clips(command, found.experiment.world) if command.quality else None

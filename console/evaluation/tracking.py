@@ -25,7 +25,7 @@ from world.objects.track_bank import TrackBank
 from world.scene.batch import Scenes
 from world.scene.box import STAND
 from world.tasks.task import state
-from world.tasks.track import Track, deviation, touching
+from world.tasks.track import Track, TrackPlace, deviation, followed, touching
 
 #: Key of these draws among the streams (world.random_streams names its own from 1).
 PURPOSE = 104
@@ -116,9 +116,14 @@ def run(
 
     with ThreadPoolExecutor(threads, "trials") as pool:
         parts = list(pool.map(one, chunks))
-    names = ("completed", "ends", "steps", "deviation", "contact")
-    joined = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
-    return Outcomes(*joined, [take for part in parts for take in part.takes])
+    return Outcomes(
+        np.concatenate([part.completed for part in parts]),
+        np.concatenate([part.ends for part in parts]),
+        np.concatenate([part.steps for part in parts]),
+        np.concatenate([part.deviation for part in parts]),
+        np.concatenate([part.contact for part in parts]),
+        [take for part in parts for take in part.takes],
+    )
 
 
 class _Chunk:
@@ -195,16 +200,17 @@ class _Chunk:
     def _step(self, running: Tensor) -> Tensor:
         """One control step; [n] bool: where it ended a trial that was running."""
         task, scenes = self._task, self._scenes
-        body, place = scenes.body(), scenes.now(self._places)
+        body, place = scenes.body(), followed(scenes.now(self._places))
         action = torch.zeros(len(running), character.NU)
         if self._policy is not None:
             action = self._policy(state(body, place), task.goal_features(body, place))
         scenes.drive(scenes.targets(action, place.setpoints()))
         sound = scenes.finite()
-        body, place = scenes.body(), scenes.now(self._places)
+        body, place = scenes.body(), followed(scenes.now(self._places))
         place.advance(body)
         off = deviation(body, place)
-        ends = task.stage(body, place) | ~sound[:, None]
+        ends = task.stage(body, place)
+        ends[:, 0] |= ~sound
         failed = ends.any(dim=1)
         over = place.over()
         both, held = touching(body, place).all(dim=1), place.holds()
@@ -219,7 +225,7 @@ class _Chunk:
         return (over | failed) & running
 
 
-def _kept(scenes: Scenes, bank: TrackBank, places: Any, record: int) -> dict[str, Tensor]:
+def _kept(scenes: Scenes, bank: TrackBank, places: TrackPlace, record: int) -> dict[str, Tensor]:
     row = {k: v[:record] for k, v in scenes.physics().items()}
     ghost = bank.reference.qpos[places.frame[:record]].clone()
     ghost[:, :3] += places.origin[:record]
@@ -337,7 +343,8 @@ def table(figures: dict[str, Any]) -> Table:
         title=f"track: iteration {figures['iteration']}, {figures['wall_s']:.0f} s",
         title_justify="left",
     )  # fmt: skip
-    for row in ({"clip": "all"} | figures, *figures["by_clip"]):
+    rows: list[dict[str, Any]] = [{"clip": "all"} | figures, *figures["by_clip"]]
+    for row in rows:
         low, high = row["completed"]["ci95"]
         shown.add_row(
             f"{row['clip']} ({row['trials']})",

@@ -10,6 +10,7 @@ from console.run import assembly, machine
 from world import tasks
 from world.character.model import CONTROL_HZ
 from world.errors import ConfigError
+from world.tasks.track import follows
 
 
 def video_command(command: Video) -> int:
@@ -37,7 +38,7 @@ def video_command(command: Video) -> int:
 def played(command: Video) -> Recording:
     """A run's policy in the trials of a seed."""
     source = assembly.trained(command.source)
-    if tasks.make(source.task).affordance == "any":
+    if follows(tasks.make(source.task)):
         return tracking.shown(source, command.trials, machine.cores())
     chosen = trials.manifest(
         objects_of(source, command.objects, command.trials, command.seed),

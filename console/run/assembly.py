@@ -37,6 +37,7 @@ from world.objects.box_bank import BoxBank, boxes
 from world.objects.furniture_bank import Bank, variants
 from world.objects.track_bank import TrackBank
 from world.tasks.symmetry import symmetry
+from world.tasks.track import follows
 
 
 @lru_cache(maxsize=2)
@@ -56,7 +57,7 @@ def library_of(world: WorldConfig) -> MotionLibrary:
 def training_bank(world: WorldConfig) -> Bank | BoxBank | TrackBank:
     """The training furniture or boxes of a configuration, compiled once in a process."""
     affordance = tasks.make(world.task).affordance
-    if affordance == "any":
+    if follows(tasks.make(world.task)):
         clips = library_of(world).clips
         return TrackBank(clips, reference(clips, world.track.handling), world.track)
     if affordance == "carry":
@@ -71,7 +72,7 @@ def training_pieces(world: WorldConfig) -> tuple[tuple[Piece, ...], str]:
     ConfigError for furniture that is held out, or for a task that uses none.
     """
     affordance = tasks.make(world.task).affordance
-    if affordance in ("carry", "any"):
+    if affordance == "carry" or follows(tasks.make(world.task)):
         if world.objects:
             raise ConfigError(f"--objects: {world.task} has its own; leave it out")
         return (), ""

@@ -16,7 +16,7 @@ from world.motions.reference import Reference, reference
 from world.motions.synthetic import library
 from world.motions.synthetic.carries import carrying
 from world.objects.track_bank import TrackBank
-from world.tasks.track import TrackPlace
+from world.tasks.track import Track, TrackPlace
 
 WORLD = WorldConfig(task="track", episode_s=10.0, track=TrackConfig(boxes=2))
 
@@ -38,7 +38,7 @@ def followed() -> Reference:
 @cache
 def motions() -> MotionLibrary:
     """Them as a library: the mirror images are made there."""
-    return MotionLibrary(clips()[::2], True, "any")
+    return MotionLibrary(clips()[::2], True, Track().affordance)
 
 
 @cache

@@ -17,6 +17,7 @@ from world.initial import squeeze
 from world.motions.library import MotionLibrary
 from world.objects.box_bank import BoxBank
 from world.objects.furniture_bank import Bank
+from world.objects.track_bank import TrackBank
 
 #: Noise on the clip's states, so that the clone also answers states beside the clips: rad (or m),
 #: rad/s.
@@ -24,7 +25,11 @@ _POSITION_NOISE, _VELOCITY_NOISE = 0.03, 0.3
 
 
 def pairs(
-    config: WorldConfig, library: MotionLibrary, bank: Bank | BoxBank, samples: int, seed: int
+    config: WorldConfig,
+    library: MotionLibrary,
+    bank: Bank | BoxBank | TrackBank,
+    samples: int,
+    seed: int,
 ) -> tuple[Tensor, Tensor]:
     """Observations (state and goal) [m, 114 + G] of noised clip states, and actions [m, 28] that
     follow.
@@ -52,6 +57,9 @@ def pairs(
     target = servos.coordinates(library.qpos[following]) + kd / kp * velocity
     press, weight = starter.load_n(starts)
     target = target + squeeze.squeeze(library.qpos[following], press[kept], weight[kept])
+    base = place.setpoints()
+    if base is not None:  # what the reference says is done by actions of 0
+        return observation, torch.zeros_like(base)
     low, high = (torch.from_numpy(b).to(torch.float32) for b in character.target_bounds())
     neutral = torch.from_numpy(character.neutral_targets()).to(torch.float32)
     action = (torch.maximum(torch.minimum(target, high), low) - neutral) / (

@@ -4,7 +4,7 @@ The clips' own furniture was not recorded. A seat is a plate as high as the pelv
 back where the trunk leans, a bed a block; their edges are drawn in until the legs pass by.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,6 +32,8 @@ _BACK_M, _BACK_THICK_M, _LEANS_RAD = 0.55, 0.05, 0.12
 _BED_M, _LEAST_BED_M = (0.45, 1.15, 0.55), (0.20, 0.30, 0.20)
 #: A limb whose middle is no lower than this below the top lies on it, m.
 _LIES_M, _FAR_M = 0.05, 1e3
+#: Every so many frames are looked at.
+_EVERY = 3
 #: Beds lower than this are the floor, m.
 _FLOOR_M = 0.05
 
@@ -48,6 +50,20 @@ class Support:
     head_m: Point
     """Below the head; of a seat the point itself."""
 
+    def mirrored(self) -> "Support":
+        """Itself reflected left to right (y -> −y): its boxes are their own mirror images."""
+
+        def reflected(point: Point) -> Point:
+            return point[0], -point[1], point[2]
+
+        return Support(
+            self.piece,
+            reflected(self.origin_m),
+            -self.yaw_rad,
+            reflected(self.point_m),
+            reflected(self.head_m),
+        )
+
 
 def support(clip: Clip) -> Support:
     """What holds the character of a clip; out of the way where nothing does, or it has a box, which
@@ -57,6 +73,15 @@ def support(clip: Clip) -> Support:
     if clip.box is None and clip.bed is not None and clip.bed.height_m > _FLOOR_M:
         return _bed(clip)
     return Support(STAND, AWAY_M, 0.0, AWAY_M, AWAY_M)
+
+
+def supports(clips: Sequence[Clip]) -> list[Support]:
+    """Those of clips; a mirror image that follows its clip has the image of its support."""
+    found: list[Support] = []
+    for number, clip in enumerate(clips):
+        image = number > 0 and clip.name == f"{clips[number - 1].name}~mirrored"
+        found.append(found[-1].mirrored() if image else support(clip))
+    return found
 
 
 def sunk_m(clip: Clip, found: Support) -> NDArray[np.float64]:
@@ -144,8 +169,8 @@ def _drawn_in(
     """The edges from `largest` down to `least` at which no limb is in the box's side: the one that
     gains most is drawn in first."""
     edges = list(largest)
-    beside = spheres.copy()
-    beside[spheres[..., 2] > top - _LIES_M, :3] = _FAR_M
+    beside = spheres[::_EVERY].copy()
+    beside[beside[..., 2] > top - _LIES_M, :3] = _FAR_M
 
     def clash(of: list[float]) -> float:
         return float(np.maximum(_depth(beside, made(tuple(of))) - _TOLERATED_M, 0.0).sum())

@@ -11,7 +11,7 @@ from world.errors import ConfigError
 from world.furniture.piece import Box, Piece
 from world.motions.clip import Clip
 from world.motions.reference import Reference
-from world.motions.support import sunk_m, support
+from world.motions.support import sunk_m, supports
 from world.scene import box as box_scene
 from world.scene import slots
 from world.scene.model import Ball, compile_scene
@@ -25,8 +25,6 @@ class TrackBank:
     """V = C × K scenes: each of C clips with K boxes of other size, weight and friction, the first
     K of clip 0. Where no clip has a box, K is 1 and the scenes have none."""
 
-    affordance = "any"
-
     def __init__(
         self,
         clips: Sequence[Clip],
@@ -38,24 +36,24 @@ class TrackBank:
         self.has_box = bool(reference.boxed.any())
         self.each = _checked(config) if self.has_box else 1
         self.reference = reference
-        supports = [support(clip) for clip in clips]
-        shared = slots.common([found.piece for found in supports])
+        holding = supports(clips)
+        shared = slots.common([found.piece for found in holding])
         #: Where the support's origin stands, m [C, 3], and its yaw (cosine, sine) [C, 2].
-        self.origin = torch.tensor([found.origin_m for found in supports], dtype=torch.float32)
-        yaw = torch.tensor([found.yaw_rad for found in supports], dtype=torch.float32)
+        self.origin = torch.tensor([found.origin_m for found in holding], dtype=torch.float32)
+        yaw = torch.tensor([found.yaw_rad for found in holding], dtype=torch.float32)
         self.yaw = torch.stack((torch.cos(yaw), torch.sin(yaw)), dim=1)
-        self.point = torch.tensor([found.point_m for found in supports], dtype=torch.float32)
-        self.head = torch.tensor([found.head_m for found in supports], dtype=torch.float32)
+        self.point = torch.tensor([found.point_m for found in holding], dtype=torch.float32)
+        self.head = torch.tensor([found.head_m for found in holding], dtype=torch.float32)
         self.corners = torch.stack(
-            [torch.from_numpy(found.piece.corners()).to(torch.float32) for found in supports]
+            [torch.from_numpy(found.piece.corners()).to(torch.float32) for found in holding]
         )
         #: How much higher than in the clip the character is set down in each frame, m [F]: out of
         #: what it rests on.
-        lift = [sunk_m(clip, found) for clip, found in zip(clips, supports, strict=True)]
+        lift = [sunk_m(clip, found) for clip, found in zip(clips, holding, strict=True)]
         self.lift = torch.from_numpy(np.concatenate(lift)).to(torch.float32).clamp_max(_LIFT_M)
         self.models: list[mujoco.MjModel] = []
         pieces, half, mass = [], [], []
-        for number, found in enumerate(supports):
+        for number, found in enumerate(holding):
             for k in range(self.each):
                 share = (number * self.each + k) * _GOLDEN % 1.0
                 cargo, friction = _cargo(reference, number, k, share, config, self.each)
@@ -63,6 +61,9 @@ class TrackBank:
                 pieces.append(cargo if boxed else found.piece)
                 half.append(cargo.boxes[0].half_m)
                 mass.append(cargo.mass_kg)
+                if k and not boxed:  # what no one uses need not vary
+                    self.models.append(self.models[-1])
+                    continue
                 model = compile_scene(
                     found.piece, balls, cargo if self.has_box else None, shared=shared
                 )

@@ -11,8 +11,8 @@ from world import rotations
 from world.character import features
 from world.character.features import Body, Table
 
-Affordance = Literal["sit", "lie", "carry", "any"]
-"""What an object offers: a seat, a lying place, or itself to be carried; any: what a clip uses."""
+Affordance = Literal["sit", "lie", "carry"]
+"""What an object offers: a seat, a lying place, or itself to be carried."""
 
 #: Name of the last stage of every task: success held. Whoever runs the episodes knows it, since
 #: `stage` sees a moment alone.

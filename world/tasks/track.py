@@ -6,7 +6,7 @@ episode ends where the character deviates, or loses a box that the reference hol
 """
 
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import torch
 from torch import Tensor
@@ -15,7 +15,7 @@ from world import rotations
 from world.character import features
 from world.character.features import Body, Feature, Table
 from world.character.model import BODIES, JOINTS, NU
-from world.tasks.task import Affordance, BoxState, Place
+from world.tasks.task import Affordance, BoxState, Place, Task
 
 if TYPE_CHECKING:
     from world.motions.reference import Reference
@@ -77,7 +77,7 @@ class TrackPlace(Place):
     def rows(self, ids: Tensor) -> "TrackPlace":
         mine = {name: value[ids] for name, value in self._own().items()}
         base = super().rows(ids)
-        common = {f.name: getattr(base, f.name) for f in fields(Place)}
+        common: dict[str, Any] = {f.name: getattr(base, f.name) for f in fields(Place)}
         return TrackPlace(**common, reference=self.reference, residual=self.residual, **mine)
 
     def tensors(self) -> dict[str, Tensor]:
@@ -162,7 +162,8 @@ class Track:
     """The track task."""
 
     name = "track"
-    affordance: Affordance = "any"
+    # of no one kind of object: each clip brings what it uses
+    affordance = cast("Affordance", "any")
     episode_s = 10.0
     goal = _goal()
     alike: ClassVar[dict[str, str]] = {}
@@ -180,7 +181,7 @@ class Track:
     success_m = BODY_M
 
     def goal_features(self, body: Body, place: Place) -> Tensor:
-        place = _followed(place)
+        place = followed(place)
         reference, heading = place.reference, body.heading
         boxed = place.boxed()[:, None].float()
         parts = []
@@ -213,7 +214,7 @@ class Track:
         return torch.cat(parts, dim=1)
 
     def reward_terms(self, body: Body, place: Place) -> Tensor:
-        place = _followed(place)
+        place = followed(place)
         reference, frame = place.reference, place.frame
         off = deviation(body, place)
         near = torch.exp(-15.0 * off.body.square())
@@ -241,24 +242,29 @@ class Track:
     def error_m(self, body: Body, place: Place) -> Tensor:
         """[n]: rms of the bodies relative to the root, or the box's deviation where that is more,
         m."""
-        off = deviation(body, _followed(place))
+        off = deviation(body, followed(place))
         return torch.maximum(off.body, off.box)
 
     def stage(self, body: Body, place: Place) -> Tensor:
-        return torch.stack(self._ends(body, _followed(place)), dim=1)
+        return torch.stack(self._ends(body, followed(place)), dim=1)
 
     def low(self, body: Body, place: Place) -> Tensor:
         return torch.ones_like(body.root[:, 2], dtype=torch.bool)
 
     def fell(self, body: Body, place: Place) -> Tensor:
         """[n] bool: the character deviates, or lost the box."""
-        return torch.stack(self._ends(body, _followed(place)), dim=1).any(dim=1)
+        return torch.stack(self._ends(body, followed(place)), dim=1).any(dim=1)
 
     def _ends(self, body: Body, place: TrackPlace) -> list[Tensor]:
         off = deviation(body, place)
         astray = (off.root > ROOT_M) | (off.height > HEIGHT_M)
         lost = (off.box > BOX_M) if place.box is not None else torch.zeros_like(astray)
         return [off.body > BODY_M, astray, lost, place.lost >= GRIP_STEPS]
+
+
+def follows(task: Task) -> bool:
+    """Whether a task follows clips, with what they use, instead of using a given object."""
+    return isinstance(task, Track)
 
 
 _VELOCITY = features.STATE.slice("joint_velocity")
@@ -345,6 +351,7 @@ def _angle(place: TrackPlace, frame: Tensor) -> Tensor:
     return 2.0 * torch.acos(dot.clamp_max(1.0))
 
 
-def _followed(place: Place) -> TrackPlace:
+def followed(place: Place) -> TrackPlace:
+    """The place of one who follows a clip; AssertionError where there is no reference."""
     assert isinstance(place, TrackPlace), "to follow there must be a reference"
     return place

@@ -14,7 +14,7 @@ def trained(folder: Path, name: str, actors: int) -> list[dict[str, float]]:
         motions.mkdir()
         for clip in clips()[::2]:
             clip_file.write(motions / f"{clip.name}.npz", clip)
-    words = ["train", "track", "--preset", "track", "--run", str(folder / name)]
+    words = ["train", "track", "--run", str(folder / name)]
     words += ["--motions", str(motions), "--iterations", "3", "--scenes", "64", "--block", "32"]
     words += ["--horizon", "16", "--actors", str(actors), "--ppo.hidden", "32", "16"]
     words += ["--ppo.warmup-iterations", "1", "--world.track.boxes", "1"]
@@ -35,6 +35,8 @@ def test_a_training_is_the_same_over_one_and_two_actors_and_is_evaluated_by_clip
         }
     last = one[-1]
     assert "reward/style" not in last
+    config = json.loads((tmp_path / "run1" / "config.json").read_text())
+    assert config["preset"] == "track"
     assert 0.5 < last["reward/body"] < 1.0
     ends = sum(last[f"episode/{name}"] for name in ("end_body", "end_root", "end_box", "end_grip"))
     assert ends >= last["episode/fall"] > 0.0

@@ -5,11 +5,13 @@ from dataclasses import replace
 import pytest
 import torch
 
-from tests.support.track_scenes import WORLD, bank, clips, followed
+from tests.support.track_scenes import WORLD, bank, clips, followed, motions
 from world.config import TrackConfig
 from world.errors import ConfigError
+from world.initial.cloning import pairs
 from world.initial.track import TrackStarter
 from world.objects.track_bank import TrackBank
+from world.tasks.track import Track
 
 
 def test_a_start_is_a_function_of_seed_scene_and_episode() -> None:
@@ -73,6 +75,12 @@ def test_failures_draw_half_of_the_starts_to_where_they_happened() -> None:
 def test_settings_that_make_no_box_are_refused(wrong: dict[str, tuple[float, float]]) -> None:
     with pytest.raises(ConfigError, match=r"track\."):
         TrackBank(clips()[:1], followed(), replace(TrackConfig(), **wrong))
+
+
+def test_to_clone_the_clips_is_to_add_nothing_to_their_set_points() -> None:
+    observations, actions = pairs(WORLD, motions(), bank(), 50, 0)
+    assert observations.shape == (50, 114 + Track.goal.width)
+    assert not bool(actions.any())
 
 
 def test_a_share_beyond_one_is_refused() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support.track_scenes import clips
-from world.motions.support import AWAY_M, Support, sunk_m, support
+from world.motions.support import AWAY_M, Support, sunk_m, support, supports
 from world.motions.synthetic.lies import lying
 
 
@@ -42,6 +42,18 @@ def test_a_bed_lies_along_the_body() -> None:
     assert found.yaw_rad == pytest.approx(np.arctan2(y, x))
     reach = found.piece.boxes[0]
     assert reach.centre_m[0] + reach.half_m[0] > np.hypot(x, y)
+
+
+def test_a_mirror_image_rests_on_the_image_of_what_its_clip_rests_on() -> None:
+    own, image = supports(clips()[2:])
+    assert image == own.mirrored()
+    # within how finely edges are drawn in, it is what the image alone would have been given
+    alone = support(clips()[3])
+    assert image.origin_m == pytest.approx(alone.origin_m)
+    assert image.yaw_rad == pytest.approx(alone.yaw_rad)
+    for a, b in zip(image.piece.boxes, alone.piece.boxes, strict=True):
+        assert a.half_m == pytest.approx(b.half_m, abs=0.021)
+    assert np.allclose(sunk_m(clips()[2], own), sunk_m(clips()[3], image), atol=1e-4)
 
 
 def test_a_box_needs_no_seat_and_a_walker_nothing() -> None:
