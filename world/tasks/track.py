@@ -75,7 +75,7 @@ class TrackPlace(Place):
     """[n]: of the box, kg."""
 
     def rows(self, ids: Tensor) -> "TrackPlace":
-        mine = {name: value[ids] for name, value in self._own().items()}
+        mine: dict[str, Any] = {name: value[ids] for name, value in self._own().items()}
         base = super().rows(ids)
         common: dict[str, Any] = {f.name: getattr(base, f.name) for f in fields(Place)}
         return TrackPlace(**common, reference=self.reference, residual=self.residual, **mine)
@@ -163,7 +163,7 @@ class Track:
 
     name = "track"
     # of no one kind of object: each clip brings what it uses
-    affordance = cast("Affordance", "any")
+    affordance: Affordance = cast("Affordance", "any")
     episode_s = 10.0
     goal = _goal()
     alike: ClassVar[dict[str, str]] = {}
