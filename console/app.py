@@ -85,7 +85,8 @@ def preset_of(arguments: Sequence[str]) -> Any:
 
     given = value_of(arguments, "--preset")
     task = next((word for word in arguments[1:2] if word in PRESETS), "fast")
-    return given or task
+    # one that there is not is refused where the flag itself is read
+    return given if given in PRESETS else task
 
 
 def value_of(arguments: Sequence[str], flag: str) -> str | None:
