@@ -6,13 +6,14 @@ RUN ?= runs/first
 MINUTES ?= 10
 TRIALS ?= 256
 
-.PHONY: help setup train test check format proto clean
+.PHONY: help setup train test check docs format proto clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make train   set up, train sit for about $(MINUTES) minutes, evaluate, leave a replay in $(RUN)/replay.mp4"
 	@echo "make test    set up and run every test"
-	@echo "make check   set up and check format, lint, types and the direction of imports"
+	@echo "make check   set up and check format, lint, types, the direction of imports and the documentation"
+	@echo "make docs    build the documentation into site/; every warning is an error"
 	@echo "make setup   only the virtual environment, in .venv"
 
 # The stamp makes set-up run once, and again when a requirement changes.
@@ -36,7 +37,7 @@ train: setup
 test: setup
 	$(BIN)/python -m pytest
 
-check: setup
+check: setup docs
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/lint-imports
@@ -46,9 +47,13 @@ format: setup
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
+# Strict: a warning (a link to nowhere, a page outside the navigation) fails the build.
+docs: setup
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet --strict
+
 # Regenerates the committed stubs in rpc/v1; a test compares them.
 proto: setup
 	$(BIN)/python -m rpc.generate
 
 clean:
-	rm -rf .venv build *.egg-info .pytest_cache .ruff_cache .import_linter_cache
+	rm -rf .venv build site *.egg-info .pytest_cache .ruff_cache .import_linter_cache

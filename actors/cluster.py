@@ -1,4 +1,4 @@
-"""Ray itself: started on this machine and quiet, or joined where it already runs."""
+"""A Ray session: a private one on this machine, or a cluster that is joined."""
 
 import inspect
 import os
@@ -17,11 +17,11 @@ from ray._raylet import DASHBOARD_AGENT_LISTEN_PORT_NAME, persist_port
 
 from world.errors import InhabitError
 
-# Read at Ray's first call: rpc/__init__.py says what it is for.
+# Read at Ray's first call; the reason stands in rpc/__init__.py.
 os.environ.setdefault("GRPC_ENABLE_FORK_SUPPORT", "0")
 
 NAMESPACE = "inhabit"
-_QUIET: dict[str, Any] = {
+_OPTIONS: dict[str, Any] = {
     "namespace": NAMESPACE,
     "log_to_driver": False,
     "logging_level": "ERROR",
@@ -33,10 +33,12 @@ _AGENT_PORTS = (
     "runtime_env_agent_port",
     "dashboard_agent_listen_port",
 )
-#: Without these there is no Ray; its monitors may end.
-_VITAL = (ray_constants.PROCESS_TYPE_GCS_SERVER, ray_constants.PROCESS_TYPE_RAYLET)
+#: Processes that Ray cannot run without; its monitors may end.
+_REQUIRED = (ray_constants.PROCESS_TYPE_GCS_SERVER, ray_constants.PROCESS_TYPE_RAYLET)
 START_S = 180.0
+"""Longest wait for a node to register, s."""
 STORE_S = 60.0
+"""Longest wait for the control store's port, s."""
 
 
 class ClusterError(InhabitError):
@@ -47,11 +49,12 @@ class ClusterError(InhabitError):
 def ray_session(
     cpus: int, address: str | None = None, object_store_bytes: int = 256 * 2**20
 ) -> Iterator[None]:
-    """Ray for the length of a `with`; one that already runs in this process is used and left.
+    """Run Ray within a `with`; a Ray that already runs in this process is used and left running.
 
-    Without `address`, the cluster that a submitted job runs in, else a private Ray on this machine
-    with `cpus` slots (bookkeeping: Ray does not pin cores), no dashboard, on the loopback alone.
-    With HOST:PORT or 'auto', a cluster. Raises ClusterError where it cannot be had.
+    address: HOST:PORT or 'auto' joins a cluster. None: the cluster that a submitted job runs in,
+    else a private Ray on this machine with `cpus` slots (Ray does not pin cores), without a
+    dashboard, on the loopback interface alone.
+    Raises ClusterError where Ray cannot be started or joined.
     """
     if ray.is_initialized():
         yield
@@ -64,7 +67,7 @@ def ray_session(
             _start(cpus, object_store_bytes)
         else:
             require_listener(address)
-            ray.init(address=address, **_QUIET)
+            ray.init(address=address, **_OPTIONS)
     except ClusterError:
         raise
     # Ray's own errors of starting and joining have no common base below Exception.
@@ -80,29 +83,29 @@ def ray_session(
 
 
 def _start(cpus: int, object_store_bytes: int) -> None:
-    """A private Ray; one that does not come up is ended, and tried again."""
+    """Start a private Ray; one that does not come up is ended, and started again, three in all."""
     for last in (False, False, True):
         with (
             _importable(),
             on_loopback(),
             _agents_with_ports(),
-            _started() as processes,
-            patience(START_S, processes),
+            _record_processes() as processes,
+            startup_timeouts(START_S, processes),
         ):
             try:
                 ray.init(
-                    address="local",  # not one that `ray start` began on this machine
+                    address="local",  # not a Ray that `ray start` runs on this machine
                     num_cpus=cpus,
                     num_gpus=0,
                     include_dashboard=False,
                     object_store_memory=object_store_bytes,
                     _node_ip_address="127.0.0.1",
-                    **_QUIET,
+                    **_OPTIONS,
                 )
                 return
             except Exception as error:
                 ray.shutdown()
-                # Which knows nothing of a node that never came to be: Ray ends that at its exit.
+                # ray.shutdown ends no node that failed to start; Ray ends it only at process exit.
                 for process in processes:
                     process.kill()
                 died = isinstance(error, ClusterError)
@@ -112,13 +115,14 @@ def _start(cpus: int, object_store_bytes: int) -> None:
 
 @contextmanager
 def on_loopback() -> Iterator[None]:
-    """The Ray started inside takes 127.0.0.1 for its address, and so binds every port there alone.
+    """Make a Ray that is started inside bind its ports on 127.0.0.1 alone.
 
-    Otherwise it would turn 127.0.0.1 into the machine's outward address, and listen to everyone.
+    By default Ray replaces 127.0.0.1 by the machine's outward address and listens to other
+    machines.
     """
     name = ray_constants.ENABLE_RAY_CLUSTERS_ENV_VAR
     before = ray_constants.ENABLE_RAY_CLUSTER
-    # Read once, at the import of ray: by now both are needed, one for Ray's own processes.
+    # Ray reads it at import: the constant is for this process, the variable for Ray's own.
     ray_constants.ENABLE_RAY_CLUSTER = False
     try:
         with _environment(name, "0"):
@@ -129,27 +133,28 @@ def on_loopback() -> Iterator[None]:
 
 @dataclass(frozen=True)
 class _Process:
-    """One of the processes that make a Ray node, and where it writes what it dies of."""
+    """One process of a Ray node, with the file of its standard error."""
 
     name: str
     popen: subprocess.Popen[bytes]
     errors: Path | None
 
     def kill(self) -> None:
+        """End the process and wait for it."""
         self.popen.kill()
         self.popen.wait()
 
     def require_running(self) -> None:
-        """ClusterError with its reason where it has ended, and Ray cannot be without it."""
-        status = self.popen.poll() if self.name in _VITAL else None
+        """Raise ClusterError with its error output if a required process has ended."""
+        status = self.popen.poll() if self.name in _REQUIRED else None
         if status is not None:
-            raise ClusterError(f"{self} ended as it started, status {status}{self.said()}")
+            raise ClusterError(f"{self} ended as it started, status {status}{self.error()}")
 
     def __str__(self) -> str:
         return f"Ray's {self.name}"
 
-    def said(self) -> str:
-        """': ' and the check that failed, else the first of its errors; '' where there is none."""
+    def error(self) -> str:
+        """': ' and the check that failed, else the first line of error output; '' without any."""
         try:
             lines = self.errors.read_text(errors="replace").splitlines() if self.errors else []
         except OSError:
@@ -160,51 +165,52 @@ class _Process:
 
 
 @contextmanager
-def patience(seconds: float, processes: Sequence[_Process] = ()) -> Iterator[None]:
-    """The Ray started inside may take so long to open its store's port and to register its node.
+def startup_timeouts(seconds: float, processes: Sequence[_Process] = ()) -> Iterator[None]:
+    """Raise the time-outs within which a Ray that is started inside opens its ports and registers.
 
-    Ray waits 30 s for each, for the node by a constant of its code. A node registers when its two
-    agents have imported what they need, about 10 s of a core: 45 s were measured on a machine with
-    ten times as much to do as it has cores. Ray asks in a loop, and gives up when a failed answer
-    comes after its 30 s. The store is there within a second even then: what keeps it for a minute
-    is not cured by waiting. ClusterError as soon as one of `processes` has ended.
+    Ray waits 30 s for the control store's port and 30 s for the node, a constant of its code. A
+    node registers once its two agents have imported their modules, about 10 s of a core: 45 s were
+    measured at a load of ten per core. The store opens its port within a second even then, so that
+    a longer wait than STORE_S is of no use to it. Raises ClusterError as soon as one of `processes`
+    has ended.
     """
 
-    def patient(ask: Callable[..., Any], at_most_s: float) -> Callable[..., Any]:
-        def ask_again(*given: Any, **named: Any) -> Any:
-            deadline = time.monotonic() + at_most_s
+    def repeat(request: Callable[..., Any], timeout_s: float) -> Callable[..., Any]:
+        def request_again(*given: Any, **named: Any) -> Any:
+            deadline = time.monotonic() + timeout_s
             while True:
                 try:
-                    return ask(*given, **named)
+                    return request(*given, **named)
                 except RuntimeError as error:
                     for process in processes:
                         process.require_running()
                     if time.monotonic() >= deadline:
-                        said = "".join(
-                            f"; {one}{words}" for one in processes if (words := one.said())
+                        errors = "".join(
+                            f"; {one}{words}" for one in processes if (words := one.error())
                         )
-                        raise ClusterError(f"Ray does not come up: {error}{said}") from error
+                        raise ClusterError(f"Ray does not come up: {error}{errors}") from error
                 time.sleep(0.2)
 
-        return ask_again
+        return request_again
 
-    def ask_shortly(*given: Any, **named: Any) -> Any:
+    def port_within_200_ms(*given: Any, **named: Any) -> Any:
         return port(*given, **(named | {"timeout_ms": 200}))
 
     port = node.wait_for_persisted_port
+    port_request = repeat(port_within_200_ms, min(seconds, STORE_S))
     with (
-        _replaced(node, "wait_for_persisted_port", patient(ask_shortly, min(seconds, STORE_S))),
-        _replaced(services, "get_node", patient(services.get_node, seconds)),
+        _replaced(node, "wait_for_persisted_port", port_request),
+        _replaced(services, "get_node", repeat(services.get_node, seconds)),
     ):
         yield
 
 
 @contextmanager
-def _started() -> Iterator[list[_Process]]:
-    """The processes that a Ray started inside is made of, but for what its node starts."""
+def _record_processes() -> Iterator[list[_Process]]:
+    """List the processes of a Ray that is started inside, without those that its node starts."""
     start = services.start_ray_process
 
-    def start_and_tell(command: list[str], name: str, *given: Any, **named: Any) -> Any:
+    def start_and_record(command: list[str], name: str, *given: Any, **named: Any) -> Any:
         info = start(command, name, *given, **named)
         option = "--stderr_filepath="
         paths = [Path(c.removeprefix(option)) for c in command if c.startswith(option)]
@@ -212,16 +218,17 @@ def _started() -> Iterator[list[_Process]]:
         return info
 
     found: list[_Process] = []
-    with _replaced(services, "start_ray_process", start_and_tell):
+    with _replaced(services, "start_ray_process", start_and_record):
         yield found
 
 
 @contextmanager
 def _agents_with_ports() -> Iterator[None]:
-    """The node of a Ray started inside has its agents' ports from us.
+    """Choose the ports of the agents of a Ray node that is started inside.
 
-    Where they choose their own, it waits 15 s for each to say which in a file, a constant of its
-    code, and ends itself if they are slower. Three it then knows; the fourth is in that file.
+    If the agents choose them, the node waits 15 s for each agent's port in a file, a constant of
+    its code, and ends itself where an agent is slower. Three ports are arguments of the node; the
+    fourth is written to that file here.
     """
     start = services.start_raylet
 
@@ -239,7 +246,7 @@ def _agents_with_ports() -> Iterator[None]:
 
 @contextmanager
 def _replaced(module: Any, name: str, by: Callable[..., Any]) -> Iterator[None]:
-    """Another function in a module of Ray's, where it has no setting."""
+    """Replace a function of a Ray module, for behaviour that has no setting."""
     before = getattr(module, name)
     setattr(module, name, by)
     try:
@@ -249,7 +256,7 @@ def _replaced(module: Any, name: str, by: Callable[..., Any]) -> Iterator[None]:
 
 
 def _free_ports(count: int) -> list[int]:
-    """Of the loopback, at this moment."""
+    """Ports of the loopback interface that are free at this moment."""
     held = [socket.create_server(("127.0.0.1", 0)) for _ in range(count)]
     ports = [one.getsockname()[1] for one in held]
     for one in held:
@@ -259,7 +266,7 @@ def _free_ports(count: int) -> list[int]:
 
 @contextmanager
 def _importable() -> Iterator[None]:
-    """The rooms on the path of the processes started inside, wherever this one was started."""
+    """Put the packages on the path of processes that are started inside, from any directory."""
     before = os.environ.get("PYTHONPATH")
     with _environment("PYTHONPATH", os.pathsep.join(filter(None, [_ROOT, before]))):
         yield
@@ -267,6 +274,7 @@ def _importable() -> Iterator[None]:
 
 @contextmanager
 def _environment(name: str, value: str) -> Iterator[None]:
+    """Set an environment variable."""
     before = os.environ.get(name)
     os.environ[name] = value
     try:
@@ -279,7 +287,7 @@ def _environment(name: str, value: str) -> Iterator[None]:
 
 
 def require_listener(address: str) -> None:
-    """ClusterError where nobody listens: Ray itself would try for minutes."""
+    """Raise ClusterError where nothing listens at a Ray address; Ray itself retries for minutes."""
     host, colon, port = address.removeprefix("ray://").rpartition(":")
     if not colon:
         return

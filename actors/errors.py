@@ -1,7 +1,7 @@
-"""What goes wrong with fleets."""
+"""Errors of fleets."""
 
 from world.errors import InhabitError
 
 
 class FleetError(InhabitError):
-    """Actors that are lost or keep failing; the message has the last cause."""
+    """Actors are lost or keep failing; the message has the last cause."""

@@ -1,4 +1,4 @@
-"""What happened to a Ray actor, for a person to read."""
+"""Failures of Ray actors in one line of text."""
 
 from ray.exceptions import GetTimeoutError, RayActorError, RayTaskError
 
@@ -6,7 +6,7 @@ from world.errors import InhabitError
 
 
 def explain(error: Exception, deadline_s: float) -> str:
-    """What happened to an actor, in one line; what a person can act on is raised as itself."""
+    """Return an actor's failure in one line; raise the cause itself if it is an InhabitError."""
     if isinstance(error, GetTimeoutError):
         return f"no answer within {deadline_s:g} s (hung, or no free CPU slot to start on)"
     if isinstance(error, RayTaskError):

@@ -1,4 +1,4 @@
-"""A fleet in one process: a worker a thread, each single-threaded, joined in scene order."""
+"""A fleet in one process: one worker per thread, their rollouts joined in scene order."""
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -14,9 +14,9 @@ from world.errors import ConfigError
 
 
 def divide(scenes: int, block: int, workers: int) -> list[range]:
-    """Whole blocks of scenes for each worker, the first ones getting what is left over.
+    """Ranges of whole blocks of scenes, one per worker; the first ones have one block more.
 
-    Raises ConfigError where the scenes are not whole blocks, or fewer blocks than workers.
+    Raises ConfigError where the scenes are not whole blocks or the blocks fewer than the workers.
     """
     blocks, rest = divmod(scenes, block)
     if rest or blocks < workers:
@@ -34,9 +34,9 @@ def divide(scenes: int, block: int, workers: int) -> list[range]:
 
 
 def merge(parts: Sequence[Mapping[str, Tensor]], ranges: Sequence[range]) -> dict[str, Any]:
-    """One state of all scenes: what each shard holds a row a scene of is concatenated.
+    """State of all scenes from the shards' states: tensors with a row per scene are concatenated.
 
-    Anything else (the clock) must be the same in all of them, and is held once.
+    Any other tensor (the clock) must be the same in all shards, else LayoutError, and is kept once.
     """
     merged: dict[str, Tensor] = {}
     for key, first in parts[0].items():
@@ -51,7 +51,10 @@ def merge(parts: Sequence[Mapping[str, Tensor]], ranges: Sequence[range]) -> dic
 
 
 def split(state: Mapping[str, Any], ranges: Sequence[range]) -> list[dict[str, Tensor]]:
-    """The inverse of `merge`, for any division of the same scenes."""
+    """States of shards from the state of all scenes: the inverse of `merge`, for any division.
+
+    Raises LayoutError where the state has another number of scenes.
+    """
     scenes = ranges[-1].stop
     if int(state["scenes"]) != scenes:
         raise LayoutError(
@@ -72,7 +75,7 @@ def _by_scene(value: Tensor, scenes: int) -> bool:
 
 
 class LocalFleet:
-    """Workers in threads: torch and the simulator release the interpreter's lock."""
+    """Workers in threads; torch and the simulator release the interpreter's lock."""
 
     def __init__(
         self,
@@ -94,7 +97,7 @@ class LocalFleet:
         ]
 
     def collect(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> Rollout:
-        """One rollout of all scenes; a worker's error is raised here."""
+        """One rollout of all scenes, in scene order; raises a worker's error."""
         futures = [
             self._pool.submit(worker.rollout, weights, version, self.horizon, sigma)
             for worker in self.workers
@@ -106,15 +109,15 @@ class LocalFleet:
         return len(self.workers)
 
     def state_dict(self) -> dict[str, Any]:
-        """All scenes' state, as one shard of them all would hold it."""
+        """State of all scenes, equal to that of one shard with all of them."""
         return merge([worker.state_dict() for worker in self.workers], self._ranges)
 
     def load_state_dict(self, state: Mapping[str, Any]) -> None:
-        """Restore what `state_dict` gave, by however many workers; LayoutError for other scenes."""
+        """Restore a state, made with any number of workers; LayoutError for other scenes."""
         parts = split(state, self._ranges)
         for worker, part in zip(self.workers, parts, strict=True):
             worker.load_state_dict(part)
 
     def close(self) -> None:
-        """Let go of the threads."""
+        """End the threads."""
         self._pool.shutdown()

@@ -1,8 +1,8 @@
-"""A fleet of local processes without Ray: a worker each, which share no interpreter.
+"""A fleet of local processes without Ray, one worker per process.
 
-Threads would do, since torch and the simulator release the interpreter's lock, but each of the
-hundred small operations of a step takes it again: measured on two cores, two threads stepped their
-scenes at half the rate of two processes.
+Torch and the simulator release the interpreter's lock, but each of the hundred small operations of
+a step takes it again: measured on two cores, two threads stepped their scenes at half the rate of
+two processes.
 """
 
 import copy
@@ -26,15 +26,15 @@ from actors.ray_actor import (
 )
 from policy.rollout import Rollout
 
-_PATIENCE_S = 5.0
-"""What a worker that was told to end may take, before it is ended"""
+_JOIN_S = 5.0
+"""Longest time for a worker to end before it is killed."""
 
 
 class ProcessFleet:
-    """Workers in processes of their own; the numbers are those of `LocalFleet`.
+    """Workers in processes; the numbers equal those of `LocalFleet`.
 
-    make_shard is pickled: it and what it returns must be importable. A worker's error is raised
-    by the call that met it; FleetError for one that died.
+    make_shard: pickled, so that it and its result must be importable. A worker's error is raised by
+    the call in which it occurs; FleetError where a worker has died.
     """
 
     def __init__(
@@ -48,7 +48,7 @@ class ProcessFleet:
     ) -> None:
         self.horizon = horizon
         self._ranges = divide(scenes, block, workers)
-        # Forking a process whose torch has threads can leave a lock held for ever.
+        # Forking a process whose torch has threads can leave a lock held indefinitely.
         context = multiprocessing.get_context("spawn")
         self._pipes: list[Connection] = []
         self._processes: list[Any] = []
@@ -65,7 +65,7 @@ class ProcessFleet:
                 theirs.close()
                 self._pipes.append(ours)
                 self._processes.append(process)
-            self._ask_all("build", [(None,)] * workers)
+            self._call_all("build", [(None,)] * workers)
         except BaseException:
             self.close()
             raise
@@ -73,7 +73,7 @@ class ProcessFleet:
     def collect(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> Rollout:
         """One rollout of all scenes, in order."""
         arguments = (to_arrays(weights), version, self.horizon, sigma)
-        answers = self._ask_all("rollout", [arguments] * len(self._pipes))
+        answers = self._call_all("rollout", [arguments] * len(self._pipes))
         return Rollout.join([unpack_rollout(packed) for packed, _ in answers])
 
     def alive(self) -> int:
@@ -85,31 +85,34 @@ class ProcessFleet:
         return [process.pid for process in self._processes]
 
     def state_dict(self) -> dict[str, Any]:
-        """All scenes' state, as one shard of them all would hold it."""
-        states: list[Arrays] = self._ask_all("state", [()] * len(self._pipes))
+        """State of all scenes, equal to that of one shard with all of them."""
+        states: list[Arrays] = self._call_all("state", [()] * len(self._pipes))
         return merge([to_tensors(state) for state in states], self._ranges)
 
     def load_state_dict(self, state: Mapping[str, Any]) -> None:
-        """Restore what `state_dict` gave, by however many workers; LayoutError for other scenes."""
+        """Restore a state, made with any number of workers; LayoutError for other scenes."""
         parts = split(state, self._ranges)
-        self._ask_all("build", [(to_arrays(part),) for part in parts])
+        self._call_all("build", [(to_arrays(part),) for part in parts])
 
     def close(self) -> None:
         """End the processes."""
         for pipe in self._pipes:
             pipe.close()
         for process in self._processes:
-            process.join(_PATIENCE_S)
+            process.join(_JOIN_S)
             if process.is_alive():
                 process.kill()
                 process.join()
         self._pipes, self._processes = [], []
 
-    def _ask_all(self, what: str, arguments: list[tuple]) -> list[Any]:
-        """Every worker's answer, in scene order; all have answered before the first error rises."""
+    def _call_all(self, method: str, arguments: list[tuple]) -> list[Any]:
+        """Call a method of all workers; returns the results in scene order.
+
+        All workers have answered before the first error is raised.
+        """
         for index, (pipe, given) in enumerate(zip(self._pipes, arguments, strict=True)):
             try:
-                pipe.send((what, given))
+                pipe.send((method, given))
             except OSError:
                 raise self._lost(index) from None
         answers = [self._answer(index) for index in range(len(self._pipes))]
@@ -126,7 +129,7 @@ class ProcessFleet:
 
     def _lost(self, index: int) -> FleetError:
         owned, process = self._ranges[index], self._processes[index]
-        process.join(_PATIENCE_S)
+        process.join(_JOIN_S)
         return FleetError(
             f"actor {index} (scenes {owned.start} to {owned.stop - 1}) died, exit code"
             f" {process.exitcode} (killed, out of memory, or crashed): --resume goes on from the"
@@ -135,18 +138,18 @@ class ProcessFleet:
 
 
 def _serve(pipe: Connection, make_shard: MakeShard, scenes: range, seed: int, block: int) -> None:
-    """Answer requests until the pipe closes; in the worker's process."""
-    # Ctrl-C reaches the whole group: when to stop is for the learner to say.
+    """Main loop of a worker's process: answer calls until the pipe closes."""
+    # Ctrl-C reaches the whole process group, but the learner decides when its workers end.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     actor = RolloutActor(make_shard, scenes, seed, block)
     while True:
         try:
-            what, arguments = pipe.recv()
+            method, arguments = pipe.recv()
         except (EOFError, OSError):
             return
         try:
-            answer: Any = getattr(actor, what)(*arguments)
+            answer: Any = getattr(actor, method)(*arguments)
         except Exception as error:
             answer = _sendable(error)
         try:
@@ -156,9 +159,9 @@ def _serve(pipe: Connection, make_shard: MakeShard, scenes: range, seed: int, bl
 
 
 def _sendable(error: Exception) -> Exception:
-    """The error itself where it can be made again elsewhere, else its text."""
+    """The error itself where it can be pickled, else a FleetError with its text."""
     try:
-        copy.copy(error)  # by the same protocol as pickling
+        copy.copy(error)  # uses the protocol of pickling
     except Exception:
         return FleetError(f"{type(error).__name__}: {error}")
     return error

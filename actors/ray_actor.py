@@ -1,4 +1,4 @@
-"""A rollout worker in a process of its own, as a Ray actor, and what crosses to it and back."""
+"""A rollout worker as a Ray actor or process, and the arrays that it exchanges with its fleet."""
 
 import os
 import warnings
@@ -15,14 +15,14 @@ from policy.rollout import Rollout
 
 Arrays = dict[str, np.ndarray]
 MakeShard = Callable[[range], ShardLike]
-"""From the global ids of its scenes to a shard; importable where actors run."""
+"""From the global ids of the scenes to their shard; importable where actors run."""
 
 
 class RolloutActor:
-    """Holds one worker; single-threaded, so that a core each is all that actors need.
+    """One worker of a process, on one thread.
 
-    Construction does nothing that can fail: errors of `build` come back as themselves, those of a
-    Ray actor's constructor as text.
+    The constructor does nothing that can fail: Ray returns the errors of `build` as themselves, but
+    those of an actor's constructor as text.
     """
 
     def __init__(self, make_shard: MakeShard, scenes: range, seed: int, block: int) -> None:
@@ -30,10 +30,11 @@ class RolloutActor:
         self._make_shard = make_shard
         self._scenes, self._seed, self._block = scenes, seed, block
         self._worker: Worker | None = None
-        self._guest: Worker | None = None
+        self._borrowed: Worker | None = None
+        """Worker of scenes that belong to another actor"""
 
     def build(self, state: Arrays | None) -> int:
-        """Make the worker once, take up `state` where there is one; returns the process id."""
+        """Make the worker at the first call, load `state` if given; returns the process id."""
         if self._worker is None:
             shard = self._make_shard(self._scenes)
             self._worker = Worker(shard, self._scenes, self._seed, self._block)
@@ -58,9 +59,10 @@ class RolloutActor:
         horizon: int,
         sigma: float,
     ) -> tuple[dict[str, Any], Arrays]:
-        """As `rollout`, of any scenes, from `state`.
+        """As `rollout`, of any scenes, beginning at `state`.
 
-        None: from where this actor's worker of these scenes stands. Empty: from their beginning.
+        state: None is the present state of this actor's worker of these scenes; empty is the state
+        of a new shard.
         """
         worker = self._worker_of(scenes, fresh=state == {})
         if state:
@@ -69,8 +71,8 @@ class RolloutActor:
         return pack_rollout(rollout), to_arrays(worker.state_dict())
 
     def _worker_of(self, scenes: range, fresh: bool) -> Worker:
-        """One of two workers that are kept, the own and that of another actor's scenes."""
-        for worker in (self._worker, self._guest):
+        """The worker of these scenes: the own one, the borrowed one, or a new borrowed one."""
+        for worker in (self._worker, self._borrowed):
             if (
                 worker is not None
                 and worker.scenes == scenes
@@ -78,44 +80,44 @@ class RolloutActor:
             ):
                 return worker
         made = Worker(self._make_shard(scenes), scenes, self._seed, self._block)
-        self._guest = made
+        self._borrowed = made
         return made
 
     def own(self, scenes: range) -> None:
-        """From now on these scenes are this actor's own; a worker of others is let go."""
+        """Make these scenes the actor's own, and drop any other worker."""
         worker = self._worker_of(scenes, fresh=False) if scenes else None
-        self._worker, self._guest, self._scenes = worker, None, scenes
+        self._worker, self._borrowed, self._scenes = worker, None, scenes
 
     def state(self) -> Arrays:
-        """The worker's state, for a checkpoint before the first rollout."""
+        """State of the worker, for a checkpoint before the first rollout."""
         return to_arrays(self._built().state_dict())
 
     def _built(self) -> Worker:
         if self._worker is None:
-            raise RuntimeError("asked to act before it was built")
+            raise RuntimeError("no worker: call build first")
         return self._worker
 
 
 def to_arrays(tensors: Mapping[str, Tensor]) -> Arrays:
-    """As numpy, which Ray reads back from shared memory without a copy (torch it would pickle)."""
+    """Tensors as numpy arrays, which Ray reads from shared memory without a copy or pickling."""
     return {name: tensor.detach().cpu().contiguous().numpy() for name, tensor in tensors.items()}
 
 
 def to_tensors(arrays: Mapping[str, np.ndarray]) -> dict[str, Tensor]:
-    """Views, not copies: whoever writes to them copies first, since they may be shared memory."""
-    with warnings.catch_warnings(action="ignore"):  # torch warns of every array not writable
+    """Arrays as tensors that share their memory; copy before writing, it may be read-only."""
+    with warnings.catch_warnings(action="ignore"):  # torch warns of each read-only array
         return {name: torch.from_numpy(array) for name, array in arrays.items()}
 
 
 def pack_rollout(rollout: Rollout) -> dict[str, Any]:
-    """The rollout's fields, tensors as numpy."""
+    """Fields of a rollout by name, tensors as numpy arrays."""
     found = {field.name: getattr(rollout, field.name) for field in fields(rollout)}
     tensors = {name: value for name, value in found.items() if isinstance(value, Tensor)}
     return found | to_arrays(tensors) | {"episodes": to_arrays(rollout.episodes)}
 
 
 def unpack_rollout(packed: Mapping[str, Any]) -> Rollout:
-    """The inverse of `pack_rollout`; its tensors are views of the packed arrays."""
+    """Rollout from its packed fields; its tensors share the memory of the arrays."""
     found: dict[str, Any] = dict(packed)
     arrays = {name: value for name, value in packed.items() if isinstance(value, np.ndarray)}
     found |= to_tensors(arrays)

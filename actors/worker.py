@@ -1,4 +1,4 @@
-"""A rollout worker: one shard, stepped with published weights; it knows nothing of its fleet."""
+"""A rollout worker: steps one shard with published weights, independent of its fleet."""
 
 import time
 from collections.abc import Mapping
@@ -13,31 +13,31 @@ from policy.rollout import Rollout
 from world.precision import decide
 from world.random_streams import normal
 
-#: What is published beside the weights for the shards.
+#: Prefix of tensors for the shards among the published weights.
 WORLD = "world."
 
 
 class StepLike(Protocol):
-    """What a shard tells of one step; read only."""
+    """Result of one step of a shard; read only."""
 
     @property
     def reward(self) -> Tensor:
-        """[n]: the task reward."""
+        """[n]: task reward."""
         ...
 
     @property
     def fell(self) -> Tensor:
-        """[n] bool."""
+        """[n] bool: the episode ended in a terminal state."""
         ...
 
     @property
     def timed_out(self) -> Tensor:
-        """[n] bool."""
+        """[n] bool: the episode was truncated."""
         ...
 
     @property
     def finite(self) -> Tensor:
-        """[n] bool: False voids the sample."""
+        """[n] bool: False where the sample is dropped."""
         ...
 
     @property
@@ -47,12 +47,12 @@ class StepLike(Protocol):
 
     @property
     def end_states(self) -> Tensor:
-        """[K, S]: their last states."""
+        """[K, S]: the last states of these episodes."""
         ...
 
     @property
     def end_goals(self) -> Tensor:
-        """[K, G]: their last goals."""
+        """[K, G]: the last goals of these episodes."""
         ...
 
     @property
@@ -62,17 +62,12 @@ class StepLike(Protocol):
 
     @property
     def episodes(self) -> Mapping[str, Tensor]:
-        """[K] each: figures of the ended episodes."""
+        """[K] by name: statistics of the ended episodes."""
         ...
 
     @property
-    def taught(self) -> Tensor | None:
-        """[n, 28]: what a lesson says of the actions, NaN where nothing."""
-        ...
-
-    @property
-    def led(self) -> Tensor | None:
-        """[n] bool: where that was done."""
+    def teacher_action(self) -> Tensor | None:
+        """[n, 28]: the teacher's actions, NaN where it labels nothing; None without a teacher."""
         ...
 
 
@@ -81,21 +76,35 @@ class ShardLike(Protocol):
 
     @property
     def clock(self) -> int:
-        """Steps since it was made."""
+        """Steps since the shard was made."""
         ...
 
-    def observe(self) -> tuple[Tensor, Tensor]: ...
-    def heed(self, told: Mapping[str, Tensor]) -> None: ...
-    def step(self, action: Tensor) -> StepLike: ...
-    def state_dict(self) -> dict[str, Tensor]: ...
-    def load_state_dict(self, state: dict[str, Tensor]) -> None: ...
+    def observe(self) -> tuple[Tensor, Tensor]:
+        """State [n, S] and goal [n, G]."""
+        ...
+
+    def update_sampling(self, published: Mapping[str, Tensor]) -> None:
+        """Adapt the sampling of initial states to what the learner publishes, by name."""
+        ...
+
+    def step(self, action: Tensor) -> StepLike:
+        """Apply actions [n, 28] for one control step."""
+        ...
+
+    def state_dict(self) -> dict[str, Tensor]:
+        """Everything that an exact restart needs."""
+        ...
+
+    def load_state_dict(self, state: dict[str, Tensor]) -> None:
+        """Restore a state."""
+        ...
 
 
 class Worker:
-    """Rolls one shard out.
+    """Rollouts of one shard.
 
-    Inference and noise go by fixed blocks of scenes, and noise is a function of (seed, scene,
-    clock): the numbers do not depend on how the scenes are divided among workers.
+    Inference runs on fixed blocks of scenes, and noise is a function of (seed, scene, clock): the
+    numbers do not depend on how the scenes are divided over workers.
     """
 
     def __init__(self, shard: ShardLike, scenes: range, seed: int, block: int = 64) -> None:
@@ -109,14 +118,14 @@ class Worker:
     def rollout(
         self, weights: Mapping[str, Tensor], version: int, horizon: int, sigma: float
     ) -> Rollout:
-        """Act for `horizon` steps; [T, n, ..] of this shard's scenes."""
+        """Rollout of `horizon` steps of this shard's scenes with these weights."""
         if self._policy is None:
             self._policy = Policy(weights, decide("cpu"))
         else:
             self._policy.load(weights)
-        told = {k.removeprefix(WORLD): v for k, v in weights.items() if k.startswith(WORLD)}
-        if told:
-            self.shard.heed(told)
+        published = {k.removeprefix(WORLD): v for k, v in weights.items() if k.startswith(WORLD)}
+        if published:
+            self.shard.update_sampling(published)
         states, goals, actions, means, log_probs = [], [], [], [], []
         steps: list[StepLike] = []
         acting_s = world_s = 0.0
@@ -133,7 +142,7 @@ class Worker:
             log_probs.append(log_prob)
             acted = time.perf_counter()
             steps.append(self.shard.step(action))
-            # The shard may hand out views of its own arrays, which the next step overwrites.
+            # The shard may return views of its own arrays, which the next step overwrites.
             state, goal = (x.clone() for x in self.shard.observe())
             world_s += time.perf_counter() - acted
             acting_s += acted - began
@@ -160,21 +169,20 @@ class Worker:
                 end_states=torch.cat([s.end_states for s in steps]),
                 end_goals=torch.cat([s.end_goals for s in steps]),
                 episodes={
-                    key: torch.cat([_of_sound(s, s.episodes[key]) for s in steps])
+                    key: torch.cat([_finite_episodes(s, s.episodes[key]) for s in steps])
                     for key in steps[0].episodes
                 },
                 version=version,
                 first_scene=self.scenes.start,
                 seconds={"world": world_s, "policy": acting_s},
-                taught=_lessons([s.taught for s in steps]),
-                led=_lessons([s.led for s in steps]),
+                teacher_action=_stacked([s.teacher_action for s in steps]),
             )
         )
 
     def _act(
         self, policy: Policy, state: Tensor, goal: Tensor, sigma: float
     ) -> tuple[Tensor, Tensor, Tensor]:
-        """Mean [n, 28], action [n, 28] and its log-density [n]; inference block by block."""
+        """Mean [n, 28], action [n, 28] and its log-density [n]; inference runs by blocks."""
         blocks = zip(state.split(self.block), goal.split(self.block), strict=True)
         mean = torch.cat([policy(*rows) for rows in blocks])
         noise = normal(self.seed, self._ids, self.shard.clock, policy.actions)
@@ -182,7 +190,7 @@ class Worker:
         return mean, action, log_density(action, mean, sigma)
 
     def state_dict(self) -> dict[str, Tensor]:
-        """The shard's state; the worker itself has none."""
+        """State of the shard; the worker itself has none."""
         return self.shard.state_dict()
 
     def load_state_dict(self, state: dict[str, Tensor]) -> None:
@@ -190,14 +198,14 @@ class Worker:
         self.shard.load_state_dict(state)
 
 
-def _lessons(parts: list[Tensor | None]) -> Tensor | None:
-    """Those of all steps, if there is a lesson."""
+def _stacked(parts: list[Tensor | None]) -> Tensor | None:
+    """Tensors of all steps [T, ..]; None where no step has one."""
     found = [part for part in parts if part is not None]
     return torch.stack(found) if found else None
 
 
-def _of_sound(step: StepLike, values: Tensor) -> Tensor:
-    """Of values by episode, those in `end_ids`: an episode that blew up counts as none."""
+def _finite_episodes(step: StepLike, values: Tensor) -> Tensor:
+    """Values of the episodes in `end_ids`, without episodes that ended in a non-finite state."""
     if len(values) == len(step.end_ids):
         return values
     ended = (step.fell | step.timed_out | ~step.finite).nonzero().flatten()
@@ -205,5 +213,5 @@ def _of_sound(step: StepLike, values: Tensor) -> Tensor:
 
 
 def _in_order(rollout: Rollout) -> Rollout:
-    """Ends sorted by (t, n), as `Rollout` promises, whatever the shard's order within a step."""
+    """The rollout with its ends sorted by (t, n); a shard's order within a step may differ."""
     return Rollout.join([rollout])

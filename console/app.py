@@ -20,13 +20,14 @@ DONE, FAILED, BAD_ARGUMENTS, INTERRUPTED = 0, 1, 2, 130
 
 
 def parse(arguments: Sequence[str]) -> Any:
-    """The command that the arguments name, as its dataclass; ArgumentError if they name none."""
+    """Parse the arguments to the dataclass of a command; ArgumentError if they name none."""
     from typing import Annotated
 
     import tyro
 
     from console import commands
     from console.arguments import parse_words
+    from console.run.renamed import RENAMED_SERVE, refuse_old_flags
 
     def sub(kind: type, name: str, default: Any = tyro.MISSING_NONPROP) -> Any:
         if default is tyro.MISSING_NONPROP:
@@ -44,6 +45,10 @@ def parse(arguments: Sequence[str]) -> Any:
         return reduce(or_, kinds)
 
     words = list(arguments)
+    if words[:1] == ["train"]:
+        refuse_old_flags(words)
+    if words[:1] == ["serve"]:
+        refuse_old_flags(words, RENAMED_SERVE)
     # Two words deep: tyro would name these `motions:list`.
     if words[:1] == ["motions"]:
         return parse_words(
@@ -53,6 +58,8 @@ def parse(arguments: Sequence[str]) -> Any:
         return parse_words(
             union(commands.OBJECTS), words[1:], "inhabit objects", description=OBJECTS
         )
+    if words[:1] == ["teach"]:
+        return parse_words(union(commands.TEACHING), words[1:], "inhabit teach", description=TEACH)
     settings = (tyro.conf.FlagCreatePairsOff,)
     return parse_words(
         union(commands.COMMANDS), words, "inhabit", description=DESCRIPTION, config=settings
@@ -60,15 +67,18 @@ def parse(arguments: Sequence[str]) -> Any:
 
 
 DESCRIPTION = (
-    "Trains physically simulated characters to sit on furniture they have never seen. "
-    "Besides the commands below: motions import|list|check|play, objects import|list|check|show."
+    "Trains physically simulated characters to use furniture that is held out of training. "
+    "Besides the commands below: motions import|list|check|play, objects import|list|check|show,"
+    " teach carry|try|record."
 )
-MOTIONS = "Motion clips: import and list them, or check how well they fit the character."
-OBJECTS = "Furniture: import meshes, list, check and show pieces."
+MOTIONS = "Motion clips: import, list and play them, or check how well they fit the character."
+OBJECTS = "Furniture: import meshes; list, check and show pieces."
+TEACH = "The scripted teacher of carry: train a student, evaluate the teacher, record clips."
 
 
 def starting_point(arguments: Sequence[str]) -> "Experiment":
-    """What the flags of `train` change: the run's own with --resume, else a preset."""
+    """Return the defaults of the flags of `train`: the run's settings with --resume, else those of
+    a preset."""
     from console.run.directory import RunDirectory
     from console.run.experiment import PRESETS, read_experiment
 
@@ -90,7 +100,7 @@ def preset_of(arguments: Sequence[str]) -> Any:
 
 
 def value_of(arguments: Sequence[str], flag: str) -> str | None:
-    """The value given to a flag, as `--flag value` or `--flag=value`; None if it is not there."""
+    """Return the value of a flag, from `--flag value` or `--flag=value`; None without the flag."""
     for here, following in zip(arguments, [*arguments, None][1:], strict=True):
         if here == flag:
             return following
@@ -100,10 +110,10 @@ def value_of(arguments: Sequence[str], flag: str) -> str | None:
 
 
 def run(command: Any) -> int:
-    """Run one parsed command; returns its exit code."""
+    """Run one parsed command; return its exit code."""
     from console import commands
 
-    entries = (*commands.COMMANDS, *commands.MOTIONS, *commands.OBJECTS)
+    entries = (*commands.COMMANDS, *commands.MOTIONS, *commands.OBJECTS, *commands.TEACHING)
     module, _, function = next(e.function for e in entries if e.flags is type(command)).partition(
         ":"
     )
@@ -111,12 +121,12 @@ def run(command: Any) -> int:
 
 
 def exit_code(error: BaseException) -> int:
-    """2 for what the caller got wrong on the command line, 1 for what failed."""
+    """Return the exit code of an error: 2 for a wrong command line, 1 for a failure."""
     return BAD_ARGUMENTS if isinstance(error, ChoiceError | ConfigError) else FAILED
 
 
 def one_line(error: BaseException) -> str:
-    """The error as one line; its type too where the program did not expect it."""
+    """Return the error as one line, with its type where it is not an error of this project."""
     text = " ".join(str(error).split()) or type(error).__name__
     if isinstance(error, EXPECTED):
         return text
@@ -133,7 +143,7 @@ EXPECTED = _expected()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit code, and never shows a traceback unasked."""
+    """Run the command line; return the exit code. A traceback is shown with --debug alone."""
     # Waiting OpenMP threads would otherwise spin on the cores that step the simulator.
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     words = list(sys.argv[1:] if arguments is None else arguments)

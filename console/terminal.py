@@ -1,4 +1,4 @@
-"""Where tables are printed: as wide as the terminal, and wide enough to be read in a file."""
+"""Standard output for tables: as wide as the terminal, or a fixed width in a file."""
 
 from rich.console import Console
 
@@ -6,6 +6,6 @@ FILE_WIDTH = 150
 
 
 def screen() -> Console:
-    """Standard output."""
+    """Return a rich console on standard output."""
     console = Console()
     return console if console.is_terminal else Console(width=FILE_WIDTH)

@@ -1,1 +1,1 @@
-"""The style reward: a discriminator of motion in its scene, in process or as a gRPC service."""
+"""Style reward: a discriminator of transitions, in process or as a gRPC service."""

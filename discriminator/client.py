@@ -1,4 +1,4 @@
-"""The discriminator at the other end of a wire: the same methods as `Discriminator`."""
+"""Client of the discriminator service, with the methods of `Discriminator`."""
 
 from collections.abc import Callable, Mapping
 
@@ -16,34 +16,40 @@ from rpc.errors import CodecError, RefusedError
 from rpc.v1 import style_pb2 as pb
 from rpc.v1 import style_pb2_grpc
 
-KINDS = {
+TRAINING = "inhabit-training"
+"""Metadata key of a call: the id of the calling training."""
+ERRORS = {
     grpc.StatusCode.INVALID_ARGUMENT: StyleError,
     grpc.StatusCode.FAILED_PRECONDITION: TurnError,
 }
 
 
 class StyleClient:
-    """Scores and trains over gRPC; waits while the service is away, never scores with zeros.
+    """Scores and trains over gRPC.
 
-    Every call may be repeated, so that a retry changes nothing. A service that was killed and
-    came back from its journal is sent the last rollout again where it needs it.
+    While the service is unreachable, calls wait; rewards are never replaced by zeros. Every call is
+    idempotent, so that it can be retried. A service that restarts from its journal gets the last
+    rollout again if it needs it.
     """
 
     def __init__(
         self,
         config: ChannelConfig,
-        say: Callable[[str], None] | None = None,
+        report: Callable[[str], None] | None = None,
         half: bool = False,
         lost: Callable[[], str | None] | None = None,
+        training: str = "",
     ) -> None:
-        """Connect, waiting for the service if need be.
+        """Connect, and wait for the service if necessary.
 
-        say: gets one line when the service is away, and one when it is back.
+        report: called with one line when the service is unreachable, and one when it is back.
         half: send states as float16.
-        lost: why the service will never come back, None as long as it may.
+        lost: returns why the service cannot come back, else None.
+        training: id in the metadata of every call; after Restore the service refuses other ids.
         Raises RpcError if the service cannot be reached.
         """
-        self._channel = Channel(config, "style service", say, lost)
+        metadata = [(TRAINING, training)] if training else []
+        self._channel = Channel(config, "style service", report, lost, metadata)
         self._stub = style_pb2_grpc.StyleStub(self._channel.grpc)
         self._half = half
         self._last: list[pb.ScoreChunk] = []
@@ -59,7 +65,7 @@ class StyleClient:
         end_states: Tensor,
         valid: Tensor,
     ) -> StyleScores:
-        """See `Discriminator.score`; also raises RpcError when the service stays away."""
+        """See `Discriminator.score`; also raises RpcError if the service stays unreachable."""
         check_rollout(rollout_states, end_index, end_states, valid, self.width)
         expected = self.version if self._lockstep else None
         self._last = rollout_chunks(
@@ -73,7 +79,7 @@ class StyleClient:
         return StyleScores(reward, reply.version, dict(reply.metrics))
 
     def train(self, version: int) -> dict[str, float]:
-        """See `Discriminator.train`; a service that trains by itself is left to it."""
+        """See `Discriminator.train`; does nothing where the service trains by itself."""
         if not self._lockstep:
             return {}
         batch = self._last[0].header.batch if self._last else None
@@ -85,7 +91,7 @@ class StyleClient:
         try:
             reply = self._call(attempt)
         except TurnError:
-            # Killed since the last rollout was scored, and back from before it?
+            # The service may have been killed after the last score, and restarted from before it.
             if not self._last or self.status().version != version:
                 raise
             self._send(self._last)
@@ -102,7 +108,7 @@ class StyleClient:
         )
 
     def state_dict(self) -> dict[str, Tensor]:
-        """The service's whole state."""
+        """Complete state of the service."""
         return self._call(
             lambda timeout_s, metadata: state_of(
                 self._stub.Checkpoint(pb.CheckpointRequest(), timeout=timeout_s, metadata=metadata)
@@ -110,7 +116,7 @@ class StyleClient:
         )
 
     def load_state_dict(self, state: Mapping[str, Tensor]) -> None:
-        """Make the service the discriminator of `state`; StyleError if it does not fit."""
+        """Load a state into the service; StyleError if it does not fit."""
         reply = self._call(
             lambda timeout_s, metadata: self._stub.Restore(
                 state_chunks(state), timeout=timeout_s, metadata=metadata
@@ -120,7 +126,7 @@ class StyleClient:
         self._last = []
 
     def close(self) -> None:
-        """Let go of the connection; the service lives on."""
+        """Close the connection; the service goes on."""
         self._channel.close()
 
     def _send(self, chunks: list[pb.ScoreChunk]) -> pb.ScoreReply:
@@ -134,6 +140,6 @@ class StyleClient:
         try:
             return self._channel.call(attempt)
         except RefusedError as error:
-            if error.code in KINDS:
-                raise KINDS[error.code](str(error)) from error
+            if error.code in ERRORS:
+                raise ERRORS[error.code](str(error)) from error
             raise

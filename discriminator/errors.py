@@ -1,11 +1,11 @@
-"""What can go wrong with the style reward, in one line each."""
+"""Errors of the style reward."""
 
 from world.errors import InhabitError
 
 
 class StyleError(InhabitError):
-    """Transitions that cannot be scored, or settings that cannot be met."""
+    """Transitions cannot be scored, or settings are invalid."""
 
 
 class TurnError(StyleError):
-    """A call out of turn: another version or batch is due first."""
+    """A call out of order: another version or batch is due first."""

@@ -1,9 +1,9 @@
-"""What lets a service that was killed go on where it was: its state after each training.
+"""Journal of a service: its state after each training, from which a killed service continues.
 
-The replay lives in a mapped file, which outlives the process; everything else is small and
-written anew after each training (temporary file, rename). A rollout scored since then is sent
-again by the client and enters the same slots of the replay. This guards against a killed
-process, not against a lost disk: that is what the run's checkpoints are for.
+The replay is a mapped file, which outlives the process; the rest is small and is rewritten after
+each training (temporary file, rename). The client sends a rollout again that was scored since then,
+and it enters the same slots of the replay. The journal guards against a killed process; a run's
+checkpoints guard against a lost disk.
 """
 
 import os
@@ -17,28 +17,50 @@ from discriminator.errors import StyleError
 
 
 class Journal:
-    """The state of one service in a directory of its own."""
+    """State of one service in a directory of its own."""
 
     def __init__(self, directory: Path) -> None:
-        """Make the directory if it is not there; StyleError if it cannot be."""
+        """Make the directory if it is missing; StyleError if that fails."""
         try:
             directory.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise StyleError(f"state directory {directory}: {error.strerror}") from error
         self.replay = directory / "replay.f32"
         self._path = directory / "state.safetensors"
+        self._training = directory / "training"
 
     def load(self) -> dict[str, Tensor] | None:
-        """The last state saved, without the replay's rows; None if there is none."""
+        """The last saved state, without the replay's rows; None if there is none."""
         if not self._path.exists():
             return None
         try:
             return load_file(self._path)
         except (SafetensorError, OSError) as error:
-            raise StyleError(f"state {self._path}: {error}; remove it to start anew") from error
+            raise StyleError(
+                f"state {self._path}: {error}; remove it to start from scratch"
+            ) from error
+
+    def training(self) -> str:
+        """Id of the training that the state belongs to; empty without one."""
+        try:
+            return self._training.read_text().strip()
+        except FileNotFoundError:
+            return ""
+        except (OSError, ValueError) as error:
+            raise StyleError(f"state {self._training}: {error}; remove it") from error
+
+    def set_training(self, training: str) -> None:
+        """Set the training that the state belongs to."""
+        temporary = self._training.with_suffix(".tmp")
+        temporary.write_text(training)
+        os.replace(temporary, self._training)
+
+    def clear(self) -> None:
+        """Remove the saved state, before the replay's rows are replaced."""
+        self._path.unlink(missing_ok=True)
 
     def save(self, state: dict[str, Tensor]) -> None:
-        """Replace the saved state in one step."""
+        """Replace the saved state atomically."""
         temporary = self._path.with_suffix(".tmp")
         save_file(state, temporary)
         os.replace(temporary, self._path)

@@ -1,4 +1,4 @@
-"""Rollouts and states as messages of rpc.v1, and back."""
+"""Conversion of rollouts and states to messages of rpc.v1 and back."""
 
 from collections.abc import Iterable, Iterator, Mapping
 
@@ -11,9 +11,10 @@ from rpc.codec import number_format
 from rpc.errors import CodecError
 from rpc.v1 import style_pb2 as pb
 
-MAX_ROLLOUT_BYTES = 1 << 30  # of one array
+MAX_ROLLOUT_BYTES = 1 << 28  # of one array
 MAX_STATE_BYTES = 4 << 30
 MAX_TENSORS = 10_000
+MAX_NAME = 200
 FORMATS = {pb.NUMBER_FORMAT_FLOAT32: "<f4", pb.NUMBER_FORMAT_FLOAT16: "<f2"}
 FIELDS = ("states", "end_index", "end_states", "valid")
 
@@ -27,7 +28,7 @@ def rollout_chunks(
     valid: Tensor,
     half: bool = False,
 ) -> list[pb.ScoreChunk]:
-    """The messages that carry a rollout (layouts as in `Discriminator.score`); `half`: float16."""
+    """Messages of a rollout, with layouts as in `Discriminator.score`; half: states as float16."""
     header = pb.ScoreHeader(
         batch=batch,
         steps=states.shape[0] - 1,
@@ -56,9 +57,9 @@ def rollout_chunks(
 def rollout_of(
     header: pb.ScoreHeader, chunks: Iterator[pb.ScoreChunk], width: int
 ) -> dict[str, Tensor]:
-    """The rollout that follows a header, as the arguments of `Discriminator.score`.
+    """Arguments of `Discriminator.score` from the chunks that follow a header.
 
-    Raises CodecError that names the field and its valid form.
+    Raises CodecError, naming the field and its valid form.
     """
     if header.batch < 0:
         raise CodecError(f"header.batch: {header.batch}, must be 0 or more")
@@ -97,7 +98,7 @@ def rollout_of(
 
 
 def state_chunks(state: Mapping[str, Tensor]) -> Iterator[pb.StateChunk]:
-    """The messages that carry a state_dict."""
+    """Messages of a state_dict."""
     yield pb.StateChunk(header=pb.StateHeader(tensors=len(state)))
     for name, tensor in state.items():
         array = tensor.detach().cpu().numpy()
@@ -107,8 +108,10 @@ def state_chunks(state: Mapping[str, Tensor]) -> Iterator[pb.StateChunk]:
             yield pb.StateChunk(data=piece)
 
 
-def state_of(chunks: Iterable[pb.StateChunk]) -> dict[str, Tensor]:
-    """The state_dict that messages carry; CodecError if truncated or out of order."""
+def state_of(
+    chunks: Iterable[pb.StateChunk], max_bytes: int = MAX_STATE_BYTES
+) -> dict[str, Tensor]:
+    """State_dict of messages; CodecError if truncated, out of order or too large."""
     chunks = iter(chunks)
     first = next(chunks, None)
     if first is None or first.WhichOneof("part") != "header":
@@ -118,14 +121,21 @@ def state_of(chunks: Iterable[pb.StateChunk]) -> dict[str, Tensor]:
         raise CodecError(f"header.tensors: {count}, must be 0..{MAX_TENSORS}")
     fields: dict[str, Field] = {}
     field: Field | None = None
+    total = 0
     for chunk in chunks:
         part = chunk.WhichOneof("part")
         if part == "tensor":
             header = chunk.tensor
             if header.name in fields:
                 raise CodecError(f"state: tensor {header.name} comes twice")
-            field = Field(header.name, header.format, tuple(header.shape), MAX_STATE_BYTES)
+            if len(header.name) > MAX_NAME or len(fields) >= count:
+                raise CodecError(
+                    f"state: tensor {header.name[:40]}, must be one of {count} with names of at"
+                    f" most {MAX_NAME} characters"
+                )
+            field = Field(header.name, header.format, tuple(header.shape), max_bytes - total)
             fields[header.name] = field
+            total += field.size
         elif part == "data" and field is not None:
             field.add(chunk.data)
         else:

@@ -1,4 +1,4 @@
-"""The discriminator's network: a ReLU MLP from a normalised transition to one logit."""
+"""Network of the discriminator: a ReLU perceptron from a normalised transition to one logit."""
 
 from itertools import pairwise
 
@@ -8,17 +8,17 @@ from torch.nn import functional
 
 
 class StyleNetwork(nn.Module):
-    """D(s, s') as a logit; weights drawn from `generator` alone, so that a seed fixes them."""
+    """D(s, s') as a logit; its initial weights are drawn from `generator`."""
 
     def __init__(self, inputs: int, hidden: tuple[int, ...], generator: torch.Generator) -> None:
-        """`inputs`: numbers of a transition (2 F); `hidden`: widths of the ReLU layers."""
+        """inputs: width 2 F of a transition. hidden: widths of the ReLU layers."""
         super().__init__()
         widths = (inputs, *hidden, 1)
         self.layers = nn.ModuleList(nn.Linear(a, b) for a, b in pairwise(widths))
         with torch.no_grad():
             for layer in self.linears:
-                # Uniform in +-1/sqrt(fan in), torch's own default, but from our generator;
-                # the logit starts near 0, so that the first rewards are log 2.
+                # Uniform in +-1/sqrt(fan in), torch's default, but from this generator. The small
+                # output layer makes the initial logits about 0 and the first rewards log 2.
                 bound = layer.in_features**-0.5
                 scale = 0.1 if layer.out_features == 1 else 1.0
                 layer.weight.uniform_(-bound * scale, bound * scale, generator=generator)
@@ -34,10 +34,10 @@ class StyleNetwork(nn.Module):
         return self.with_activations(x)[0]
 
     def with_activations(self, x: Tensor) -> tuple[Tensor, list[Tensor]]:
-        """Logits [n], and the hidden activations [n, width] whose signs are the ReLU masks.
+        """Logits [n], and the hidden activations [n, width], whose signs are the ReLU masks.
 
-        Under autocast the body computes in its format, the head in float32: a logit needs more than
-        eight bits.
+        Under autocast the output layer still computes in float32: a logit needs more than eight
+        bits.
         """
         *body, head = self.linears
         hidden: list[Tensor] = []
@@ -50,10 +50,10 @@ class StyleNetwork(nn.Module):
             ), hidden
 
     def input_gradient(self, hidden: list[Tensor]) -> Tensor:
-        """d logit / d x, [n, 2F], in closed form from the ReLU masks of `hidden`.
+        """Gradient d logit / d x [n, 2F], in closed form from the ReLU masks of `hidden`.
 
-        The masks are constant almost everywhere, so this product of matrices can itself be
-        differentiated by the weights once, which replaces a double backward pass.
+        The masks are constant almost everywhere, so one backward pass through this product of
+        matrices replaces a double backward pass.
         """
         *body, head = self.linears
         gradient = head.weight

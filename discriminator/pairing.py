@@ -1,4 +1,4 @@
-"""Transitions (s, s') from a rollout's states, each of which travels only once."""
+"""Transitions (s, s') of a rollout from its states, which are stored once."""
 
 import torch
 from torch import Tensor
@@ -9,7 +9,7 @@ from discriminator.errors import StyleError
 def next_states(states: Tensor, end_index: Tensor, end_states: Tensor) -> Tensor:
     """True successors [T, N, F] of `states[:-1]`.
 
-    states: [T+1, N, F]; where an episode ended, states[t+1] is already the next episode's first.
+    states: [T+1, N, F]; where an episode ended, states[t+1] is the next episode's first.
     end_index: [K, 2] int64 (t, n) of the steps that ended an episode.
     end_states: [K, F], the last state of those episodes.
     """
@@ -22,7 +22,7 @@ def next_states(states: Tensor, end_index: Tensor, end_states: Tensor) -> Tensor
 def check_rollout(
     states: Tensor, end_index: Tensor, end_states: Tensor, valid: Tensor, width: int
 ) -> None:
-    """Raise StyleError, naming the field and its valid form, if a rollout cannot be paired."""
+    """Raise StyleError, naming the field and its valid form, if a rollout's arrays do not fit."""
     if states.ndim != 3 or states.shape[0] < 2 or states.shape[2] != width:
         raise StyleError(
             f"states: shape {list(states.shape)}, must be [T+1, N, {width}] with T >= 1"

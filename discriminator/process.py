@@ -1,10 +1,11 @@
 """The discriminator service in a process of its own, restarted if it dies.
 
-`python -m discriminator.process` reads one JSON document, a ServiceSpec, from its first line of
-standard input, imports, reads the clips, and forks the process that serves. That prints one line
+`python -m discriminator.process` is the supervisor. It reads a ServiceSpec as JSON from the first
+line of standard input, reads the clips, and forks the server process. The server prints one line
 `{"address": ..., "pid": ...}` or `{"error": ...}`, and serves until SIGTERM or the end of standard
-input, so that it never outlives the process that started it. If it dies, `{"ended": status}`
-follows, and a line on standard input asks for another: a fork takes none of the seconds of a start.
+input, so that it does not outlive the process that started it. If it dies, the supervisor prints
+`{"ended": status}`, and forks another server for the next line of standard input: a fork saves the
+seconds of a start.
 """
 
 import contextlib
@@ -33,19 +34,19 @@ from rpc.errors import RpcError
 from rpc.server import ServerConfig
 from world.errors import InhabitError
 
-START_S = 120.0  # importing torch and reading the clips, on a slow disk
-LIVES = 3  # deaths within WINDOW_S that are a crash loop
+START_S = 120.0  # time to import torch and read the clips, on a slow disk
+MAX_DEATHS = 3  # deaths within WINDOW_S that count as a crash loop
 WINDOW_S = 60.0
 
 
 @dataclass(frozen=True)
 class ServiceSpec:
-    """All that the service's process needs; JSON-able."""
+    """Specification of a service process, serialisable as JSON."""
 
     mocap: str
     """`module:function` that makes the MocapSampler in that process."""
     arguments: dict[str, Any] = field(default_factory=dict)
-    """Its keyword arguments, JSON-able."""
+    """Keyword arguments of that function, serialisable as JSON."""
     style: StyleConfig = StyleConfig()
     seed: int = 0
     object_mask: list[bool] | None = None
@@ -54,12 +55,12 @@ class ServiceSpec:
     service: ServiceConfig = ServiceConfig()
 
     def to_json(self) -> str:
-        """One line."""
+        """The specification as one line of JSON."""
         return json.dumps(asdict(self))
 
     @staticmethod
     def from_json(text: str) -> "ServiceSpec":
-        """What `to_json` gave."""
+        """Specification from JSON."""
         spec = json.loads(text)
         spec["style"]["hidden"] = tuple(spec["style"]["hidden"])
         spec["style"] = StyleConfig(**spec["style"])
@@ -69,7 +70,7 @@ class ServiceSpec:
 
 
 def build(spec: ServiceSpec) -> tuple[Discriminator, Journal | None]:
-    """The discriminator of a spec and its journal; InhabitError if something does not fit."""
+    """Discriminator and journal of a specification; InhabitError if something does not fit."""
     journal = Journal(Path(spec.service.state)) if spec.service.state else None
     mask = None if spec.object_mask is None else torch.tensor(spec.object_mask)
     style = Discriminator(
@@ -79,141 +80,141 @@ def build(spec: ServiceSpec) -> tuple[Discriminator, Journal | None]:
 
 
 class StyleProcess:
-    """A running service; `address` is where. A dead one is started again, at the same address."""
+    """A running service at `address`; if it dies, it is restarted at the same address."""
 
-    def __init__(self, spec: ServiceSpec, say: Callable[[str], None] | None = None) -> None:
-        """Start and wait until it serves.
+    def __init__(self, spec: ServiceSpec, report: Callable[[str], None] | None = None) -> None:
+        """Start the service and wait until it serves.
 
-        say: gets one line for every restart.
-        Raises StyleError with the service's own line if it cannot start.
+        report: called with one line for every restart.
+        Raises StyleError with the service's error line if it cannot start.
         """
-        self._say = say or (lambda line: None)
+        self._report = report or (lambda line: None)
         self._stopping = threading.Event()
-        #: Why there will be no next life; None as long as there is hope.
+        #: Why the service is not restarted any more; None while it may be.
         self.lost: str | None = None
-        self._keeper, life = _spawn(spec)
-        self.pid: int = life["pid"]
-        """Of the current life."""
-        self.address: str = life["address"]
-        # Clients know the address: the next life must have the same.
+        self._supervisor, reply = _spawn(spec)
+        self.pid: int = reply["pid"]
+        """Process id of the current server"""
+        self.address: str = reply["address"]
+        # Clients have this address, so the next server must have it too.
         self._spec = replace(spec, server=replace(spec.server, listen=self.address))
         self._watch = threading.Thread(target=self._keep_alive, daemon=True)
         self._watch.start()
 
     @property
-    def keeper(self) -> int:
-        """Process id of what the lives are forked from."""
-        return self._keeper.pid
+    def supervisor(self) -> int:
+        """Process id of the supervisor, which forks the servers."""
+        return self._supervisor.pid
 
     def stop(self) -> None:
-        """Drain and end it."""
+        """Drain and end the service."""
         self._stopping.set()
-        keeper = self._keeper
+        supervisor = self._supervisor
         with contextlib.suppress(ProcessLookupError):
-            os.killpg(keeper.pid, signal.SIGTERM)
+            os.killpg(supervisor.pid, signal.SIGTERM)
         with contextlib.suppress(subprocess.TimeoutExpired):
-            keeper.wait(self._spec.server.drain_s + 5)
-        _kill(keeper)
+            supervisor.wait(self._spec.server.drain_s + 5)
+        _kill(supervisor)
         self._watch.join(WINDOW_S)
-        _close(keeper)
+        _close(supervisor)
 
     def _keep_alive(self) -> None:
         deaths: list[float] = []
         while True:
-            code = _ended(self._keeper)
+            code = _wait_for_exit(self._supervisor)
             if self._stopping.is_set():
                 return
             now = time.monotonic()
             deaths = [t for t in deaths if now - t < WINDOW_S] + [now]
-            if len(deaths) >= LIVES:
-                self.lost = f"style service: ended {LIVES} times in a minute (status {code})"
-                _kill(self._keeper)
+            if len(deaths) >= MAX_DEATHS:
+                self.lost = f"style service: ended {MAX_DEATHS} times in a minute (status {code})"
+                _kill(self._supervisor)
                 return
-            self._say(f"style service ended (status {code}): starting it again")
+            self._report(f"style service ended (status {code}): starting it again")
             try:
-                self.pid = self._again()["pid"]
+                self.pid = self._restart()["pid"]
             except StyleError as error:
                 self.lost = f"style service: does not start again: {error}"
                 return
-            if self._stopping.is_set():  # stop() saw the former life
-                self._keeper.terminate()
+            if self._stopping.is_set():  # stop() has signalled the former server only
+                self._supervisor.terminate()
 
-    def _again(self) -> dict[str, Any]:
-        """Another life: forked, or started anew where the keeper has ended too."""
-        keeper = self._keeper
-        if keeper.poll() is None:
-            with contextlib.suppress(_Silent):
-                return _asked(keeper, self._spec)
-        _kill(keeper)  # a life of it may be there still, and hold the port
-        _close(keeper)
-        self._keeper, life = _spawn(self._spec)
-        return life
-
-
-def start_process(spec: ServiceSpec, say: Callable[[str], None] | None = None) -> StyleProcess:
-    """See StyleProcess."""
-    return StyleProcess(spec, say)
+    def _restart(self) -> dict[str, Any]:
+        """Restart the server, by a fork or, where the supervisor has ended too, from the start."""
+        supervisor = self._supervisor
+        if supervisor.poll() is None:
+            with contextlib.suppress(_NoAnswer):
+                return _start_server(supervisor, self._spec)
+        _kill(supervisor)  # its server may still run and hold the port
+        _close(supervisor)
+        self._supervisor, reply = _spawn(self._spec)
+        return reply
 
 
-class _Silent(StyleError):
-    """It ended, or said nothing for START_S, instead of serving."""
+def start_process(spec: ServiceSpec, report: Callable[[str], None] | None = None) -> StyleProcess:
+    """Start a StyleProcess."""
+    return StyleProcess(spec, report)
+
+
+class _NoAnswer(StyleError):
+    """The service ended, or sent no answer for START_S, instead of serving."""
 
 
 def _spawn(spec: ServiceSpec) -> tuple[subprocess.Popen[str], dict[str, Any]]:
-    """A started keeper and its first life; StyleError if it ends, or is silent, instead."""
+    """Start a supervisor; returns it and its first answer; StyleError if it does not serve."""
     environment = dict(os.environ, OMP_NUM_THREADS="1", CUDA_VISIBLE_DEVICES="")
     environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
-    keeper = subprocess.Popen(
+    supervisor = subprocess.Popen(
         [sys.executable, "-m", "discriminator.process"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
         env=environment,
-        start_new_session=True,  # Ctrl-C is for the training, which then ends the service
+        start_new_session=True,  # Ctrl-C must reach the training alone, which ends the service
     )
-    return keeper, _asked(keeper, spec)
+    return supervisor, _start_server(supervisor, spec)
 
 
-def _asked(keeper: subprocess.Popen[str], spec: ServiceSpec) -> dict[str, Any]:
-    """Ask for a life of a spec, and wait for it; StyleError with its line if it cannot serve."""
-    assert keeper.stdin is not None and keeper.stdout is not None
-    silent = threading.Timer(START_S, os.killpg, (keeper.pid, signal.SIGKILL))
-    silent.start()
+def _start_server(supervisor: subprocess.Popen[str], spec: ServiceSpec) -> dict[str, Any]:
+    """Request a server and wait for its answer; StyleError, with its line, if it cannot serve."""
+    assert supervisor.stdin is not None and supervisor.stdout is not None
+    timer = threading.Timer(START_S, os.killpg, (supervisor.pid, signal.SIGKILL))
+    timer.start()
     try:
-        keeper.stdin.write(spec.to_json() + "\n")
-        keeper.stdin.flush()
-        line = keeper.stdout.readline()
+        supervisor.stdin.write(spec.to_json() + "\n")
+        supervisor.stdin.flush()
+        line = supervisor.stdout.readline()
     except BrokenPipeError:
         line = ""
     finally:
-        silent.cancel()
+        timer.cancel()
     with contextlib.suppress(ValueError):
         answer = json.loads(line)
         if "address" in answer:
             return answer
         if "error" in answer:
-            _kill(keeper)
-            _close(keeper)
+            _kill(supervisor)
+            _close(supervisor)
             raise StyleError(f"style service: {answer['error']}")
-    status = keeper.poll()
-    _kill(keeper)
-    _close(keeper)
-    raise _Silent(f"style service: ended before it served (status {status})")
+    status = supervisor.poll()
+    _kill(supervisor)
+    _close(supervisor)
+    raise _NoAnswer(f"style service: ended before it served (status {status})")
 
 
-def _ended(keeper: subprocess.Popen[str]) -> int:
-    """Waits for the end of the life that serves; its exit status, or the keeper's own."""
-    assert keeper.stdout is not None
+def _wait_for_exit(supervisor: subprocess.Popen[str]) -> int:
+    """Wait for the end of the server; returns its exit status, or the supervisor's."""
+    assert supervisor.stdout is not None
     with contextlib.suppress(ValueError):  # also where the pipe was closed meanwhile
-        return int(json.loads(keeper.stdout.readline())["ended"])
-    return keeper.wait()
+        return int(json.loads(supervisor.stdout.readline())["ended"])
+    return supervisor.wait()
 
 
-def _kill(keeper: subprocess.Popen[str]) -> None:
-    """End a keeper and its life: a group of their own."""
+def _kill(supervisor: subprocess.Popen[str]) -> None:
+    """End the process group of a supervisor and its server."""
     with contextlib.suppress(ProcessLookupError):
-        os.killpg(keeper.pid, signal.SIGKILL)
-    keeper.wait()
+        os.killpg(supervisor.pid, signal.SIGKILL)
+    supervisor.wait()
 
 
 def _close(process: subprocess.Popen[str]) -> None:
@@ -235,7 +236,7 @@ def _mocap(spec: ServiceSpec) -> MocapSampler:
 
 
 def main() -> int:
-    """The keeper; 0 after a drain, 1 with one line of JSON if it cannot serve."""
+    """Run the supervisor; returns 0 after a drain, 1 with one line of JSON if it cannot serve."""
     torch.set_num_threads(1)
     spec = ServiceSpec.from_json(sys.stdin.readline())
     try:
@@ -243,22 +244,22 @@ def main() -> int:
     except (InhabitError, RpcError) as error:
         print(json.dumps({"error": str(error)}), flush=True)
         return 1
-    life = 0
+    child = 0
 
     def stop(*_: Any) -> None:
-        if not life:
+        if not child:
             os._exit(0)
         with contextlib.suppress(ProcessLookupError):
-            os.kill(life, signal.SIGTERM)
+            os.kill(child, signal.SIGTERM)
 
     while True:
-        # Neither torch nor gRPC has begun a thread in this process: forking it is safe.
-        life = os.fork()
-        if not life:
+        # Neither torch nor gRPC has a thread in this process, so forking is safe.
+        child = os.fork()
+        if not child:
             return serve(style, spec, journal)
         signal.signal(signal.SIGTERM, stop)
-        status = os.waitstatus_to_exitcode(os.waitpid(life, 0)[1])
-        life = 0
+        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        child = 0
         if not status:
             return 0
         print(json.dumps({"ended": status}), flush=True)
@@ -269,8 +270,8 @@ def main() -> int:
 
 
 def serve(style: Discriminator, spec: ServiceSpec, journal: Journal | None) -> int:
-    """One life, from where the journal has it; 0 after a drain, 1 if it cannot serve."""
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # no longer the keeper's
+    """Run a server from the journal's state; returns 0 after a drain, 1 if it cannot serve."""
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # replaces the supervisor's handler
     try:
         server = start(style, spec.server, spec.service, journal)
     except (InhabitError, RpcError) as error:
@@ -278,17 +279,17 @@ def serve(style: Discriminator, spec: ServiceSpec, journal: Journal | None) -> i
         return 1
     print(json.dumps({"address": server.address, "pid": os.getpid()}), flush=True)
 
-    def orphaned() -> None:
+    def stop_at_end_of_input() -> None:
         sys.stdin.read()
         server.stopping.set()
 
-    threading.Thread(target=orphaned, daemon=True).start()
+    threading.Thread(target=stop_at_end_of_input, daemon=True).start()
     server.run()
     return 0
 
 
 if __name__ == "__main__":
-    # A daemon thread may hold standard input: no interpreter shutdown, which would trip on it.
+    # A daemon thread may hold standard input, on which an interpreter shutdown would fail.
     status = main()
     sys.stdout.flush()
     os._exit(status)

@@ -1,4 +1,4 @@
-"""A memory of past policy transitions, filled deterministically by batch id."""
+"""Replay of past policy transitions, filled deterministically by batch id."""
 
 from pathlib import Path
 
@@ -10,15 +10,15 @@ INSERTION = 1  # keeps the random stream of insertions apart from that of traini
 
 
 class Replay:
-    """Rows of network input, in one preallocated tensor.
+    """Rows of network input in one preallocated tensor.
 
-    Every row is kept until the memory is full, then each with a small probability, in a random
-    slot. The draws depend on (seed, batch id) alone: inserting a batch twice from the same
+    Until the replay is full, all rows are kept; then each replaces a random one with a small
+    probability. The draws depend only on (seed, batch id): inserting a batch twice from the same
     state writes the same rows to the same slots.
     """
 
     def __init__(self, capacity: int, width: int, seed: int, path: Path | None = None) -> None:
-        """`path`: a file that backs the memory, so that it outlives a killed process."""
+        """path: file that backs the tensor, so that it outlives a killed process."""
         self.capacity = capacity
         self.seed = seed
         self.size = 0
@@ -29,7 +29,7 @@ class Replay:
             self.rows = self.rows.view(capacity, width)
 
     def insert(self, rows: Tensor, batch: int, probability: float) -> int:
-        """Insert rows [n, width] of batch `batch`; the number that were kept."""
+        """Insert rows [n, width] of batch id `batch`; returns the number of rows kept."""
         free = min(self.capacity - self.size, len(rows))
         self.rows[self.size : self.size + free] = rows[:free]
         self.size += free
@@ -38,11 +38,11 @@ class Replay:
             return free
         draw = np.random.default_rng((INSERTION, self.seed, batch))
         chosen = np.flatnonzero(draw.random(len(rest)) < probability)[: self.capacity]
-        # Distinct slots, or the order of writes would decide what is kept.
+        # Distinct slots, so that the result does not depend on the order of writes.
         slots = draw.choice(self.capacity, size=len(chosen), replace=False)
         self.rows[torch.from_numpy(slots)] = rest[torch.from_numpy(chosen)]
         return free + len(chosen)
 
     def sample(self, n: int, draw: np.random.Generator) -> Tensor:
-        """n rows drawn uniformly with replacement; needs size > 0."""
+        """n rows, drawn uniformly with replacement; needs size > 0."""
         return self.rows[torch.from_numpy(draw.integers(self.size, size=n))]

@@ -1,4 +1,4 @@
-"""The discriminator behind gRPC: a thin servicer around `Discriminator`."""
+"""gRPC service of a `Discriminator`."""
 
 import json
 import secrets
@@ -11,6 +11,7 @@ import grpc
 import torch
 from prometheus_client import Gauge
 
+from discriminator.client import TRAINING
 from discriminator.errors import StyleError, TurnError
 from discriminator.journal import Journal
 from discriminator.messages import rollout_of, state_chunks, state_of
@@ -32,43 +33,49 @@ ERRORS: dict[type[Exception], grpc.StatusCode] = {
 
 @dataclass(frozen=True)
 class ServiceConfig:
-    """When the service trains, and where it keeps what must outlive its process."""
+    """Training schedule and journal of the service."""
 
     train_every: int = 0
-    """Train of its own accord after so many rollouts; 0: only when told (lockstep)."""
+    """Number of rollouts after which the service trains by itself; 0: only at Train (lockstep)."""
     state: str = ""
-    """Directory of the journal from which a killed service goes on; empty: none."""
+    """Directory of the journal from which a killed service continues; empty: none."""
 
 
 class StyleService(style_pb2_grpc.StyleServicer):
-    """Scores, trains and reports; one call at a time touches the discriminator."""
+    """Servicer of scoring and training; one call at a time uses the discriminator."""
 
     def __init__(
         self, style: Discriminator, config: ServiceConfig, journal: Journal | None = None
     ) -> None:
-        """`journal`: goes on from what it holds, if it holds something."""
+        """journal: its state is loaded if it has one."""
         self._style, self._config, self._journal = style, config, journal
         self._lock = threading.Lock()
         self._instance = secrets.token_hex(8)
         self._began = time.monotonic()
         self._due = threading.Semaphore(0)
+        self._training = ""
+        """Id of the training that the service belongs to; empty: to calls without an id"""
         saved = journal.load() if journal else None
         if saved is not None:
             style.load_state_dict(saved)
+        if journal is not None:
+            self._training = journal.training()
         if config.train_every > 0:
-            threading.Thread(target=self._train_of_its_own_accord, daemon=True).start()
+            threading.Thread(target=self._train_periodically, daemon=True).start()
 
     def Score(
         self, request_iterator: Iterator[pb.ScoreChunk], context: grpc.ServicerContext
     ) -> pb.ScoreReply:
         """See style.proto."""
+        self._own(context)
         first = next(request_iterator, None)
         if first is None or first.WhichOneof("part") != "header":
             raise CodecError("header: must come first")
         header = first.header
         rollout = rollout_of(header, request_iterator, self._style.width)
         with self._lock:
-            known = self._style.knows(header.batch)
+            self._own(context)
+            known = self._style.has_scores(header.batch)
             if header.HasField("version") and not known and header.version != self._style.version:
                 raise TurnError(
                     f"header.version: {header.version}, must be {self._style.version} (the "
@@ -84,6 +91,7 @@ class StyleService(style_pb2_grpc.StyleServicer):
     def Train(self, request: pb.TrainRequest, context: grpc.ServicerContext) -> pb.TrainReply:
         """See style.proto."""
         with self._lock:
+            self._own(context)
             style = self._style
             if self._config.train_every:
                 raise TurnError(
@@ -130,14 +138,28 @@ class StyleService(style_pb2_grpc.StyleServicer):
         self, request_iterator: Iterator[pb.StateChunk], context: grpc.ServicerContext
     ) -> pb.RestoreReply:
         """See style.proto."""
-        state = state_of(request_iterator)
+        state = state_of(request_iterator, self._style.state_bytes)
         with self._lock:
+            self._style.check_state(state)
+            if self._journal is not None:
+                # a kill in between would leave the replay of one state and the rest of another
+                self._journal.clear()
+                self._journal.set_training(training_of(context))
+            self._training = training_of(context)
             self._style.load_state_dict(state)
             self._save(new=True)
             return pb.RestoreReply(version=self._style.version)
 
+    def _own(self, context: grpc.ServicerContext) -> None:
+        """Raise TurnError for a call of another training than that of the last Restore."""
+        if training_of(context) != self._training:
+            raise TurnError(
+                "the service belongs to another training, which began with Restore: start a"
+                " service for each"
+            )
+
     def _save(self, new: bool) -> None:
-        """Write the journal; `new`: with the last rollout, for a training still to come."""
+        """Write the journal; new: with the last rollout, which is still to be trained on."""
         if self._journal is None:
             return
         state = self._style.state_dict(replay=False)
@@ -145,7 +167,7 @@ class StyleService(style_pb2_grpc.StyleServicer):
             state["new"] = state["new"][:0]
         self._journal.save(state)
 
-    def _train_of_its_own_accord(self) -> None:
+    def _train_periodically(self) -> None:
         while True:
             self._due.acquire()
             with self._lock:
@@ -153,7 +175,7 @@ class StyleService(style_pb2_grpc.StyleServicer):
                 self._save(new=False)
 
     def observe(self, server: Server) -> None:
-        """Show version and replay among the server's metrics."""
+        """Add version and replay size to the server's metrics."""
         style = self._style
         figures = {
             "style_version": ("Trainings so far.", lambda: style.version),
@@ -164,13 +186,19 @@ class StyleService(style_pb2_grpc.StyleServicer):
             Gauge(name, what, registry=server.registry).set_function(value)
 
 
+def training_of(context: grpc.ServicerContext) -> str:
+    """Id of the training that makes a call; empty without one."""
+    shown = dict(context.invocation_metadata() or ()).get(TRAINING, "")
+    return shown if isinstance(shown, str) else shown.decode("ascii", "replace")
+
+
 def start(
     style: Discriminator,
     server_config: ServerConfig,
     config: ServiceConfig | None = None,
     journal: Journal | None = None,
 ) -> Server:
-    """A started server of `style`; `server.address` says where, `server.drain()` ends it."""
+    """Start a server of `style` at `server.address`; `server.drain()` ends it."""
     server = Server(server_config, ERRORS)
     service = StyleService(style, config or ServiceConfig(), journal)
     style_pb2_grpc.add_StyleServicer_to_server(service, server.grpc)
@@ -185,6 +213,6 @@ def serve(
     config: ServiceConfig | None = None,
     journal: Journal | None = None,
 ) -> None:
-    """Serve until SIGTERM or SIGINT, then drain; on one thread of torch."""
+    """Serve until SIGTERM or SIGINT, then drain; torch uses one thread."""
     torch.set_num_threads(1)
     start(style, server_config, config, journal).run()

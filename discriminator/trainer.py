@@ -1,4 +1,4 @@
-"""The discriminator in process: scores rollouts with D_k, remembers them, trains D_k+1."""
+"""The discriminator in process: scoring with D_k, replay, and training of D_k+1."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,12 +14,13 @@ from discriminator.network import StyleNetwork
 from discriminator.pairing import check_rollout, next_states
 from discriminator.protocols import MocapSampler, StyleScores
 from discriminator.replay import Replay
-from world.errors import LayoutError
+from discriminator.state import Form, check
 from world.precision import Precision, decide
 
-BLOCK = 512  # rows per forward pass: activations stay in the cache
-TRAINING = 2  # keeps the random stream of training apart from that of insertions
-REMEMBERED = 8  # batch ids whose scores are kept for a retry
+BLOCK = 512  # rows per forward pass, so that activations stay in the cache
+TRAINING = 2  # separates the random stream of training from that of insertions
+MAX_ROLLOUT_STATE_BYTES = 1 << 30  # most bytes of the last rollout and the scores in a state
+REMEMBERED = 8  # number of batch ids whose scores are kept for a retry
 
 
 class Discriminator:
@@ -40,10 +41,10 @@ class Discriminator:
     ) -> None:
         """Fix the normaliser from the mocap and draw the network from `seed`.
 
-        object_mask: [F] bool, the features that describe the object; left out of the input
-        where `config.object_features` is off (then it is needed: StyleError without it).
+        object_mask: [F] bool, the features that describe the object; they are left out of the input
+        where `config.object_features` is off, which without a mask raises StyleError.
         replay_path: see Replay.
-        precision: what the network computes in; default: what pays on this processor.
+        precision: of the network; default: by `world.precision.decide`.
         """
         self.precision = precision or decide("cpu")
         self.config, self.mocap, self.seed = config, mocap, seed
@@ -60,7 +61,7 @@ class Discriminator:
         self.version = 0
         self.batches = 0
         self.last_batch = -1
-        self._forgotten = -1
+        self._last_dropped = -1
         self.transitions = 0
         self._new = torch.empty(0, inputs)
         self._scores: dict[int, StyleScores] = {}
@@ -74,18 +75,18 @@ class Discriminator:
         end_states: Tensor,
         valid: Tensor,
     ) -> StyleScores:
-        """Style rewards of a rollout under D_k, whose transitions enter the replay once.
+        """Style rewards of a rollout under D_k; its transitions enter the replay once.
 
-        batch: id of the rollout; the same id again gives the same scores and inserts nothing.
-        rollout_states: [T+1, N, F] float32; end_index: [K, 2] int64 (t, n); end_states: [K, F];
-        valid: [T, N] bool, False where a transition is to be ignored.
+        batch: id of the rollout; the same id again returns the same scores and inserts nothing.
+        rollout_states: [T+1, N, F] float32. end_index: [K, 2] int64 (t, n). end_states: [K, F].
+        valid: [T, N] bool, False where a transition is ignored.
         Raises StyleError for another layout, or numbers that are not finite in a valid transition.
         """
         if batch in self._scores:
             return self._scores[batch]
-        if batch <= self._forgotten:
+        if batch <= self._last_dropped:
             raise StyleError(
-                f"batch {batch}: its scores are forgotten, ids must be above {self._forgotten}"
+                f"batch {batch}: its scores are forgotten, ids must be above {self._last_dropped}"
             )
         states = rollout_states
         check_rollout(states, end_index, end_states, valid, self.width)
@@ -115,18 +116,18 @@ class Discriminator:
         self._scores[batch] = scores
         self.last_batch = batch
         if len(self._scores) > REMEMBERED:
-            self._forgotten = min(self._scores)
-            del self._scores[self._forgotten]
+            self._last_dropped = min(self._scores)
+            del self._scores[self._last_dropped]
         return scores
 
-    def knows(self, batch: int) -> bool:
-        """Whether a batch was scored lately, so that scoring it again changes nothing."""
+    def has_scores(self, batch: int) -> bool:
+        """Whether the scores of a batch id are kept, so that scoring it again changes nothing."""
         return batch in self._scores
 
     def train(self, version: int) -> dict[str, float]:
-        """Train D_version+1 from D_version; asked again, give the same metrics and train nothing.
+        """Train D_version+1 from D_version; a repeated call returns the same metrics.
 
-        Raises TurnError for any other version, and when nothing has been scored yet.
+        Raises TurnError for any other version, and before the first rollout is scored.
         """
         if version + 1 == self.version and self._trained:
             return dict(self._trained)
@@ -153,7 +154,8 @@ class Discriminator:
         return dict(self._trained)
 
     def _step(self, version: int, step: int) -> Tensor:
-        """One gradient step; classification loss, weighted penalty, mean mocap logit [3]."""
+        """Take one gradient step; returns classification loss, weighted penalty, mean mocap logit
+        [3]."""
         config = self.config
         draw = np.random.default_rng((TRAINING, self.seed, version, step))
         half = config.batch // 2 if len(self._new) else 0
@@ -162,7 +164,7 @@ class Discriminator:
             policy.append(self._new[torch.from_numpy(draw.integers(len(self._new), size=half))])
         counter = version * config.steps_per_iteration + step
         mocap = self._mocap_rows(self.mocap.sample(config.batch, counter))
-        # Mocap first: the penalty takes the leading rows, which are mocap alone.
+        # Mocap comes first, because the penalty is computed on the leading rows.
         with self.precision.context():
             logits, hidden = self.network.with_activations(torch.cat([mocap, *policy]))
             gradient = self.network.input_gradient([h[: config.penalty_batch] for h in hidden])
@@ -176,18 +178,18 @@ class Discriminator:
         return torch.stack([classified, penalty, on_mocap.mean()]).detach()
 
     def logits(self, rows: Tensor) -> Tensor:
-        """Logits [n] of rows of network input [n, inputs], without a gradient."""
+        """Logits [n] of rows of network input [n, inputs], without gradient."""
         with torch.no_grad(), self.precision.context():
             return torch.cat([self.network(block) for block in rows.split(BLOCK)])
 
     def _rows(self, states: Tensor, end_index: Tensor, end_states: Tensor) -> Tensor:
-        """Rows of network input [T N, inputs] of a rollout, time-major."""
+        """Rows of network input [T·N, inputs] of a rollout, time-major."""
         before, ends = self._features(states), self._features(end_states)
         after = next_states(before, end_index, ends)
         return torch.cat([before[:-1], after], -1).flatten(0, 1)
 
     def _features(self, states: Tensor) -> Tensor:
-        """The judged features of states [..., F], normalised."""
+        """Normalised input features of states [..., F]."""
         normalised = normaliser.normalise(states, self.mean, self.deviation)
         return normalised if self._kept is None else normalised[..., self._kept]
 
@@ -195,9 +197,9 @@ class Discriminator:
         return torch.cat([self._features(states) for states in pairs], -1)
 
     def state_dict(self, replay: bool = True) -> dict[str, Tensor]:
-        """Everything that decides what happens next, as flat tensors; copies.
+        """Everything that an exact restart needs, as copies of flat tensors.
 
-        replay: False leaves the replay's rows out (for a process whose replay is a file).
+        replay: False leaves the replay's rows out, for a process whose replay is a file.
         """
         state = {f"network/{k}": v.clone() for k, v in self.network.state_dict().items()}
         moments = self.optimiser.state_dict()["state"]
@@ -220,12 +222,12 @@ class Discriminator:
         return state
 
     def load_state_dict(self, state: Mapping[str, Tensor]) -> None:
-        """Become the discriminator whose state_dict this is, bit for bit.
+        """Restore a state, bit for bit.
 
-        A state without `replay` keeps the rows that are in memory. Raises LayoutError, and
-        changes nothing, if it is of another network, feature layout or replay capacity.
+        A state without `replay` keeps the present rows. Raises LayoutError, and changes nothing, if
+        the state does not fit this discriminator (see state.check).
         """
-        self._check(state)
+        self.check_state(state)
         self.network.load_state_dict(_under(state, "network/"))
         parameters = len(list(self.network.parameters()))
         moments = {i: _copied(_under(state, f"adam/{i}/")) for i in range(parameters)}
@@ -240,7 +242,7 @@ class Discriminator:
         self.seed = self.replay.seed = counters["seed"]
         self.version, self.batches = counters["version"], counters["batches"]
         self.transitions, size = counters["transitions"], counters["replay"]
-        self.last_batch, self._forgotten = counters["last_batch"], counters["forgotten"]
+        self.last_batch, self._last_dropped = counters["last_batch"], counters["forgotten"]
         if "replay" in state:
             self.replay.rows[:size] = state["replay"]
         self.replay.size = size
@@ -262,33 +264,34 @@ class Discriminator:
             "transitions": self.transitions,
             "replay": self.replay.size,
             "last_batch": self.last_batch,
-            "forgotten": self._forgotten,
+            "forgotten": self._last_dropped,
         }
 
     def close(self) -> None:
         """Nothing to release in process."""
 
-    def _check(self, state: Mapping[str, Tensor]) -> None:
-        kinds = ("network/", "normaliser/", "counters/")
+    def check_state(self, state: Mapping[str, Tensor]) -> None:
+        """Raise LayoutError unless `load_state_dict` can load the state."""
         own = self.state_dict(replay=False)
-        wanted = {k: v.shape for k, v in own.items() if k.startswith(kinds)}
-        for name, shape in wanted.items():
-            if name not in state:
-                raise LayoutError(f"discriminator state: {name} is missing")
-            if state[name].shape != shape:
-                raise LayoutError(
-                    f"discriminator state: {name} is {list(state[name].shape)}, "
-                    f"must be {list(shape)}"
-                )
-        size, inputs = int(state["counters/replay"]), self.replay.rows.shape[1]
-        if size > self.replay.capacity:
-            raise LayoutError(
-                f"discriminator state: a replay of {size}, must be at most {self.replay.capacity}"
-            )
-        if "new" not in state or state["new"].ndim != 2 or state["new"].shape[1] != inputs:
-            raise LayoutError(f"discriminator state: new must be [n, {inputs}]")
-        if "replay" in state and tuple(state["replay"].shape) != (size, inputs):
-            raise LayoutError(f"discriminator state: replay must be [{size}, {inputs}]")
+        tensors = {k: v for k, v in own.items() if k.startswith(("network/", "normaliser/"))}
+        check(
+            state,
+            Form(
+                tensors=tensors,
+                parameters=tuple(p.shape for p in self.network.parameters()),
+                inputs=self.replay.rows.shape[1],
+                capacity=self.replay.capacity,
+                steps=self.config.steps_per_iteration,
+                remembered=REMEMBERED,
+            ),
+        )
+
+    @property
+    def state_bytes(self) -> int:
+        """Upper bound on the bytes of a state: replay, last rollout and scores."""
+        own = sum(v.numel() * v.element_size() for v in self.state_dict(replay=False).values())
+        rows = self.replay.rows
+        return 2 * (own + rows.numel() * rows.element_size()) + MAX_ROLLOUT_STATE_BYTES
 
 
 def _under(state: Mapping[str, Tensor], prefix: str) -> dict[str, Tensor]:
@@ -300,7 +303,7 @@ def _copied(state: dict[str, Tensor]) -> dict[str, Tensor]:
 
 
 def _kept_features(config: StyleConfig, width: int, object_mask: Tensor | None) -> Tensor | None:
-    """Indices of the judged features; None for all."""
+    """Indices of the input features; None for all."""
     if config.object_features:
         return None
     if object_mask is None or tuple(object_mask.shape) != (width,):

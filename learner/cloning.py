@@ -1,4 +1,4 @@
-"""Behaviour cloning: a policy to start from, regressed on known actions."""
+"""Behaviour cloning: an initial policy by regression on labelled actions."""
 
 import torch
 from torch import Tensor
@@ -19,10 +19,11 @@ def clone(
     minibatch: int = 1024,
     seed: int = 0,
 ) -> list[float]:
-    """Fit the normaliser on raw (state, goal) inputs [M, d], then the actor's mean on [M, 28].
+    """Fit the normaliser to raw (state, goal) inputs [M, d], then the actor's mean to [M, 28].
 
     Returns the mean squared error of each pass. Train the critic alone for some iterations
-    afterwards (`LearnerConfig.warmup_iterations`): an untrained one destroys the clone.
+    afterwards (`LearnerConfig.warmup_iterations`): the gradients of an untrained critic destroy a
+    cloned actor.
     """
     normaliser.update(inputs)
     observations = normaliser(inputs)

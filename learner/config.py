@@ -1,7 +1,7 @@
-"""Settings of the learner; the defaults are the measured best of the two-core prototype."""
+"""Settings of the learner; the defaults are the measured best on two cores."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 Schedule = tuple[tuple[float, float], ...]
@@ -9,7 +9,7 @@ Schedule = tuple[tuple[float, float], ...]
 
 
 def piecewise(schedule: Sequence[tuple[float, float]], samples: float) -> float:
-    """Value of a piecewise-linear schedule after so many samples."""
+    """Return the value of a piecewise-linear schedule at a number of samples."""
     if samples <= schedule[0][0]:
         return schedule[0][1]
     for (from_x, from_y), (to_x, to_y) in pairwise(schedule):
@@ -20,81 +20,100 @@ def piecewise(schedule: Sequence[tuple[float, float]], samples: float) -> float:
 
 @dataclass(frozen=True)
 class LearnerConfig:
-    """PPO with a fixed action noise, a learning rate driven by KL, and separate networks."""
+    """PPO: networks, rewards, update and learning rates.
+
+    The action noise is fixed, the actor's learning rate follows the KL divergence, and actor and
+    critic are separate networks.
+    """
 
     hidden: tuple[int, ...] = (512, 256)
-    """Hidden widths of actor and critic; the paper's are 1024, 512."""
+    """Widths of the hidden layers of actor and critic; the paper: 1024, 512."""
     skip: bool = False
-    """A linear map from the observation beside the actor's layers: what a teacher says is mostly
-    where the joints already are."""
+    """Add a linear map from the observation to the actor's output: the set-points of a teacher are
+    mostly near the present joint angles."""
     sigma: Schedule = ((0.0, 0.035),)
-    """Action noise, in units of the normalised action, by samples: ((0, 0.035), (4e7, 0.02))."""
+    """Standard deviation of the action noise, in units of the action, by samples, as in
+    ((0, 0.035), (4e7, 0.02))."""
     task_weight: float = 0.6
     """Weight of the task reward."""
     style_weight: float = 0.4
     """Weight of the style reward."""
     gamma: float = 0.985
-    """Discount a control step."""
+    """Discount factor of a control step."""
     lam: float = 0.95
-    """Decay of generalised advantage estimation."""
+    """Lambda of generalised advantage estimation."""
     epochs: int = 3
-    """Passes over the samples of an iteration."""
+    """Epochs over the samples of an iteration."""
     minibatch: int = 2048
-    """Samples a gradient step; rounded so that all minibatches are equal to within one."""
+    """Samples in a gradient step; adjusted so that all minibatches are of equal size to within one
+    sample."""
     clip: Schedule = ((0.0, 0.3),)
-    """Clip of the likelihood ratio, by samples."""
+    """Clip range of the likelihood ratio, by samples."""
     kl_target: Schedule = ((0.0, 0.06),)
-    """Mean KL from the acting policy at the last epoch, by samples."""
+    """Target of the mean KL divergence from the acting policy in the last epoch, by samples."""
     kl_skip: float = 4.0
-    """The actor's step is skipped where the KL exceeds so many times the target."""
+    """Multiple of the KL target beyond which a gradient step of the actor is skipped."""
     actor_rate: float = 1e-4
-    """Learning rate of the actor to start from."""
+    """Initial learning rate of the actor."""
     actor_rate_bounds: tuple[float, float] = (1e-5, 1e-3)
-    """The KL drives the actor's rate no further than this."""
+    """Least and greatest learning rate of the actor."""
     critic_rate: float = 5e-4
-    """Learning rate of the critic, constant."""
+    """Learning rate of the critic; it is constant."""
     actor_grad_norm: float = 1.0
-    """Gradient norm that the actor's is clipped to."""
+    """Greatest gradient norm of the actor; larger gradients are scaled down."""
     critic_grad_norm: float = 5.0
-    """Gradient norm that the critic's is clipped to."""
+    """Greatest gradient norm of the critic; larger gradients are scaled down."""
     bound_weight: float = 10.0
-    """Weight of the squared excess of a mean action over 1, summed over its components."""
+    """Weight of the bound loss: the squared excess of the mean action beyond 1 in magnitude, summed
+    over its components."""
     mirror_weight: float = 0.0
-    """Weight of the mirror loss: where the critic thinks much better of a state than of its mirror
-    image, the action in the image is drawn to the image of the action; 0, or a task whose networks
-    know one side alone (lie): none."""
-    lesson_weight: float = 0.0
-    """Weight of the lesson's loss: where one says what an action should have been (carry.lesson),
-    the mean action is drawn to it; 0: none."""
+    """Weight of the mirror loss: where the critic values a state much more than its mirror image,
+    the action in the mirror image is drawn to the mirrored action; 0: none. It has no effect on a
+    task whose observations show one side alone (lie)."""
+    imitation_weight: float = 0.0
+    """Weight of the imitation loss, which draws the mean action to the teacher's action where the
+    teacher (world.teacher) labels the state; 0: none."""
     average: float = 0.98
-    """Share that the averaged actor, which evaluation and serving act with, keeps of itself an
-    iteration; 0: the last actor."""
+    """Decay of the averaged actor in an iteration; evaluation and serving use this average; 0: the
+    last actor."""
     warmup_iterations: int = 15
-    """First iterations of a run, training the critic only: an untrained one destroys an actor that
-    was cloned or loaded."""
+    """Number of first iterations that train the critic alone: the gradients of an untrained critic
+    destroy an actor that is cloned or loaded."""
     observation_clip: float = 5.0
-    """Normalised observations are clipped at plus and minus this."""
+    """Greatest magnitude of a normalised observation; larger ones are clipped."""
     observation_std_floor: float = 1e-2
-    """Smallest standard deviation that an observation is divided by."""
+    """Least standard deviation that an observation is divided by."""
     threads: int = 2
-    """1: actor after critic; 2: at the same time, each on one thread. The numbers are the same."""
+    """Threads of the update. 1: actor after critic; 2: both at the same time. The numbers are the
+    same."""
+
+
+@dataclass(frozen=True)
+class LagConfig:
+    """Overlap of acting and learning, and bounds on the age of the samples of an update."""
+
+    overlap: bool = False
+    """Collect the next rollout while the learner updates, by a policy that is one update old;
+    off: lockstep."""
+    max_policy: int = 1
+    """Greatest age of the policy that made a sample, in updates; older samples are dropped and
+    counted."""
+    max_style: int = 1
+    """Greatest age of the discriminator that scored a sample, in its trainings; older samples are
+    dropped and counted."""
 
 
 @dataclass(frozen=True)
 class LoopConfig:
-    """How long a run goes on and how often it is written down."""
+    """Length of a run, its checkpoints and its statistics."""
 
     iterations: int | None = None
-    """Stop after so many PPO iterations."""
+    """Number of PPO iterations to stop after; none: no limit."""
     samples: int | None = None
-    """Stop after so many control steps over all scenes."""
+    """Number of control steps over all scenes to stop after; none: no limit."""
     checkpoint_iterations: int = 200
-    """A full checkpoint every so many iterations, and one at the end."""
+    """Iterations between full checkpoints; one more is written at the end."""
     episode_window: int = 1024
-    """Episode statistics are means over so many of the last episodes."""
-    overlap: bool = False
-    """Actors act while the learner learns: their policy is one update old."""
-    max_policy_lag: int = 1
-    """Rollouts by a policy older than so many updates are dropped and counted."""
-    max_style_lag: int = 1
-    """Likewise those that were scored by a discriminator so many trainings behind."""
+    """Number of last episodes that the episode statistics are means over."""
+    lag: LagConfig = field(default_factory=LagConfig)
+    """How old the samples of an update may be."""

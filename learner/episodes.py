@@ -1,4 +1,4 @@
-"""Statistics of the last episodes, over all and by kind of start."""
+"""Statistics of the last episodes, over all and by category of initial state."""
 
 from collections.abc import Mapping, Sequence
 
@@ -6,24 +6,24 @@ import torch
 from torch import Tensor
 
 KEYS = ("return", "length", "success", "fall", "start")
-#: Figures of this prefix are a task's own: whether an episode reached one of its stages.
+#: Prefix of a task's own statistics: whether an episode reached a stage of the task.
 STAGE = "stage_"
-#: By what an episode ended, where a task tells.
+#: Prefix of the causes of failure that a task distinguishes.
 END = "end_"
-#: Whether patience with an episode ended; windows that were saved before there was any lack it.
+#: Whether the stall time-out ended an episode; windows of early runs lack it.
 STALLED = "stalled"
 
 
 class EpisodeWindow:
     """The last `size` finished episodes, oldest first."""
 
-    def __init__(self, size: int, starts: Sequence[str] = ()) -> None:
+    def __init__(self, size: int, categories: Sequence[str] = ()) -> None:
         self.size = size
-        self.starts = tuple(starts)
+        self.categories = tuple(categories)
         self._held: dict[str, Tensor] = {key: torch.zeros(0) for key in KEYS}
 
     def add(self, episodes: Mapping[str, Tensor]) -> None:
-        """Append finished episodes, [K] by key: KEYS, STALLED and any stages."""
+        """Append K finished episodes: [K] under each of KEYS, STALLED and the stages."""
         more = [key for key in episodes if _may_lack(key)]
         unknown = torch.full_like(self._held["start"], torch.nan)
         self._held = {
@@ -32,14 +32,14 @@ class EpisodeWindow:
         }
 
     def metrics(self) -> dict[str, float]:
-        """Means by `episode/<key>`; nothing until an episode has ended."""
+        """Means by `episode/<key>`; empty until an episode has ended."""
         start = self._held["start"]
         if len(start) == 0:
             return {}
         found = {f"episode/{key}": float(self._held[key].mean()) for key in KEYS[:-1]}
         more = [key for key in self._held if _may_lack(key)]
         found |= {f"episode/{key}": float(self._held[key].nanmean()) for key in more}
-        for number, name in enumerate(self.starts):
+        for number, name in enumerate(self.categories):
             chosen = start == number
             if chosen.any():
                 found[f"episode/success_{name}"] = float(self._held["success"][chosen].mean())
@@ -52,7 +52,7 @@ class EpisodeWindow:
         return dict(self._held)
 
     def load_state_dict(self, state: Mapping[str, Tensor]) -> None:
-        """Restore what `state_dict` gave."""
+        """Restore a state."""
         self._held = {key: value.clone() for key, value in state.items()}
 
 

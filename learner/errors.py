@@ -1,7 +1,7 @@
-"""What can go wrong in learning."""
+"""Errors of learning."""
 
 from policy.errors import InhabitError
 
 
 class TrainingError(InhabitError):
-    """Training cannot go on, for instance because a number stopped being finite."""
+    """Training cannot go on, for instance because a metric is not finite."""

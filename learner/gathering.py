@@ -1,4 +1,4 @@
-"""Where the loop's rollouts come from: one at a time, or the next while one is learned from."""
+"""Rollouts for the training loop, in lockstep or overlapped with the update."""
 
 from collections.abc import Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -8,28 +8,28 @@ import torch
 from torch import Tensor
 
 from learner.errors import TrainingError
-from learner.protocols import Fleet, Foresighted, State
+from learner.protocols import Fleet, PrefetchingFleet, State
 from policy.rollout import Rollout
 
 
 @dataclass(frozen=True)
 class Gathered:
-    """A rollout and how it came about."""
+    """A rollout and the conditions it was collected under."""
 
     rollout: Rollout
     sigma: float
-    """action noise that it was acted with"""
+    """Standard deviation of the action noise"""
     alive: int
-    """workers that took part"""
+    """Workers that took part"""
 
 
 class Gathering:
-    """Rollouts one after the other, always with the weights of the moment they were begun.
+    """Rollouts one after the other, each with the weights at the time it begins.
 
-    Overlapped, a rollout is begun as soon as the one before it is handed out, so that actors act
-    while the learner learns: every rollout but the first is then one update old. Which weights act
-    does not depend on who is faster, so the numbers are as reproducible as in lockstep. They are
-    known before the one before it is handed out: a fleet that can begins with it by then.
+    Overlapped, a rollout begins as soon as the one before it is returned, so that actors act while
+    the learner updates: the policy of every rollout but the first is one update old. The weights of
+    a rollout do not depend on timing, so the numbers are as reproducible as in lockstep. A
+    PrefetchingFleet gets its next arguments even before the present rollout is complete.
     """
 
     def __init__(self, fleet: Fleet, overlap: bool = False) -> None:
@@ -39,19 +39,19 @@ class Gathering:
             if overlap
             else None
         )
-        self._under_way: Future[Gathered] | None = None
+        self._pending: Future[Gathered] | None = None
 
     def next(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> Gathered:
-        """The next rollout; `weights` act in it or, overlapped, in the one that is now begun."""
+        """The next rollout; `weights` act in it or, overlapped, in the rollout that begins now."""
         if self._pool is None:
             return self._collect(weights, version, sigma)
-        # The first one has nobody to have begun it.
-        waited_for = self._under_way or self._pool.submit(self._collect, weights, version, sigma)
-        self._under_way = None
-        if isinstance(self.fleet, Foresighted):
-            self.fleet.ahead(weights, version, sigma)
-        gathered = waited_for.result()
-        self._under_way = self._pool.submit(self._collect, weights, version, sigma)
+        # The first rollout is not pending yet.
+        pending = self._pending or self._pool.submit(self._collect, weights, version, sigma)
+        self._pending = None
+        if isinstance(self.fleet, PrefetchingFleet):
+            self.fleet.prefetch(weights, version, sigma)
+        gathered = pending.result()
+        self._pending = self._pool.submit(self._collect, weights, version, sigma)
         return gathered
 
     def _collect(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> Gathered:
@@ -59,38 +59,38 @@ class Gathering:
         return Gathered(rollout, sigma, self.fleet.alive())
 
     def state_dict(self) -> State:
-        """The fleet at rest, and the rollout that is not used yet, if one was begun: waits for it.
+        """State of the fleet, and the pending rollout if there is one; waits for that rollout.
 
-        With both an overlapped run goes on exactly; the rollout was made by weights that are gone.
+        The pending rollout is kept because the weights that made it are not.
         """
-        waiting = None if self._under_way is None else _state_of(self._under_way.result())
+        waiting = None if self._pending is None else _state_of(self._pending.result())
         state = {"fleet": self.fleet.state_dict()}
         return state if waiting is None else state | {"waiting": waiting}
 
     def load_state_dict(self, state: State) -> None:
-        """Restore what `state_dict` gave; TrainingError for an overlapped run's in lockstep."""
+        """Restore a state; TrainingError where it has a pending rollout and the run is lockstep."""
         waiting = state.get("waiting")
         if waiting is not None and self._pool is None:
             raise TrainingError(
-                "this checkpoint holds a rollout that was begun ahead (--overlap): resume with"
-                " --overlap, or begin another run from it with --init"
+                "this checkpoint holds a rollout that was begun ahead (--lag.overlap): resume with"
+                " --lag.overlap, or begin another run from it with --init"
             )
-        if self._under_way is not None:
-            self._under_way.result()
+        if self._pending is not None:
+            self._pending.result()
         self.fleet.load_state_dict(state["fleet"])
-        self._under_way = None
+        self._pending = None
         if waiting is not None:
-            self._under_way = Future()
-            self._under_way.set_result(_gathered_of(waiting))
+            self._pending = Future()
+            self._pending.set_result(_gathered_of(waiting))
 
     def close(self) -> None:
-        """Wait for what was begun, and let go of the thread; the fleet is its owner's."""
+        """Wait for a pending rollout and end the thread; the fleet stays open."""
         if self._pool is not None:
             self._pool.shutdown()
 
 
 def _state_of(gathered: Gathered) -> State:
-    """Tensors and JSON scalars alone, as checkpoints hold them."""
+    """A rollout as tensors and JSON scalars, for a checkpoint."""
     rollout = gathered.rollout
     found = {field.name: getattr(rollout, field.name) for field in fields(rollout)}
     return {"rollout": found, "sigma": gathered.sigma, "alive": gathered.alive}

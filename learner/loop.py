@@ -18,26 +18,27 @@ from learner.returns import mixed_reward
 from learner.segments import Failures
 from policy.rollout import Rollout
 
-# Rollouts too old to be learned from, one after the other, that end a run: it would never go on.
-STALE_IN_A_ROW = 8
+# Number of rollouts in a row beyond the lag bounds that end a run: it would never go on.
+MAX_STALE_ROLLOUTS = 8
 
 
 @dataclass(frozen=True)
 class _Scored:
-    """The style reward of a rollout, and the training that goes on meanwhile."""
+    """Style reward of a rollout, and the discriminator's training on it, which runs in parallel."""
 
     scores: StyleScores
     training: Future[tuple[dict[str, float], float]]
     lag: int
-    """trainings that the discriminator was behind"""
+    """Number of trainings that the discriminator was behind"""
     seconds: float
 
 
 class Loop:
-    """Wires a learner to its fleet and style; the same numbers whatever stands behind them.
+    """Training loop over a learner, a fleet and a style.
 
-    In lockstep (lag 0) actors wait for the learner and the learner for them. Overlapped (lag 1)
-    they act while it learns. Both are reproducible, and resume exactly.
+    The numbers do not depend on the implementations of fleet and style. In lockstep (lag 0) actors
+    and learner wait for each other. Overlapped (lag 1) the actors act during the update. Both modes
+    are reproducible and resume exactly.
     """
 
     def __init__(
@@ -49,29 +50,29 @@ class Loop:
         checkpointer: Checkpointer,
         config: LoopConfig,
         terms: Sequence[str] = (),
-        starts: Sequence[str] = (),
+        categories: Sequence[str] = (),
     ) -> None:
         self.learner = learner
         self.fleet = fleet
-        self.gathering = Gathering(fleet, config.overlap)
+        self.gathering = Gathering(fleet, config.lag.overlap)
         self.style = style
         self.recorder = recorder
         self.checkpointer = checkpointer
         self.config = config
         self.terms = tuple(terms)
-        self.episodes = EpisodeWindow(config.episode_window, starts)
+        self.episodes = EpisodeWindow(config.episode_window, categories)
         self.failures = Failures()
         self.seconds = 0.0
         self.best_score = -math.inf
         self.batches = 0
-        """rollouts scored so far: the ids by which the style knows them"""
-        # The discriminator trains beside the update; on its own thread its numbers are the same.
+        """Number of rollouts scored so far, which is the next batch id"""
+        # The discriminator trains in parallel with the update, with the same numbers.
         self._background = ThreadPoolExecutor(
             1, "style", initializer=torch.set_num_threads, initargs=(1,)
         )
 
     def run(self, stop: Callable[[], bool] = lambda: False) -> None:
-        """Iterate until the limits of the config or until `stop()`; a checkpoint at the end."""
+        """Iterate until a limit of the config or until `stop()`; write a last checkpoint."""
         saved = None
         while not self._finished() and not stop():
             metrics = self.iterate()
@@ -139,31 +140,31 @@ class Loop:
         )
 
     def _gather(self) -> tuple[Gathered, _Scored | None, int]:
-        """The next rollout whose policy and style reward are within the bounds of the config.
+        """The next rollout whose policy lag and style lag are within the bounds of the config.
 
-        Returns also how many samples were beyond them, which nobody learns from. The discriminator
-        is trained on whatever it scored.
+        Returns also the number of samples beyond the bounds, which are dropped. The discriminator
+        trains on every rollout that it scores.
         """
         version, stale = self.learner.version, 0
-        for _ in range(STALE_IN_A_ROW):
+        for _ in range(MAX_STALE_ROLLOUTS):
             weights = self.learner.weights() | self.failures.published()
             gathered = self.gathering.next(weights, version, self.learner.sigma)
             rollout = gathered.rollout
-            if version - rollout.version <= self.config.max_policy_lag:
+            if version - rollout.version <= self.config.lag.max_policy:
                 style = self._score(rollout)
-                if style is None or style.lag <= self.config.max_style_lag:
+                if style is None or style.lag <= self.config.lag.max_style:
                     return gathered, style, stale
                 style.training.result()
             stale += rollout.samples
         raise TrainingError(
-            f"iteration {version + 1}: {STALE_IN_A_ROW} rollouts in a row are older than"
-            f" --max-policy-lag {self.config.max_policy_lag} or were scored by a discriminator"
-            f" older than --max-style-lag {self.config.max_style_lag}: raise the bounds, or find"
-            " out who is late"
+            f"iteration {version + 1}: {MAX_STALE_ROLLOUTS} rollouts in a row are older than"
+            f" --lag.max-policy {self.config.lag.max_policy} or were scored by a discriminator"
+            f" older than --lag.max-style {self.config.lag.max_style}: raise the bounds, or find"
+            " the lagging worker"
         )
 
     def _score(self, rollout: Rollout) -> _Scored | None:
-        """Score a rollout once, and begin the training that follows it."""
+        """Score a rollout, and begin the discriminator's training on it; None without a style."""
         if self.style is None:
             return None
         began = time.perf_counter()
@@ -173,7 +174,7 @@ class Loop:
         )
         seconds = time.perf_counter() - began
         training = self._background.submit(_timed_train, self.style, scores.version)
-        # Every batch is followed by one training: by the clock of batches none is missing.
+        # One training follows each batch, so the lag is the batch id minus the version.
         return _Scored(scores, training, batch - scores.version, seconds)
 
     def _finished(self) -> bool:
@@ -206,12 +207,12 @@ class Loop:
         }
 
     def load_state_dict(self, state: State) -> None:
-        """Restore what `state_dict` gave: from here on as if never stopped, bit for bit."""
+        """Restore a state: the run goes on bit for bit as if it had not stopped."""
         training = state["training"]
         self.learner.load_policy_state(state["policy"])
         self.learner.load_state_dict(training["learner"])
         self.gathering.load_state_dict(training)
-        # Absent where an older run counted them by its iterations.
+        # Absent in checkpoints of older runs, whose batch ids were their iterations.
         self.batches = int(training.get("batches", self.learner.version))
         self.episodes.load_state_dict(training["episodes"])
         if "failures" in training:  # older runs counted none
@@ -223,14 +224,14 @@ class Loop:
             self.style.load_state_dict(state["style"])
 
     def close(self) -> None:
-        """Let go of threads; the fleet and the style are their owner's."""
+        """End the threads; fleet and style stay open."""
         self.gathering.close()
         self._background.shutdown()
         self.learner.close()
 
 
 def require_finite(iteration: int, metrics: Mapping[str, float]) -> None:
-    """Stop with the names of what is no longer a number; the last checkpoint stays as it is."""
+    """Raise TrainingError, naming the metrics that are not finite."""
     broken = [name for name, value in metrics.items() if not math.isfinite(value)]
     if broken:
         raise TrainingError(

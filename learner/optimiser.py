@@ -1,4 +1,4 @@
-"""Adam as the learner uses it, with a state of plain tensors for checkpoints."""
+"""Adam with a state of plain tensors for checkpoints."""
 
 from collections.abc import Iterable
 
@@ -7,18 +7,18 @@ from torch import Tensor, nn
 
 
 def adam(parameters: Iterable[nn.Parameter], rate: float) -> torch.optim.Adam:
-    """Fused Adam: one pass over the weights, the fastest of torch's three on a CPU."""
+    """Fused Adam: one pass over the weights, the fastest of torch's three variants on a CPU."""
     return torch.optim.Adam(parameters, lr=rate, fused=True)
 
 
 def set_rate(optimiser: torch.optim.Optimizer, rate: float) -> None:
-    """Change the learning rate."""
+    """Set the learning rate of all parameters."""
     for group in optimiser.param_groups:
         group["lr"] = rate
 
 
 def steps_taken(optimiser: torch.optim.Optimizer) -> int:
-    """Gradient steps so far."""
+    """Number of gradient steps so far."""
     return max((int(entry["step"]) for entry in optimiser.state.values()), default=0)
 
 
@@ -29,7 +29,7 @@ def adam_state(optimiser: torch.optim.Optimizer) -> dict[str, dict[str, Tensor]]
 
 
 def load_adam_state(optimiser: torch.optim.Optimizer, state: dict[str, dict[str, Tensor]]) -> None:
-    """Restore what `adam_state` gave; rates stay as they are."""
+    """Restore an `adam_state`; the learning rates stay."""
     groups = optimiser.state_dict()["param_groups"]
     entries = {int(k): {name: v.clone() for name, v in entry.items()} for k, entry in state.items()}
     optimiser.load_state_dict({"state": entries, "param_groups": groups})

@@ -1,4 +1,4 @@
-"""Proximal policy optimisation: one batch in, better networks out."""
+"""Proximal policy optimisation (Schulman et al. 2017): the update of actor and critic."""
 
 import copy
 import time
@@ -14,8 +14,8 @@ from learner.protocols import State
 from learner.returns import advantages, explained_variance
 from learner.surrogate import (
     clipped_surrogate,
+    imitation_loss,
     kl_fixed_sigma,
-    lesson_loss,
     mirror_loss,
     next_rate,
     soft_bound,
@@ -30,20 +30,20 @@ from world.reflection import Symmetry
 # Rows of one value inference: fixed, so that rounding does not depend on the number of threads.
 VALUE_BLOCK = 1024
 
-# Differences of value, in standard deviations of the returns: how much better a state must look
-# than its image for the mirror loss to be half as strong as it can be, and how fast it comes on.
-# Without a margin it draws a gait, and a turn at a seat that may go either way, to the middle
-# between left and right: docs/recipe.md has the figures.
+# Gate of the mirror loss, a sigmoid in the value difference between a state and its mirror image,
+# in standard deviations of the returns: its centre and its width. Without a margin the loss draws a
+# gait, and a turn at a seat that may go either way, to the middle between left and right:
+# docs/lab-notes/sit.md has the figures.
 MIRROR_MARGIN, MIRROR_WIDTH = 0.25, 0.08
 
-# Gradient steps over which the actor's rate rises. Adam's first steps move every weight by the
-# whole rate, whatever the gradient: measured on a cloned actor, a KL of 0.4 in four of them.
+# Gradient steps over which the actor's learning rate rises to its value. Adam's first steps move
+# every weight by the full rate: measured on a cloned actor, four of them gave a KL of 0.4.
 RAMP_STEPS = 40
 
 
 @dataclass(frozen=True)
 class Batch:
-    """The valid samples of one iteration, flat [n, ..], observations already normalised."""
+    """The valid samples of one iteration, flat [n, ..]; observations are normalised."""
 
     observations: Tensor
     actions: Tensor
@@ -52,26 +52,24 @@ class Batch:
     advantages: Tensor
     targets: Tensor
     mirrored: "Mirrored | None" = None
-    taught: Tensor | None = None
-    """what a lesson says of the actions, NaN where nothing"""
-    led: Tensor | None = None
-    """[n, 28] bool: components that did what was taught: they say nothing of the policy's"""
+    teacher_action: Tensor | None = None
+    """NaN where the teacher labels nothing"""
 
 
 @dataclass(frozen=True)
 class Mirrored:
-    """The same samples with left and right exchanged, [n, ..]."""
+    """Mirror images of the samples of a batch, [n, ..]."""
 
     observations: Tensor
-    """normalised"""
+    """Normalised"""
     means: Tensor
-    """the images of the acting policy's means"""
+    """Mirror images of the acting policy's means"""
     gates: Tensor
-    """in (0, 1): near 1 where the critic thinks much better of the sample than of its image"""
+    """In (0, 1): near 1 where the critic values the sample much more than its image"""
 
 
 class Learner:
-    """Actor, critic, their normalisers and optimisers; deterministic from (seed, iteration)."""
+    """Actor, critic, their normalisers and optimisers; a function of (seed, iteration)."""
 
     def __init__(
         self,
@@ -82,11 +80,13 @@ class Learner:
         precision: Precision | None = None,
         symmetry: Symmetry | None = None,
     ) -> None:
-        """symmetry: of observations and actions, for the mirror loss and for networks that know one
-        side alone; none: neither."""
+        """symmetry: mirror symmetry of observations and actions, for the mirror loss and for
+        networks that act on one canonical side; None: neither."""
         self.symmetry = symmetry
-        # networks that know one side alone are as good on the other without a loss
-        self._mirrors = config.mirror_weight and symmetry is not None and symmetry.sides is None
+        # with a canonical side the networks are symmetric without a loss
+        self._uses_mirror_loss = (
+            config.mirror_weight and symmetry is not None and symmetry.sides is None
+        )
         self.config = config
         self.seed = seed
         self.precision = precision or decide("cpu")
@@ -94,7 +94,7 @@ class Learner:
             torch.manual_seed(seed)
             self.actor = Actor(observation, actions, config.hidden, config.skip)
             self.critic = Critic(observation, config.hidden)
-        #: The mean of the actors of the last iterations: what evaluation and serving act with.
+        #: Running mean of the actor over iterations, which evaluation and serving use.
         self.average = copy.deepcopy(self.actor).requires_grad_(False)
         limits = NormaliserConfig(config.observation_clip, config.observation_std_floor)
         self.normaliser = Normaliser(observation, limits)
@@ -111,60 +111,59 @@ class Learner:
 
     @property
     def sigma(self) -> float:
-        """Action noise of the next rollout."""
+        """Standard deviation of the action noise of the next rollout."""
         return piecewise(self.config.sigma, self.samples)
 
     def weights(self) -> dict[str, Tensor]:
-        """What actors need: the actor and the observation normaliser."""
+        """Weights for acting: the actor and the observation normaliser."""
         return publish(self.actor, self.normaliser, self.symmetry)
 
     def averaged_weights(self) -> dict[str, Tensor]:
-        """As `weights`, of the averaged actor."""
+        """Weights for acting of the averaged actor."""
         return publish(self.average, self.normaliser, self.symmetry)
 
     def update(self, rollout: Rollout, rewards: Tensor, sigma: float) -> dict[str, float]:
         """One PPO iteration on a rollout with mixed rewards [T, N]; returns `ppo/` metrics."""
-        rollout = self._seen(rollout)
+        rollout = self._canonical_rollout(rollout)
         raw = torch.cat((rollout.states, rollout.goals), -1)
         observations = self.normaliser(raw)
         batch, explained = self._prepare(rollout, rewards, observations)
         symmetry = self.symmetry
-        if symmetry is not None and self._mirrors and not self.warmup_left:
+        if symmetry is not None and self._uses_mirror_loss and not self.warmup_left:
             batch = replace(batch, mirrored=self._mirror(symmetry, rollout, raw, batch))
         critic = self._pool.submit(self._update_critic, batch)
         actor = self._pool.submit(self._update_actor, batch, sigma)
         metrics = {"ppo/value_explained": explained, "ppo/sigma": sigma}
         metrics |= critic.result() | actor.result()
-        self._move_average()
-        # Frozen until here: the ratios above were taken under the normaliser that acted.
-        self._move_normaliser(raw[:-1][rollout.valid])
+        self._update_average()
+        # Only now: the likelihood ratios above are those of the normaliser that acted.
+        self._update_normaliser(raw[:-1][rollout.valid])
         self.samples += rollout.samples
         self.version += 1
         self.warmup_left = max(0, self.warmup_left - 1)
         return metrics
 
-    def seen(self, raw: Tensor, *actions: Tensor) -> tuple[Tensor, ...]:
-        """Observations [.., d] and actions [.., 28] in them as the networks see and say them:
-        mirrored where the task's sides say so."""
+    def canonical(self, raw: Tensor, *actions: Tensor) -> tuple[Tensor, ...]:
+        """Observations [.., d] and their actions [.., 28] on the canonical side of the symmetry."""
         if self.symmetry is None:
             return raw, *actions
-        raw, right = self.symmetry.seen(raw)
-        return raw, *(self.symmetry.done(action, right) for action in actions)
+        raw, right = self.symmetry.canonical(raw)
+        return raw, *(self.symmetry.restored(action, right) for action in actions)
 
-    def _seen(self, rollout: Rollout) -> Rollout:
-        """The rollout as the networks saw it; densities stay, because all actions have one
+    def _canonical_rollout(self, rollout: Rollout) -> Rollout:
+        """The rollout on the canonical side; log-densities stay, because all actions have one
         sigma."""
         if self.symmetry is None or self.symmetry.sides is None:
             return rollout
         widths = [rollout.states.shape[-1], rollout.goals.shape[-1]]
         raw = torch.cat((rollout.states, rollout.goals), -1)
-        (last,) = self.seen(raw[-1:])
-        taught = () if rollout.taught is None else (rollout.taught,)
-        first, actions, means, *taught = self.seen(
-            raw[:-1], rollout.actions, rollout.means, *taught
+        (last,) = self.canonical(raw[-1:])
+        labels = () if rollout.teacher_action is None else (rollout.teacher_action,)
+        first, actions, means, *labels = self.canonical(
+            raw[:-1], rollout.actions, rollout.means, *labels
         )
         states, goals = torch.cat((first, last)).split(widths, -1)
-        (ends,) = self.seen(torch.cat((rollout.end_states, rollout.end_goals), -1))
+        (ends,) = self.canonical(torch.cat((rollout.end_states, rollout.end_goals), -1))
         end_states, end_goals = ends.split(widths, -1)
         return replace(
             rollout,
@@ -174,13 +173,14 @@ class Learner:
             means=means,
             end_states=end_states,
             end_goals=end_goals,
-            taught=taught[0] if taught else None,
+            teacher_action=labels[0] if labels else None,
         )
 
     def _prepare(
         self, rollout: Rollout, rewards: Tensor, observations: Tensor
     ) -> tuple[Batch, float]:
-        """Values, advantages and targets of the valid samples; the share of variance explained."""
+        """Batch of the valid samples, and the fraction of the returns' variance that is
+        explained."""
         ends = self.normaliser(torch.cat((rollout.end_states, rollout.end_goals), -1))
         values = self._infer_values(observations)
         next_values = successors(values, rollout.end_index, self._infer_values(ends))
@@ -197,8 +197,9 @@ class Learner:
         valid = rollout.valid
         gain, value = gains[valid], values[:-1][valid]
         returns = gain + value
-        self._move_values(returns)
+        self._update_values(returns)
         spread = gain.std() if gain.numel() > 1 else torch.ones(())
+        labels = rollout.teacher_action
         batch = Batch(
             observations=observations[:-1][valid],
             actions=rollout.actions[valid],
@@ -206,11 +207,12 @@ class Learner:
             log_probs=rollout.log_probs[valid],
             advantages=(gain - gain.mean()) / (spread + 1e-8),
             targets=self.values.normalise(returns),
+            teacher_action=None if labels is None else labels[valid],
         )
-        return _with_lesson(batch, rollout), explained_variance(value, returns)
+        return batch, explained_variance(value, returns)
 
     def _mirror(self, symmetry: Symmetry, rollout: Rollout, raw: Tensor, batch: Batch) -> Mirrored:
-        """The images of a batch's samples; raw: observations [T+1, N, d] before normalisation."""
+        """Mirror images of a batch; raw: observations [T+1, N, d] before normalisation."""
         images = self.normaliser(symmetry.observation(raw[:-1][rollout.valid]))
         better = self._infer_values(batch.observations) - self._infer_values(images)
         gates = torch.sigmoid((better / self.values.std - MIRROR_MARGIN) / MIRROR_WIDTH)
@@ -229,8 +231,11 @@ class Learner:
         return self.values.denormalise(values.reshape(observations.shape[:-1]))
 
     @torch.no_grad()
-    def _move_values(self, returns: Tensor) -> None:
-        """Merge returns into their normaliser, keeping what the critic predicts (PopArt)."""
+    def _update_values(self, returns: Tensor) -> None:
+        """Merge returns into their normaliser, keeping the critic's predictions.
+
+        PopArt, van Hasselt et al. 2016.
+        """
         fresh, mean, std = self.values.fresh, self.values.mean, self.values.std
         self.values.update(returns)
         if fresh:
@@ -240,18 +245,19 @@ class Learner:
         head.bias.mul_(std).add_(mean - self.values.mean).div_(self.values.std)
 
     @torch.no_grad()
-    def _move_normaliser(self, rows: Tensor) -> None:
-        """Merge observations into their normaliser, keeping what the networks say to them.
+    def _update_normaliser(self, rows: Tensor) -> None:
+        """Merge observations into their normaliser, keeping the networks' outputs.
 
-        Early moments, or another task's, move by whole deviations as the scenes change: a walker
-        that is taught to carry forgot how to walk, its weights not touched (docs/recipe.md).
+        Early moments, or those of another task, move by whole deviations as the scenes change.
+        Without this correction a walking policy lost its gait in a carry training whose updates did
+        not touch it (docs/lab-notes/physics-and-cost.md).
         """
         normaliser = self.normaliser
         mean, std, known = normaliser.mean.float(), normaliser.std, normaliser.count > 0.0
         normaliser.update(rows)
         scale = normaliser.std / std
         shift = (normaliser.mean.float() - mean) / std
-        # a number that was all but constant meant nothing yet: its weights stay as they are
+        # a feature that was nearly constant had no influence yet: its weights stay
         known &= (scale > 0.5) & (scale < 2.0)
         scale, shift = torch.where(known, scale, 1.0), torch.where(known, shift, 0.0)
         for network in (self.actor, self.average, self.critic):
@@ -265,14 +271,14 @@ class Learner:
                 actor.skip.weight.mul_(scale)
 
     @torch.no_grad()
-    def _move_average(self) -> None:
-        """Polyak averaging of the actor; in the warm-up it follows what was cloned or loaded."""
-        share = 1.0 if self.warmup_left else 1.0 - self.config.average
+    def _update_average(self) -> None:
+        """Polyak averaging of the actor; during warm-up the average equals the actor."""
+        fraction = 1.0 if self.warmup_left else 1.0 - self.config.average
         for mean, now in zip(self.average.parameters(), self.actor.parameters(), strict=True):
-            mean.lerp_(now, share)
+            mean.lerp_(now, fraction)
 
     def _minibatches(self, samples: int, part: int) -> list[list[Tensor]]:
-        """Indices by epoch and minibatch, from (seed, version) and the network's number."""
+        """Indices by epoch and minibatch, from (seed, version); part: 0 critic, 1 actor."""
         generator = torch.Generator().manual_seed((self.seed * 2 + part) * 1_000_003 + self.version)
         parts = max(1, round(samples / self.config.minibatch))
         return [
@@ -300,7 +306,7 @@ class Learner:
         config = self.config
         target = piecewise(config.kl_target, self.samples)
         clip = piecewise(config.clip, self.samples)
-        losses, bounds, clipped, mirrors, lessons, kls = [], [], [], [], [], []
+        losses, bounds, clipped, mirrors, imitations, kls = [], [], [], [], [], []
         skipped = 0
         epochs = [] if self.warmup_left else self._minibatches(len(batch.targets), 1)
         for epoch in epochs:
@@ -308,9 +314,6 @@ class Learner:
             for rows in epoch:
                 with self.precision.context():
                     means = self.actor(batch.observations[rows])
-                said = means
-                if batch.led is not None:
-                    means = torch.where(batch.led[rows], batch.means[rows], means)
                 kl = float(kl_fixed_sigma(means.detach(), batch.means[rows], sigma))
                 kls.append(kl)
                 if kl > config.kl_skip * target:
@@ -318,10 +321,10 @@ class Learner:
                     continue
                 log_ratio = log_density(batch.actions[rows], means, sigma) - batch.log_probs[rows]
                 surrogate = clipped_surrogate(log_ratio, batch.advantages[rows], clip)
-                bound = soft_bound(said)
-                lesson = torch.zeros(())
-                if batch.taught is not None:
-                    lesson = lesson_loss(said, batch.taught[rows], sigma)
+                bound = soft_bound(means)
+                imitation = torch.zeros(())
+                if batch.teacher_action is not None:
+                    imitation = imitation_loss(means, batch.teacher_action[rows], sigma)
                 mirror = self._mirror_loss(batch, rows, sigma)
                 ramp = min(1.0, (steps_taken(self.actor_optimiser) + 1) / RAMP_STEPS)
                 set_rate(self.actor_optimiser, ramp * self.actor_rate)
@@ -331,12 +334,12 @@ class Learner:
                     surrogate
                     + config.bound_weight * bound
                     + config.mirror_weight * mirror
-                    + config.lesson_weight * lesson,
+                    + config.imitation_weight * imitation,
                     config.actor_grad_norm,
                 )
                 losses.append(float(surrogate.detach()))
                 mirrors.append(float(mirror.detach()))
-                lessons.append(float(lesson.detach()))
+                imitations.append(float(imitation.detach()))
                 bounds.append(float(bound.detach()))
                 outside = (log_ratio.detach().exp() - 1.0).abs() > clip
                 clipped.append(float(outside.float().mean()))
@@ -352,13 +355,13 @@ class Learner:
             "ppo/surrogate": _mean(losses),
             "ppo/bound": _mean(bounds),
             **({"ppo/mirror": _mean(mirrors)} if batch.mirrored else {}),
-            **({} if batch.taught is None else {"ppo/lesson": _mean(lessons)}),
+            **({"ppo/imitation": _mean(imitations)} if batch.teacher_action is not None else {}),
             "ppo/skipped": float(skipped),
             "rate/actor_s": time.perf_counter() - began,
         }
 
     def _mirror_loss(self, batch: Batch, rows: Tensor, sigma: float) -> Tensor:
-        """Of every other row, which is plenty and costs half."""
+        """Mirror loss over every other row, which halves its cost."""
         image, some = batch.mirrored, rows[::2]
         if image is None:
             return torch.zeros(())
@@ -367,7 +370,7 @@ class Learner:
         return mirror_loss(means, image.means[some], image.gates[some], sigma)
 
     def policy_state(self) -> State:
-        """Networks and normalisers: what acting, serving and `--init` need."""
+        """Networks and normalisers, for acting, serving and `--init`."""
         return {
             "actor": {k: v.clone() for k, v in self.actor.state_dict().items()},
             "average": {k: v.clone() for k, v in self.average.state_dict().items()},
@@ -377,16 +380,16 @@ class Learner:
         }
 
     def load_policy_state(self, state: State) -> None:
-        """Take another run's networks and normalisers; optimisers and counters stay."""
+        """Load networks and normalisers; optimisers and counters stay."""
         self.actor.load_state_dict(state["actor"])
-        # absent where an older run did not average
+        # absent in checkpoints of runs without averaging
         self.average.load_state_dict(state.get("average", state["actor"]))
         self.critic.load_state_dict(state["critic"])
         self.normaliser.load_state_dict(state["normaliser"])
         self.values.load_state_dict(state["values"])
 
     def state_dict(self) -> State:
-        """What an exact restart needs beyond `policy_state`."""
+        """Optimisers and counters: what an exact restart needs beyond `policy_state`."""
         return {
             "actor_optimiser": adam_state(self.actor_optimiser),
             "critic_optimiser": adam_state(self.critic_optimiser),
@@ -397,7 +400,7 @@ class Learner:
         }
 
     def load_state_dict(self, state: State) -> None:
-        """Restore what `state_dict` gave."""
+        """Restore a `state_dict`."""
         load_adam_state(self.actor_optimiser, state["actor_optimiser"])
         load_adam_state(self.critic_optimiser, state["critic_optimiser"])
         self.actor_rate = float(state["actor_rate"])
@@ -406,7 +409,7 @@ class Learner:
         self.warmup_left = int(state["warmup_left"])
 
     def close(self) -> None:
-        """Let go of the threads."""
+        """End the threads."""
         self._pool.shutdown()
 
 
@@ -417,14 +420,6 @@ def _step(
     loss.backward()
     nn.utils.clip_grad_norm_(network.parameters(), grad_norm, foreach=True)
     optimiser.step()
-
-
-def _with_lesson(batch: Batch, rollout: Rollout) -> Batch:
-    """The batch with what the rollout's lesson, if there is one, says of its samples."""
-    if rollout.taught is None or rollout.led is None:
-        return batch
-    taught, led = rollout.taught[rollout.valid], rollout.led[rollout.valid]
-    return replace(batch, taught=taught, led=led[:, None] & ~taught.isnan())
 
 
 def _mean(numbers: list[float]) -> float:

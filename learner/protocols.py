@@ -1,4 +1,4 @@
-"""What the loop needs of the others: a fleet that acts, a style that scores, a record, a store."""
+"""Protocols of the training loop's parts: fleet, style, recorder and checkpointer."""
 
 from collections.abc import Mapping
 from typing import Any, Protocol, runtime_checkable
@@ -12,14 +12,14 @@ State = dict[str, Any]
 
 
 class Fleet(Protocol):
-    """Workers that own all scenes between them."""
+    """Workers that together simulate all scenes."""
 
     def collect(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> Rollout:
-        """Act for one horizon with the published weights; all scenes, in order."""
+        """Rollout of one horizon of all scenes, in scene order, with published weights."""
         ...
 
     def alive(self) -> int:
-        """Workers that took part in the last collection."""
+        """Number of workers that took part in the last collection."""
         ...
 
     def state_dict(self) -> State:
@@ -31,21 +31,21 @@ class Fleet(Protocol):
         ...
 
     def close(self) -> None:
-        """Let go of threads and processes."""
+        """End threads and processes."""
         ...
 
 
 @runtime_checkable
-class Foresighted(Protocol):
-    """A fleet whose workers need not wait until the rollouts of all have been taken in."""
+class PrefetchingFleet(Protocol):
+    """A fleet whose workers can begin the next rollout before the present one is complete."""
 
-    def ahead(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> None:
-        """What the next `collect` will be called with, told while one is under way."""
+    def prefetch(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> None:
+        """Announce the arguments of the next `collect` during the present one."""
         ...
 
 
 class StyleScores(Protocol):
-    """The style reward of one batch."""
+    """Style reward of one batch."""
 
     @property
     def reward(self) -> Tensor:
@@ -54,17 +54,17 @@ class StyleScores(Protocol):
 
     @property
     def version(self) -> int:
-        """Of the discriminator that gave it."""
+        """Version of the discriminator that scored."""
         ...
 
     @property
     def metrics(self) -> Mapping[str, float]:
-        """By `style/<name>`."""
+        """Metrics by `style/<name>`."""
         ...
 
 
 class Style(Protocol):
-    """A discriminator with its replay, in this process or behind a service."""
+    """A discriminator with its replay, in process or behind a service."""
 
     def score(
         self,
@@ -74,11 +74,14 @@ class Style(Protocol):
         end_states: Tensor,
         valid: Tensor,
     ) -> StyleScores:
-        """Score states [T+1, N, 114] with the current version; insert them once per batch id."""
+        """Score states [T+1, N, 114] with the current version; insert them once per batch id.
+
+        Layouts of the arguments as in `discriminator.trainer.Discriminator.score`.
+        """
         ...
 
     def train(self, version: int) -> Mapping[str, float]:
-        """Train the version after `version`; asked again for the same one, do nothing more."""
+        """Train `version` + 1 from `version`, once; a repeated call returns the same metrics."""
         ...
 
     def state_dict(self) -> State:
@@ -91,16 +94,16 @@ class Style(Protocol):
 
 
 class Recorder(Protocol):
-    """Where metrics go."""
+    """Sink of metrics."""
 
     def record(self, iteration: int, metrics: Mapping[str, float]) -> None:
-        """One line: flat `group/name` numbers, `samples` and `seconds`."""
+        """Write an iteration's metrics: flat `group/name` numbers, `samples` and `seconds`."""
         ...
 
 
 class Checkpointer(Protocol):
-    """Where states go."""
+    """Store of checkpoints."""
 
     def save(self, iteration: int, state: State, best: bool = False) -> None:
-        """Write sections policy, training, style; `best` also moves that name to it."""
+        """Write the sections policy, training and style; `best` also points that name at it."""
         ...

@@ -1,4 +1,4 @@
-"""Advantages and returns of a batch of rollouts, as pure functions."""
+"""Mixed rewards, advantages and explained variance as pure functions."""
 
 import torch
 from torch import Tensor
@@ -7,7 +7,7 @@ from torch import Tensor
 def mixed_reward(
     task: Tensor, style: Tensor | None, task_weight: float, style_weight: float
 ) -> Tensor:
-    """r = w_task r_task + w_style r_style, [T, N]; without style the task's part alone."""
+    """Mixed reward w_task r_task + w_style r_style, [T, N]; without style only the first term."""
     mixed = task_weight * task
     return mixed if style is None else mixed + style_weight * style
 
@@ -24,11 +24,11 @@ def advantages(
 ) -> Tensor:
     """Generalised advantage estimates [T, N] (Schulman et al. 2016, Eq. 16).
 
-    `values` [T, N] are of the states acted from, `next_values` [T, N] of their true successors
-    (for an episode that ended, of its last state, not of the next episode's first). A fall is worth
-    0 after it; a time-out keeps the value of its last state; the sum is cut after both. Samples
-    that are not `valid` get 0 and pass nothing on, whatever their reward (it may be NaN): what came
-    before them bootstraps with the value of the last finite state.
+    values: [T, N] of the states acted from. next_values: [T, N] of their true successors (at the
+    end of an episode its last state, not the next episode's first). A fall is a terminal state and
+    is not bootstrapped; a time-out is truncated and bootstraps with the value of its last state;
+    the sum ends at both. A sample that is not `valid` gets 0, also where its reward is NaN; the
+    samples before it bootstrap with the value of the last finite state.
     """
     after = torch.where(fell, torch.zeros_like(next_values), next_values)
     errors = torch.where(valid, rewards + gamma * after - values, torch.zeros_like(rewards))

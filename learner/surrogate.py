@@ -1,4 +1,4 @@
-"""PPO's objectives as pure functions of what the networks gave."""
+"""Losses of PPO as pure functions of network outputs."""
 
 import torch
 from torch import Tensor
@@ -6,7 +6,10 @@ from torch.nn import functional
 
 
 def clipped_surrogate(log_ratio: Tensor, advantages: Tensor, clip: float) -> Tensor:
-    """-mean(min(r A, clip(r, 1 ± clip) A)) (Schulman et al. 2017, Eq. 7); [n], [n] -> []."""
+    """Clipped surrogate loss -mean(min(r A, clip(r, 1 ± clip) A)); [n], [n] -> [].
+
+    Schulman et al. 2017, Eq. 7.
+    """
     ratio = log_ratio.exp()
     bounded = ratio.clamp(1.0 - clip, 1.0 + clip)
     return -torch.minimum(ratio * advantages, bounded * advantages).mean()
@@ -25,25 +28,26 @@ def kl_fixed_sigma(means: Tensor, old_means: Tensor, sigma: float) -> Tensor:
 def mirror_loss(means: Tensor, wanted: Tensor, gate: Tensor, sigma: float) -> Tensor:
     """Mean over n of gate · Huber((means − wanted) / sigma), summed over components.
 
-    [n, a], [n, a], [n] -> []. Linear beyond one sigma: who is far off must not drown the rest.
+    [n, a], [n, a], [n] -> []. Linear beyond one sigma, so that outliers do not dominate.
     """
     apart = (means - wanted) / sigma
     huber = functional.huber_loss(apart, torch.zeros_like(apart), reduction="none")
     return (gate * huber.sum(-1)).mean()
 
 
-def lesson_loss(means: Tensor, taught: Tensor, sigma: float) -> Tensor:
-    """Mean over n of Huber((means − taught) / sigma), summed over the components that are not NaN.
+def imitation_loss(means: Tensor, teacher_action: Tensor, sigma: float) -> Tensor:
+    """Mean over n of Huber((means − teacher_action) / sigma), summed over the components that are
+    not NaN.
 
     [n, a], [n, a] -> []; linear beyond one sigma, as `mirror_loss`.
     """
-    said = ~taught.isnan()
-    apart = torch.where(said, (means - taught.nan_to_num()) / sigma, 0.0)
+    labelled = ~teacher_action.isnan()
+    apart = torch.where(labelled, (means - teacher_action.nan_to_num()) / sigma, 0.0)
     return functional.huber_loss(apart, torch.zeros_like(apart), reduction="sum") / len(means)
 
 
 def next_rate(rate: float, kl: float, target: float, bounds: tuple[float, float]) -> float:
-    """Divide by 1.3 above twice the target, multiply by 1.1 below half of it, within bounds."""
+    """Learning rate after an update: / 1.3 above twice the KL target, × 1.1 below half of it."""
     if kl > 2.0 * target:
         rate /= 1.3
     elif kl < 0.5 * target:

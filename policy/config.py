@@ -1,49 +1,49 @@
-"""Settings of the policy service; light to import, because the command line reads them."""
+"""Settings of the policy service; without heavy imports, because the command line reads them."""
 
 from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
 class BatchConfig:
-    """How requests are gathered, and how many may wait."""
+    """Batching of requests."""
 
     max_rows: int = 256
-    """Rows of one forward pass."""
+    """Most rows of one forward pass."""
     max_wait_s: float = 1e-3
-    """Longest wait of a request for others to join it."""
+    """Longest time that a request waits for others to share its forward pass."""
     max_queued_rows: int = 8192
-    """Rows that may wait; what comes beyond is refused."""
+    """Most rows in the queue; further requests are refused."""
 
 
 @dataclass(frozen=True)
 class SynthesisConfig:
-    """How much is simulated for clients."""
+    """Limits of the simulations of Synthesize."""
 
     max_at_a_time: int = 2
-    """Simulations at a time; what comes beyond is refused."""
+    """Most simulations at a time; further requests are refused."""
     max_s: float = 60.0
-    """Longest simulated time of one."""
-    ahead: int = 8
-    """Frames made before the client must take some."""
+    """Longest simulated time of a request."""
+    buffer_frames: int = 8
+    """Frames that are simulated ahead of the client's reading."""
 
 
 @dataclass(frozen=True)
 class PolicyServiceConfig:
-    """How much the service takes on, and how long it waits."""
+    """Limits and time-outs of the policy service."""
 
     batch: BatchConfig = field(default_factory=BatchConfig)
-    """How requests are gathered, and how many may wait."""
+    """Batching of requests."""
     synthesis: SynthesisConfig = field(default_factory=SynthesisConfig)
-    """How much is simulated for clients."""
+    """Limits of the simulations of Synthesize."""
     max_rows: int = 4096
-    """Rows of one call of Act."""
-    max_situations: int = 256
-    """Situations of one call of ActFromPose."""
+    """Most rows in one call of Act."""
+    max_poses: int = 256
+    """Most poses in one call of ActFromPose."""
     max_streams: int = 2048
-    """Control streams open at a time."""
+    """Most Control streams open at a time."""
     idle_s: float = 120.0
-    """A stream whose client says nothing for so long is closed."""
+    """Time after which a stream is closed whose client sends nothing."""
     stalled_s: float = 10.0
-    """So is one whose client takes no reply for so long."""
+    """Time after which a stream is closed whose client reads no reply."""
     poll_s: float = 2.0
-    """Time between looks for a better checkpoint."""
+    """Interval of the search for a new checkpoint."""

@@ -1,4 +1,4 @@
-"""Errors of networks and checkpoints, and the base that higher floors derive theirs from."""
+"""Errors of networks, checkpoints and requests, and the base class of the packages above."""
 
 from world.errors import InhabitError, LayoutError
 
@@ -6,12 +6,12 @@ __all__ = ["CheckpointError", "InhabitError", "LayoutError"]
 
 
 class CheckpointError(InhabitError):
-    """A checkpoint that cannot be written or read; the message names the file."""
+    """A checkpoint cannot be written or read; the message names the file."""
 
 
 class RequestError(InhabitError):
-    """A request that cannot be served; the message names the field and its valid form."""
+    """A request cannot be served; the message names the field and its valid form."""
 
 
 class BusyError(InhabitError):
-    """More is asked for at once than the service takes; the message names the limit."""
+    """A limit of the service is reached; the message names it."""

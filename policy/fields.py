@@ -1,4 +1,4 @@
-"""Numbers of a message's fields, checked; every refusal names the field and its valid form."""
+"""Checked numbers of message fields; every error names the field and its valid form."""
 
 from collections.abc import Sequence
 
@@ -8,15 +8,14 @@ from numpy.typing import NDArray
 from policy.errors import RequestError
 
 Numbers = NDArray[np.float64]
-#: Positions and velocities beyond these are a mistake of units, m and m/s or rad/s.
+#: Bounds of positions, m, and velocities, m/s or rad/s; larger ones are a mistake of units.
 FAR_M, FAST = 1e5, 1e3
-#: How far from unit length a quaternion may be, and furniture from upright (|x|, |y| of its
-#: quaternion).
+#: Tolerances of a quaternion's length, and of |x| and |y| in the quaternion of upright furniture.
 SLACK, TILT = 0.02, 0.02
 
 
 def vector(values: Sequence[float], name: str, width: int, bound: float = FAR_M) -> Numbers:
-    """The numbers of a field [width]; RequestError for another count, or beyond ±bound."""
+    """Array [width] of a field; RequestError for another count, or numbers beyond ±bound."""
     if len(values) != width:
         raise RequestError(f"{name}: {len(values)} numbers, must be {width}")
     array = np.array(values, dtype=np.float64)
@@ -27,14 +26,14 @@ def vector(values: Sequence[float], name: str, width: int, bound: float = FAR_M)
 
 
 def number(value: float, name: str, low: float, high: float) -> float:
-    """A number of a field; RequestError beyond its bounds."""
+    """Number of a field; RequestError outside of [low, high]."""
     if not low <= value <= high:
         raise RequestError(f"{name}: {value}, must be {low:g} to {high:g}")
     return value
 
 
 def quaternion(values: Sequence[float], name: str) -> Numbers:
-    """A rotation of a field [4], at unit length."""
+    """Unit quaternion [4] of a field; RequestError where its length is not 1."""
     array = vector(values, name, 4, 2.0)
     length = float(np.linalg.norm(array))
     if abs(length - 1.0) > SLACK:
@@ -45,7 +44,7 @@ def quaternion(values: Sequence[float], name: str) -> Numbers:
 
 
 def upright(values: Sequence[float], name: str) -> float:
-    """The yaw, rad, of a rotation about z."""
+    """Yaw, rad, of a field's rotation; RequestError where it is not about z."""
     w, x, y, z = quaternion(values, name)
     if max(abs(x), abs(y)) > TILT:
         raise RequestError(f"{name}: tilted ({w:.3f}, {x:.3f}, {y:.3f}, {z:.3f}), must be about z")

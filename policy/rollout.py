@@ -1,4 +1,4 @@
-"""What one iteration's acting yields: T steps of N scenes, time-major, each state held once."""
+"""The rollout of one iteration: T steps of N scenes, time-major, each state stored once."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -30,11 +30,11 @@ class Rollout:
     term_sums: Tensor
     """[N, terms] float64, unweighted reward terms summed over each scene's valid samples"""
     fell: Tensor
-    """[T, N] bool: the episode ended and nothing is worth anything after it"""
+    """[T, N] bool: the episode ended in a terminal state, which is not bootstrapped"""
     timed_out: Tensor
-    """[T, N] bool: the episode ended by the clock or by success; its last state keeps its value"""
+    """[T, N] bool: the episode was truncated by a time limit or by success; bootstrapped"""
     valid: Tensor
-    """[T, N] bool; False where the scene turned non-finite: dropped and counted"""
+    """[T, N] bool; False where the scene became non-finite: dropped and counted"""
     end_index: Tensor
     """[K, 2] int64 (t, n) of every episode that ended, sorted"""
     end_states: Tensor
@@ -44,30 +44,28 @@ class Rollout:
     episodes: dict[str, Tensor]
     """return, length, success, fall, start: [K] each, in the order of `end_index`"""
     version: int
-    """of the policy that acted"""
+    """Version of the policy that acted"""
     first_scene: int
-    """global id of scene n = 0"""
+    """Global id of scene n = 0"""
     seconds: dict[str, float]
-    """wall time by part: world, policy"""
-    taught: Tensor | None = None
-    """[T, N, 28] float32: what a lesson says that the actions should have been, NaN where it says
-    nothing; none: no lesson"""
-    led: Tensor | None = None
-    """[T, N] bool: where what was taught was done, whatever the actions say"""
+    """Wall time by part: world, policy"""
+    teacher_action: Tensor | None = None
+    """[T, N, 28] float32: the teacher's actions in these states, NaN where it labels nothing; None
+    without a teacher"""
 
     @property
     def horizon(self) -> int:
-        """T."""
+        """Number of steps T."""
         return self.rewards.shape[0]
 
     @property
     def scenes(self) -> int:
-        """N."""
+        """Number of scenes N."""
         return self.rewards.shape[1]
 
     @property
     def samples(self) -> int:
-        """Control steps over all scenes, dropped ones included."""
+        """Number of control steps over all scenes, including dropped ones."""
         return self.rewards.numel()
 
     def term_means(self, names: Sequence[str]) -> dict[str, float]:
@@ -77,14 +75,15 @@ class Rollout:
 
     @staticmethod
     def join(parts: Sequence["Rollout"]) -> "Rollout":
-        """One rollout of all scenes, in scene order, whatever the order of the parts.
+        """Rollout of all scenes, in scene order, from parts in any order.
 
-        The result does not depend on how the scenes were divided. Time is the slowest part's.
+        The result does not depend on the division of the scenes, except for `seconds`, which are
+        those of the slowest part.
         """
         parts = sorted(parts, key=lambda part: part.first_scene)
         wide = ("states", "goals", "actions", "means", "log_probs", "rewards")
         wide += ("fell", "timed_out", "valid")
-        wide += () if parts[0].taught is None else ("taught", "led")
+        wide += () if parts[0].teacher_action is None else ("teacher_action",)
         joined = {name: torch.cat([getattr(p, name) for p in parts], dim=1) for name in wide}
         shifts, shift = [], 0
         for part in parts:
@@ -107,14 +106,14 @@ class Rollout:
         )
 
     def tensors(self) -> dict[str, Tensor]:
-        """All tensors by field name, episodes as `episodes.<key>`: for the wire."""
+        """All tensors by field name, episodes as `episodes.<key>`."""
         found = {f.name: getattr(self, f.name) for f in fields(self)}
         flat = {k: v for k, v in found.items() if isinstance(v, Tensor)}
         return flat | {f"episodes.{k}": v for k, v in self.episodes.items()}
 
 
 def next_states(rollout: Rollout) -> Tensor:
-    """True successor of every state [T, N, 114]: across a reset, the last state before it."""
+    """True successors of all states [T, N, 114]; at the end of an episode its last state."""
     return successors(rollout.states, rollout.end_index, rollout.end_states)
 
 

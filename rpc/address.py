@@ -1,4 +1,4 @@
-"""Where a service listens: HOST:PORT or unix:PATH, and whether that stays on this machine."""
+"""Addresses of services: HOST:PORT or unix:PATH."""
 
 import ipaddress
 
@@ -6,7 +6,7 @@ from rpc.errors import RpcError
 
 
 def split_address(address: str) -> tuple[str, int]:
-    """Host and port of HOST:PORT ([HOST]:PORT for IPv6); RpcError if it is something else."""
+    """Host and port of HOST:PORT ([HOST]:PORT for IPv6); RpcError for any other text."""
     host, colon, port = address.rpartition(":")
     if not colon or not host or not port.isdecimal() or int(port) > 65535:
         raise RpcError(f"address '{address}': must be HOST:PORT with a port of 0..65535")
@@ -14,7 +14,7 @@ def split_address(address: str) -> tuple[str, int]:
 
 
 def is_local(address: str) -> bool:
-    """Whether only this machine can reach the address."""
+    """Whether an address can be reached from this machine only."""
     if address.startswith("unix:"):
         return True
     host, _ = split_address(address)

@@ -1,21 +1,20 @@
-"""Token check, counting and statuses of errors, round the handlers of a server on an event loop.
+"""Token check, call metrics and error statuses for the handlers of a server on an event loop.
 
-gRPC's own interceptors cost a good part of a small call on an event loop; a behaviour that was
-wrapped once, when its service was added, costs little.
+They wrap each behaviour once, when its service is added: gRPC's own interceptors cost a good part
+of a small call on an event loop.
 """
 
 import asyncio
 import hmac
 import time
 from collections.abc import Awaitable, Callable
-from typing import Any, cast
+from typing import Any
 
 import grpc
-from google.protobuf.message import DecodeError
 from prometheus_client import CollectorRegistry
 
-from rpc.errors import CodecError
 from rpc.interceptors import INTERNAL, UNAUTHENTICATED, CallMetrics, Errors, status_of, unexpected
+from rpc.malformed import redact
 
 Behaviour = Callable[[Any, grpc.aio.ServicerContext], Awaitable[Any]]
 _KINDS = (
@@ -26,10 +25,10 @@ _KINDS = (
 )
 
 
-def rewrapped(
+def rewrap(
     handler: grpc.RpcMethodHandler, wrap: Callable[[Behaviour], Behaviour]
 ) -> grpc.RpcMethodHandler:
-    """The handler with another behaviour."""
+    """Handler with the same codecs and a wrapped behaviour."""
     for kind, make in _KINDS:
         behaviour = getattr(handler, kind)
         if behaviour is not None:
@@ -41,33 +40,8 @@ def rewrapped(
     raise AssertionError("a handler without behaviour")
 
 
-class Malformed:
-    """Stands for bytes that are no message: a CodecError as soon as one looks into it."""
-
-    def __init__(self, why: str) -> None:
-        self.__dict__["why"] = why
-
-    def __getattr__(self, name: str) -> Any:
-        raise CodecError(f"message: cannot be parsed ({self.__dict__['why']})")
-
-
-def forgiving(handler: grpc.RpcMethodHandler) -> grpc.RpcMethodHandler:
-    """The handler with a parser that never fails, so that its caller gets a status worth having."""
-    parse = handler.request_deserializer
-    if parse is None:
-        return handler
-
-    def parsed(data: bytes) -> Any:
-        try:
-            return parse(data)
-        except DecodeError as error:
-            return Malformed(str(error))
-
-    return cast(grpc.RpcMethodHandler, handler._replace(request_deserializer=parsed))
-
-
-def asking_for(token: str, behaviour: Behaviour) -> Behaviour:
-    """The behaviour for those who show the bearer token, compared in constant time."""
+def require_token(token: str, behaviour: Behaviour) -> Behaviour:
+    """Behaviour that refuses calls without the bearer token; compares in constant time."""
     expected = f"Bearer {token}".encode()
 
     def shown(context: grpc.aio.ServicerContext) -> bytes:
@@ -82,28 +56,28 @@ def asking_for(token: str, behaviour: Behaviour) -> Behaviour:
         found: Any = behaviour(request, context)
         if not hasattr(found, "__aiter__"):
             return await found
-        async for reply in found:  # of services that answer with generators, as reflection does
+        async for reply in found:  # a behaviour that is an async generator, such as reflection's
             await context.write(reply)
 
     return guarded
 
 
-class Watch:
-    """Counts and times calls, and gives expected exceptions their status and one-line message.
+class CallWatch:
+    """Call metrics, and statuses with one-line messages for expected exceptions.
 
-    Behaviours must be coroutines (those that answer with a stream write to the context) and raise
-    rather than abort.
+    Behaviours must be coroutines that raise rather than abort; a streaming behaviour writes its
+    replies to the context.
     """
 
     def __init__(self, registry: CollectorRegistry, errors: Errors) -> None:
-        """`errors`: the status of each expected exception; unexpected ones become INTERNAL."""
+        """errors: status of each expected exception type; any other one becomes INTERNAL."""
         self._errors = errors
         self._metrics = CallMetrics(registry)
 
-    def over(self, method: str, behaviour: Behaviour) -> Behaviour:
-        """The behaviour of a method (`/package.Service/Method`), watched."""
+    def wrap(self, method: str, behaviour: Behaviour) -> Behaviour:
+        """Wrapped behaviour of a method (`/package.Service/Method`)."""
         metrics, clock = self._metrics, time.monotonic
-        done = metrics.adder(method, grpc.StatusCode.OK)
+        done = metrics.recorder(method, grpc.StatusCode.OK)
 
         async def watched(request: Any, context: grpc.aio.ServicerContext) -> Any:
             began = clock()
@@ -111,17 +85,19 @@ class Watch:
                 reply = await behaviour(request, context)
             except asyncio.CancelledError:
                 left = context.time_remaining()
-                late = left is not None and left <= 0
-                code = grpc.StatusCode.DEADLINE_EXCEEDED if late else grpc.StatusCode.CANCELLED
-                metrics.add(method, code, clock() - began)
+                expired = left is not None and left <= 0
+                code = grpc.StatusCode.DEADLINE_EXCEEDED if expired else grpc.StatusCode.CANCELLED
+                metrics.record(method, code, clock() - began)
                 raise
             except Exception as error:
                 code = status_of(error, self._errors)
-                if code is INTERNAL and context.cancelled():  # it failed because the client left
-                    metrics.add(method, grpc.StatusCode.CANCELLED, clock() - began)
+                if code is INTERNAL and context.cancelled():  # caused by the client's cancellation
+                    metrics.record(method, grpc.StatusCode.CANCELLED, clock() - began)
                     raise asyncio.CancelledError from error
-                metrics.add(method, code, clock() - began)
-                await context.abort(code, unexpected(error) if code is INTERNAL else str(error))
+                metrics.record(method, code, clock() - began)
+                await context.abort(
+                    code, redact(unexpected(error) if code is INTERNAL else str(error))
+                )
             else:
                 done(clock() - began)
                 return reply

@@ -1,4 +1,4 @@
-"""The server's shell on an event loop: what `rpc.server` gives, for services of coroutines."""
+"""gRPC server on an event loop with the features of `rpc.server`, for services of coroutines."""
 
 import asyncio
 import os
@@ -13,9 +13,10 @@ from grpc_health.v1 import health, health_pb2_grpc
 from grpc_reflection.v1alpha import reflection, reflection_pb2_grpc
 from prometheus_client import CollectorRegistry
 
-from rpc.aio_interceptors import Watch, asking_for, forgiving, rewrapped
+from rpc.aio_interceptors import CallWatch, require_token, rewrap
 from rpc.credentials import read_token
 from rpc.interceptors import Errors
+from rpc.malformed import defer_parse_errors
 from rpc.server import (
     SERVING,
     ServerConfig,
@@ -31,10 +32,11 @@ Handlers = Mapping[str, grpc.RpcMethodHandler]
 
 
 def run(main: Coroutine[Any, Any, None]) -> None:
-    """Run a coroutine on uvloop where it is installed (a quarter faster), else on asyncio's own.
+    """Run a coroutine on uvloop where it is installed (a quarter faster), else on asyncio's loop.
 
-    gRPC reads its connections on the thread that also polls for finished operations: handing every
-    message over from threads of its own costs a server on one core a seventh of its frames.
+    gRPC's event-engine listener is turned off, so that gRPC reads connections on the thread that
+    polls for finished operations: handing messages over from its own threads costs a server on one
+    core a seventh of its frames.
     """
     os.environ.setdefault("GRPC_EXPERIMENTS", "-event_engine_listener")  # read at the first server
     try:
@@ -46,21 +48,21 @@ def run(main: Coroutine[Any, Any, None]) -> None:
 
 
 class AioServer:
-    """A gRPC server to which services are added, then started, then drained.
+    """A gRPC server: add services, start it, drain it.
 
-    Made, used and ended within one running event loop.
+    To be made, used and drained within one running event loop.
     """
 
     def __init__(self, config: ServerConfig, errors: Errors | None = None) -> None:
-        """Bind the address, `errors` as in AioCallInterceptor.
+        """Bind the address; `errors` as in CallWatch.
 
-        Raises RpcError if the address is taken, or open to other machines without protection.
+        Raises RpcError if the address is in use, or open to other machines without protection.
         """
         self.config = config
         check(config)
         self.registry = CollectorRegistry()
-        self._token = read_token(config.token_file) if config.token_file else ""
-        self._watch = Watch(self.registry, errors or {})
+        self._token = config.token or (read_token(config.token_file) if config.token_file else "")
+        self._watch = CallWatch(self.registry, errors or {})
         self.grpc = grpc.aio.server(options=options(config))
         self.address = bind(self.grpc, config)
         self.health = health.aio.HealthServicer()
@@ -73,7 +75,7 @@ class AioServer:
             self.health_address = bind_probe(self.probe, config.health)
 
     def add(self, add_to_server: Callable[[Any, Any], None], servicer: object) -> None:
-        """Add a service by its generated `add_...Servicer_to_server`."""
+        """Add a service by its generated function `add_...Servicer_to_server`."""
         add_to_server(servicer, _Registrar(self._register_watched))
 
     def _register_watched(self, service: str, handlers: Handlers) -> None:
@@ -81,21 +83,21 @@ class AioServer:
         self._register(
             service,
             {
-                name: forgiving(rewrapped(handler, partial(watch.over, f"/{service}/{name}")))
+                name: defer_parse_errors(rewrap(handler, partial(watch.wrap, f"/{service}/{name}")))
                 for name, handler in handlers.items()
             },
         )
 
     def _register(self, service: str, handlers: Handlers) -> None:
         if self._token:
-            ask = partial(asking_for, self._token)
-            handlers = {name: rewrapped(handler, ask) for name, handler in handlers.items()}
+            ask = partial(require_token, self._token)
+            handlers = {name: rewrap(handler, ask) for name, handler in handlers.items()}
         handler = grpc.method_handlers_generic_handler(service, dict(handlers))
         self.grpc.add_generic_rpc_handlers((handler,))
 
     async def start(self, services: Sequence[str]) -> None:
         """Serve the added services, by full name (`rpc.v1.Policy`)."""
-        # probes carry no token
+        # without a token, which health probes do not send
         health_pb2_grpc.add_HealthServicer_to_server(self.health, self.grpc)
         names = [*services, health.SERVICE_NAME, reflection.SERVICE_NAME]
         reflection_pb2_grpc.add_ServerReflectionServicer_to_server(
@@ -111,16 +113,16 @@ class AioServer:
             await self.health.set(name, SERVING)
 
     async def wait(self) -> None:
-        """Until SIGTERM, SIGINT, or `stopping` is set."""
+        """Wait for SIGTERM, for SIGINT, or until `stopping` is set."""
         loop = asyncio.get_running_loop()
         for number in (signal.SIGTERM, signal.SIGINT):
             loop.add_signal_handler(number, self.stopping.set)
         await self.stopping.wait()
 
     async def drain(self, before_the_end: Callable[[], Awaitable[None]] | None = None) -> None:
-        """Say NOT_SERVING, take no more calls, let those in progress end, stop.
+        """Report NOT_SERVING, refuse new calls, wait for those in progress, stop.
 
-        before_the_end: called when `drain_s` are nearly over, to end what does not end by itself.
+        before_the_end: called when `drain_s` is nearly over, to end calls that still run.
         """
         self.stopping.set()
         await self.health.enter_graceful_shutdown()
@@ -138,10 +140,10 @@ class AioServer:
 
 
 class _Registrar:
-    """What generated code takes for a server: hands the handlers on."""
+    """Stand-in for a server in generated code, which passes the handlers on."""
 
     def __init__(self, register: Callable[[str, Handlers], None]) -> None:
         self.add_registered_method_handlers = register
 
     def add_generic_rpc_handlers(self, handlers: object) -> None:
-        """The same handlers once more, in a form that cannot be looked into."""
+        """Ignored: the same handlers in an opaque form."""

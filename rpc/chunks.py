@@ -1,4 +1,4 @@
-"""Arrays as streams of small messages: splitting them, and putting them together again."""
+"""Arrays as streams of small messages: splitting and joining."""
 
 from collections.abc import Iterator
 
@@ -7,7 +7,7 @@ import numpy as np
 from rpc.codec import number_format, parse_format
 from rpc.errors import CodecError
 
-CHUNK = 512 << 10  # bytes a message: gRPC's own limit is 4 MB, and small ones interleave
+CHUNK = 512 << 10  # bytes per message: below gRPC's limit of 4 MB, and small enough to interleave
 
 
 def split(array: np.ndarray, limit: int = CHUNK) -> Iterator[bytes]:
@@ -19,10 +19,10 @@ def split(array: np.ndarray, limit: int = CHUNK) -> Iterator[bytes]:
 
 
 class Field:
-    """An array that arrives in pieces; its size is known, and bounded, beforehand."""
+    """An array that arrives in pieces; its size is known and bounded beforehand."""
 
     def __init__(self, name: str, spelled: str, shape: tuple[int, ...], max_bytes: int) -> None:
-        """`spelled`: see `codec.FORMATS`. Raises CodecError if format or size is out of bounds."""
+        """spelled: one of `codec.FORMATS`. Raises CodecError if format or size is out of bounds."""
         dtype = parse_format(spelled, shape)
         size = dtype.itemsize
         for n in shape:
@@ -34,8 +34,13 @@ class Field:
         self._bytes = self._array.reshape(-1).view(np.uint8)
         self._filled = 0
 
+    @property
+    def size(self) -> int:
+        """Bytes of the complete array."""
+        return len(self._bytes)
+
     def add(self, data: bytes) -> None:
-        """Append a piece; CodecError if it is too much."""
+        """Append a piece; CodecError if the array would become too large."""
         end = self._filled + len(data)
         if end > len(self._bytes):
             raise CodecError(
@@ -46,7 +51,7 @@ class Field:
         self._filled = end
 
     def array(self) -> np.ndarray:
-        """The whole array; CodecError if some of it has not arrived."""
+        """The complete array; CodecError if a part has not arrived."""
         if self._filled != len(self._bytes):
             raise CodecError(
                 f"{self.name}: {self._filled} bytes, must be {len(self._bytes)} ({self._form()})"

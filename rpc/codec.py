@@ -1,4 +1,4 @@
-"""msgpack with arrays of our own type: dtype, shape and raw numbers, nothing unpickled."""
+"""msgpack with an extension type for arrays: dtype, shape and raw numbers; nothing is unpickled."""
 
 import struct
 from typing import Any
@@ -8,7 +8,7 @@ import numpy as np
 
 from rpc.errors import CodecError
 
-ARRAY = 1  # our msgpack extension type
+ARRAY = 1  # msgpack extension type of arrays
 FORMATS = frozenset(
     ["|b1", "|u1", "|i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f2", "<f4", "<f8"]
 )
@@ -17,9 +17,9 @@ MAX_DIMENSIONS = 8
 
 
 def pack(obj: Any) -> bytes:
-    """Bytes of nested dicts, lists, scalars, strings, bytes and arrays (or CPU tensors).
+    """Packed nested dicts, lists, scalars, strings, bytes and arrays (or CPU tensors).
 
-    Tuples become lists. Raises CodecError for anything else, arrays of objects included.
+    Tuples become lists. Raises CodecError for anything else, including arrays of objects.
     """
     try:
         return bytes(msgpack.packb(obj, default=_encode, use_bin_type=True) or b"")
@@ -28,7 +28,7 @@ def pack(obj: Any) -> bytes:
 
 
 def unpack(data: bytes, max_bytes: int = MAX_BYTES) -> Any:
-    """What `pack` was given; arrays are writable copies.
+    """Object of packed bytes; arrays are writable copies.
 
     Raises CodecError for truncated or foreign bytes, and for more than `max_bytes`.
     """
@@ -43,7 +43,7 @@ def unpack(data: bytes, max_bytes: int = MAX_BYTES) -> Any:
 
 
 def number_format(array: np.ndarray) -> str:
-    """The array's format in little-endian spelling, such as `<f4`; CodecError if not numbers."""
+    """Little-endian format of an array, such as `<f4`; CodecError for other than FORMATS."""
     spelled = array.dtype.newbyteorder("<").str
     if spelled not in FORMATS:
         raise CodecError(f"arrays of {array.dtype}, must be one of {', '.join(sorted(FORMATS))}")
@@ -51,7 +51,7 @@ def number_format(array: np.ndarray) -> str:
 
 
 def parse_format(spelled: str, shape: tuple[int, ...]) -> np.dtype:
-    """The dtype of a format and shape from outside; CodecError unless both are within bounds."""
+    """Dtype of an untrusted format; CodecError unless format and shape are within bounds."""
     if spelled not in FORMATS:
         raise CodecError(f"format {spelled!r}, must be one of {', '.join(sorted(FORMATS))}")
     if len(shape) > MAX_DIMENSIONS or any(n < 0 for n in shape):

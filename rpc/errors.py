@@ -1,22 +1,22 @@
-"""What can go wrong between processes, in one line each."""
+"""Errors of communication between processes."""
 
 import grpc
 
 
 class RpcError(Exception):
-    """Base of every expected failure between processes; the command line prints it as one line."""
+    """Base of all expected failures between processes; the command line prints one line."""
 
 
 class CodecError(RpcError):
-    """Bytes that are not what they should be."""
+    """A message or array is malformed."""
 
 
 class UnreachableError(RpcError):
-    """A service that stayed away for as long as one is willing to wait."""
+    """A service is unreachable for longer than the retry time."""
 
 
 class RefusedError(RpcError):
-    """A call that the service answered with a refusal; `code` says which kind."""
+    """A service refuses a call; `code` is the status."""
 
     def __init__(self, code: grpc.StatusCode, details: str) -> None:
         super().__init__(details)

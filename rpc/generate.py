@@ -1,4 +1,4 @@
-"""Writes rpc/v1 from proto/rpc/v1: `python -m rpc.generate [OUT]`, from the repository's root."""
+"""Generator of rpc/v1 from proto/rpc/v1: `python -m rpc.generate [OUT]`."""
 
 import sys
 from pathlib import Path
@@ -7,8 +7,8 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def generate(out: Path) -> None:
-    """Write the stubs of every .proto below `out`/rpc/v1; needs grpcio-tools."""
-    from grpc_tools import protoc  # a tool of developers, not a dependency
+    """Write the stubs of all .proto files to `out`/rpc/v1; needs grpcio-tools."""
+    from grpc_tools import protoc  # a development tool, not a dependency
 
     sources = sorted(str(path) for path in (ROOT / "proto").rglob("*.proto"))
     kinds = [f"--{kind}_out={out}" for kind in ("python", "pyi", "grpc_python")]

@@ -1,4 +1,4 @@
-"""What happens to every call of a server: token check, counting, and errors made statuses."""
+"""Interceptors of a server: token check, call metrics and error statuses."""
 
 import hmac
 import time
@@ -11,21 +11,23 @@ import grpc
 from prometheus_client import CollectorRegistry, Counter, Histogram
 
 from rpc.errors import CodecError, RefusedError
+from rpc.malformed import defer_parse_errors, redact
+from rpc.stream_guard import StreamGuard
 
-HEALTH = "/grpc.health.v1.Health/"  # probes carry no token
+HEALTH = "/grpc.health.v1.Health/"  # needs no token, which health probes do not send
 UNAUTHENTICATED = "authorization: must be 'Bearer <the token>'"
 Continuation = Callable[[grpc.HandlerCallDetails], grpc.RpcMethodHandler | None]
 
 
 class CallMetrics:
-    """Calls and their times by method."""
+    """Counts and durations of calls by method."""
 
     def __init__(self, registry: CollectorRegistry) -> None:
         self._calls = Counter("rpc_calls", "Calls.", ["method", "code"], registry=registry)
         self._seconds = Histogram("rpc_seconds", "Call times.", ["method"], registry=registry)
 
-    def adder(self, method: str, code: grpc.StatusCode) -> Callable[[float], None]:
-        """Adds a call that ended so, given its seconds; found once, it is quick."""
+    def recorder(self, method: str, code: grpc.StatusCode) -> Callable[[float], None]:
+        """Function that records a call by its seconds; its labels are looked up only once."""
         count, observe = self._calls.labels(method, code.name).inc, self._seconds.labels(method)
 
         def add(seconds: float) -> None:
@@ -34,16 +36,16 @@ class CallMetrics:
 
         return add
 
-    def add(self, method: str, code: grpc.StatusCode, seconds: float) -> None:
-        """One more call that ended."""
-        self.adder(method, code)(seconds)
+    def record(self, method: str, code: grpc.StatusCode, seconds: float) -> None:
+        """Record a call that has ended."""
+        self.recorder(method, code)(seconds)
 
 
 Errors = Mapping[type[Exception], grpc.StatusCode]
 
 
 def status_of(error: Exception, errors: Errors) -> grpc.StatusCode:
-    """The status of an exception: its own, that of its type, or INTERNAL if it is unexpected."""
+    """Status of an exception: its own, that of its type, or INTERNAL if it is unexpected."""
     if isinstance(error, RefusedError):
         return error.code
     for kind, code in errors.items():
@@ -53,7 +55,7 @@ def status_of(error: Exception, errors: Errors) -> grpc.StatusCode:
 
 
 def unexpected(error: Exception) -> str:
-    """One line for the caller about an exception that nobody foresaw; the rest goes to stderr."""
+    """One line about an unexpected exception, for the caller; the traceback goes to stderr."""
     traceback.print_exception(error)
     return f"{type(error).__name__}: {error}"
 
@@ -62,10 +64,10 @@ INTERNAL = grpc.StatusCode.INTERNAL
 
 
 class TokenInterceptor(grpc.ServerInterceptor):
-    """Lets only calls with the bearer token pass; compares in constant time."""
+    """Refuses calls without the bearer token; compares in constant time."""
 
     def __init__(self, token: str) -> None:
-        """`token`: printable ASCII."""
+        """token: printable ASCII."""
         self._expected = f"Bearer {token}".encode()
 
         def refuse(_request: Any, context: grpc.ServicerContext) -> None:
@@ -76,7 +78,7 @@ class TokenInterceptor(grpc.ServerInterceptor):
     def intercept_service(
         self, continuation: Continuation, handler_call_details: grpc.HandlerCallDetails
     ) -> grpc.RpcMethodHandler | None:
-        """The handler itself, or a refusal."""
+        """The handler, or a handler that refuses the call."""
         shown = dict(handler_call_details.invocation_metadata or ()).get("authorization", "")
         shown = shown.encode() if isinstance(shown, str) else shown
         method = handler_call_details.method or ""
@@ -86,21 +88,26 @@ class TokenInterceptor(grpc.ServerInterceptor):
 
 
 class CallInterceptor(grpc.ServerInterceptor):
-    """Counts and times calls, and gives expected exceptions their status and one-line message."""
+    """Call metrics, and statuses with one-line messages for expected exceptions."""
 
-    def __init__(self, registry: CollectorRegistry, errors: Errors) -> None:
-        """`errors`: the status of each expected exception; unexpected ones become INTERNAL."""
+    def __init__(
+        self, registry: CollectorRegistry, errors: Errors, guard: StreamGuard | None = None
+    ) -> None:
+        """errors: status of each expected exception type; any other one becomes INTERNAL.
+        guard: bounds streaming calls, including those of reflection."""
         self._errors = errors
+        self._guard = guard
         self._metrics = CallMetrics(registry)
 
     def intercept_service(
         self, continuation: Continuation, handler_call_details: grpc.HandlerCallDetails
     ) -> grpc.RpcMethodHandler | None:
-        """The handler with its behaviour wrapped."""
+        """The handler with a wrapped behaviour."""
         handler = continuation(handler_call_details)
         method = handler_call_details.method or ""
-        if handler is None or method.startswith(("/grpc.health.", "/grpc.reflection.")):
+        if handler is None or method.startswith("/grpc.health."):
             return handler
+        handler = defer_parse_errors(handler)
         behaviour: Any = (
             handler.unary_unary
             or handler.unary_stream
@@ -108,13 +115,24 @@ class CallInterceptor(grpc.ServerInterceptor):
             or handler.stream_stream
         )
 
+        guard = self._guard
+
         def reply(request: Any, context: grpc.ServicerContext) -> Any:
             with self._watched(method, context):
-                return behaviour(request, context)
+                if guard is None or not handler.request_streaming:
+                    return behaviour(request, context)
+                with guard.call(context) as one:
+                    return behaviour(guard.requests(request, one), context)
 
         def stream(request: Any, context: grpc.ServicerContext) -> Iterator[Any]:
             with self._watched(method, context):
-                yield from behaviour(request, context)
+                if guard is None:
+                    yield from behaviour(request, context)
+                    return
+                with guard.call(context) as one:
+                    if handler.request_streaming:
+                        request = guard.requests(request, one)
+                    yield from guard.responses(behaviour(request, context), one)
 
         make = {
             (False, False): grpc.unary_unary_rpc_method_handler,
@@ -133,7 +151,7 @@ class CallInterceptor(grpc.ServerInterceptor):
         began, code = time.monotonic(), grpc.StatusCode.OK
         try:
             yield
-        except GeneratorExit:  # the client went away in the middle of a stream
+        except GeneratorExit:  # the client cancelled the stream
             code = grpc.StatusCode.CANCELLED
             raise
         except Exception as error:
@@ -144,6 +162,6 @@ class CallInterceptor(grpc.ServerInterceptor):
                     code = grpc.StatusCode.CANCELLED
                     raise
                 message = unexpected(error)
-            context.abort(code, message)
+            context.abort(code, redact(message))
         finally:
-            self._metrics.add(method, code, time.monotonic() - began)
+            self._metrics.record(method, code, time.monotonic() - began)

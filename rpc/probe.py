@@ -1,4 +1,4 @@
-"""Whether a service is well, as its health service says."""
+"""Health check of a service."""
 
 import time
 
@@ -9,11 +9,11 @@ from rpc.channel import Channel, ChannelConfig
 from rpc.errors import RpcError
 
 
-def ask_health(config: ChannelConfig, service: str = "", timeout_s: float = 5.0) -> float:
-    """Seconds that a healthy service took to say so; one call, not repeated.
+def check_health(config: ChannelConfig, service: str = "", timeout_s: float = 5.0) -> float:
+    """Seconds that a healthy service takes to answer; one call without retries.
 
     service: full name (`rpc.v1.Style`); empty: the server as a whole.
-    Raises RpcError with one line where nobody answers, or the answer is not SERVING.
+    Raises RpcError where there is no answer or the answer is not SERVING.
     """
     channel = Channel(config, "service")
     began = time.monotonic()

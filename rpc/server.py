@@ -1,4 +1,4 @@
-"""The server's shell: health, reflection, metrics, TLS, token, and a drain before the end."""
+"""gRPC server with health checks, reflection, metrics, TLS, token and draining."""
 
 import os
 import signal
@@ -6,7 +6,8 @@ import socket
 import threading
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 from wsgiref.simple_server import WSGIServer
 
 import grpc
@@ -18,14 +19,17 @@ from rpc.address import is_local, split_address
 from rpc.credentials import read_token, server_credentials
 from rpc.errors import RpcError
 from rpc.interceptors import CallInterceptor, TokenInterceptor
+from rpc.stream_guard import StreamGuard
 
+METRICS_S = 5.0
+"""Time after which a silent connection to the metrics is closed, s."""
 SERVING = health_pb2.HealthCheckResponse.SERVING
 NOT_SERVING = health_pb2.HealthCheckResponse.NOT_SERVING
 
 
 @dataclass(frozen=True)
 class ServerConfig:
-    """Where a service listens, and to whom."""
+    """Address, protection and limits of a server."""
 
     listen: str = "127.0.0.1:0"
     """HOST:PORT (port 0: any free one) or unix:PATH."""
@@ -34,49 +38,68 @@ class ServerConfig:
     tls_key: str = ""
     """File with its key."""
     tls_client_ca: str = ""
-    """File with the certificates that must have signed the clients' (mutual TLS)."""
+    """File with the authorities that must have signed the clients' certificates (mutual TLS)."""
     token_file: str = ""
-    """File with the bearer token that every call must show."""
+    """File with the bearer token that every call must have."""
+    token: str = field(default="", repr=False)
+    """The bearer token itself, instead of a file, for a service that a process starts for its own
+    use."""
     allow_insecure_remote: bool = False
     """Listen to other machines without TLS and a token."""
     metrics: str = ""
     """HOST:PORT for Prometheus; empty: none."""
     health: str = ""
-    """HOST:PORT that answers health checks and nothing else, without TLS or token, for probes that
-    have neither, such as Kubernetes'; empty: none."""
-    workers: int = 4
-    """Calls in progress at a time; more wait."""
+    """HOST:PORT that answers health checks alone, without TLS or token, for probes that have
+    neither, such as those of Kubernetes; empty: none."""
+    workers: int = 12
+    """Most calls in progress at a time; more wait."""
+    streams: int = 4
+    """Most streaming calls in progress; more are refused, so that health checks and short calls
+    always find a worker."""
+    idle_s: float = 20.0
+    """Longest time that a streaming call waits for its client to send or read one message."""
+    stream_s: float = 300.0
+    """Longest time that a streaming call waits for its client in total."""
     max_message_bytes: int = 4 << 20
     """Largest single message."""
     drain_s: float = 10.0
-    """Time for calls in progress to end when told to stop."""
+    """Time for calls in progress to end before the server stops."""
 
 
 class Server:
-    """A gRPC server to which services are added, then started, then drained."""
+    """A gRPC server: add services, start it, drain it."""
 
     def __init__(
         self,
         config: ServerConfig,
         errors: Mapping[type[Exception], grpc.StatusCode] | None = None,
     ) -> None:
-        """Bind the address, `errors` as in CallInterceptor.
+        """Bind the address; `errors` as in CallInterceptor.
 
-        Raises RpcError if the address is taken, or open to other machines without protection.
+        Raises RpcError if the address is in use, or open to other machines without protection.
         """
         self.config = config
         check(config)
         self.registry = CollectorRegistry()
-        interceptors: list[grpc.ServerInterceptor] = [CallInterceptor(self.registry, errors or {})]
-        if config.token_file:
-            interceptors.insert(0, TokenInterceptor(read_token(config.token_file)))
+        self.guard = StreamGuard(config.streams, config.idle_s, config.stream_s, self._set_full)
+        interceptors: list[grpc.ServerInterceptor] = [
+            CallInterceptor(self.registry, errors or {}, self.guard)
+        ]
+        if config.token_file or config.token:
+            token = config.token or read_token(config.token_file)
+            interceptors.insert(0, TokenInterceptor(token))
         self.grpc = grpc.server(
             ThreadPoolExecutor(config.workers, thread_name_prefix="rpc"),
             interceptors=interceptors,
             options=options(config),
         )
         self.address = bind(self.grpc, config)
-        self.health = health.HealthServicer()
+        # non-blocking: a Watch call occupies no worker
+        self.health = health.HealthServicer(
+            experimental_non_blocking=True,
+            experimental_thread_pool=ThreadPoolExecutor(1, thread_name_prefix="health"),
+        )
+        self._services: tuple[str, ...] = ()
         self.stopping = threading.Event()
         self._metrics: WSGIServer | None = None
         self.probe: grpc.Server | None = None
@@ -96,20 +119,27 @@ class Server:
         if self.probe is not None:
             health_pb2_grpc.add_HealthServicer_to_server(self.health, self.probe)
             self.probe.start()
+        self._services = tuple(services)
         for name in ["", *services]:
             self.health.set(name, SERVING)
+
+    def _set_full(self, full: bool) -> None:
+        """Set the health of the services, not of the process, to NOT_SERVING while full."""
+        for name in self._services:
+            self.health.set(name, NOT_SERVING if full else SERVING)
 
     def run(self) -> None:
         """Block until SIGTERM, SIGINT or `stopping` is set, then drain. Main thread only."""
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, lambda *_: self.stopping.set())
-        while not self.stopping.wait(1.0):  # a bounded wait, so that signals are seen
+        while not self.stopping.wait(1.0):  # a bounded wait, so that signals are handled
             pass
         self.drain()
 
     def drain(self) -> None:
-        """Say NOT_SERVING, take no more calls, let those in progress end, stop."""
+        """Report NOT_SERVING, refuse new calls, wait for those in progress, stop."""
         self.stopping.set()
+        self.guard.close()
         self.health.enter_graceful_shutdown()
         self.grpc.stop(self.config.drain_s).wait()
         if self.probe is not None:
@@ -120,7 +150,7 @@ class Server:
 
 
 def bind(server: grpc.Server | grpc.aio.Server, config: ServerConfig) -> str:
-    """Add the port that the settings ask for, TLS or not, to a server; the address it got."""
+    """Bind a server to the configured address, with TLS if configured; returns the address."""
     listen = config.listen
     try:
         if config.tls_cert:
@@ -129,50 +159,56 @@ def bind(server: grpc.Server | grpc.aio.Server, config: ServerConfig) -> str:
         else:
             port = server.add_insecure_port(listen)
     except RuntimeError as error:
-        raise RpcError(f"cannot listen on {listen}: {_why_not(listen)}") from error
+        raise RpcError(f"cannot listen on {listen}: {_bind_error(listen)}") from error
     if listen.startswith("unix:"):
         return listen
     return f"{listen.rpartition(':')[0]}:{port}"
 
 
 def bind_probe(server: grpc.Server | grpc.aio.Server, address: str) -> str:
-    """Add an open port for health checks alone to a server; the address it got."""
+    """Bind a server for health checks to an address without TLS; returns the address."""
     return bind(server, ServerConfig(listen=address))
 
 
 def options(config: ServerConfig) -> list[tuple[str, int]]:
     """Channel arguments of every server."""
     return [
-        ("grpc.so_reuseport", 0),  # a second server on the port is a mistake
+        ("grpc.so_reuseport", 0),  # refuse a second server on the port
         ("grpc.max_receive_message_length", config.max_message_bytes),
-        # Clients that wait for a long call ask now and then whether the connection lives; by
-        # default they would be sent away after three times.
+        # Clients ping during a long call; by default the server closes the connection after three
+        # pings.
         ("grpc.http2.min_recv_ping_interval_without_data_ms", 1_000),
     ]
 
 
 def serve_metrics(address: str, registry: CollectorRegistry) -> WSGIServer:
-    """A Prometheus endpoint at HOST:PORT on a thread of its own; end it with `close_metrics`."""
+    """Prometheus endpoint at HOST:PORT on a thread of its own; `close_metrics` ends it."""
     host, port = split_address(address)
     try:
-        return start_http_server(port, host, registry)[0]
+        server = start_http_server(port, host, registry)[0]
     except OSError as error:
         raise RpcError(f"metrics: cannot listen on {address}: {error.strerror}") from error
+    # each connection has a thread, so a silent one must be closed
+    handler: Any = server.RequestHandlerClass
+    bounded = type("BoundedHandler", (handler,), {"timeout": METRICS_S})
+    server.RequestHandlerClass = bounded  # pyright: ignore[reportAttributeAccessIssue]
+    return server
 
 
 def close_metrics(server: WSGIServer) -> None:
-    """Stop an endpoint."""
+    """Stop a metrics endpoint."""
     server.shutdown()
     server.server_close()
 
 
 def check(config: ServerConfig) -> None:
-    """RpcError where settings contradict each other, or open the service to everyone."""
+    """Raise RpcError where settings contradict each other, or leave a remote address
+    unprotected."""
     if bool(config.tls_cert) != bool(config.tls_key):
         raise RpcError("tls_cert and tls_key: give both or neither")
     if config.tls_client_ca and not config.tls_cert:
         raise RpcError("tls_client_ca: needs tls_cert and tls_key")
-    protected = config.tls_cert and (config.token_file or config.tls_client_ca)
+    protected = config.tls_cert and (config.token_file or config.token or config.tls_client_ca)
     if not is_local(config.listen) and not protected and not config.allow_insecure_remote:
         raise RpcError(
             f"{config.listen} is open to other machines: give tls_cert, tls_key and token_file, "
@@ -180,8 +216,8 @@ def check(config: ServerConfig) -> None:
         )
 
 
-def _why_not(listen: str) -> str:
-    """The operating system's reason why an address cannot be bound."""
+def _bind_error(listen: str) -> str:
+    """Reason of the operating system why an address cannot be bound."""
     advice = "choose another port (0: any free one)"
     if listen.startswith("unix:"):
         return "the path must be writable and at most 107 bytes long"

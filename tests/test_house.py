@@ -4,6 +4,7 @@ import ast
 import subprocess
 import sys
 import tomllib
+from collections import Counter
 from importlib import metadata
 from pathlib import Path
 
@@ -15,6 +16,8 @@ from tests.support.paths import ROOT
 ROOMS = ["world", "rpc", "policy", "actors", "discriminator", "learner", "console"]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 SOURCES = sorted(p for room in ROOMS for p in (ROOT / room).rglob("*.py"))
+#: Files at the top of a folder, and the share of modules that have a test of their name.
+FILES_AT_MOST, TESTED_SHARE = 18, 0.9
 WRITTEN = [p for p in SOURCES if (ROOT / "rpc/v1") not in p.parents]
 
 
@@ -32,6 +35,47 @@ def test_files_stay_readable() -> None:
         if (lines := len(path.read_text().splitlines())) > 450
     }
     assert not long, f"split these by noun: {long}"
+
+
+def test_folders_stay_small() -> None:
+    files = [*SOURCES, *(ROOT / "tests").rglob("*.py")]
+    counts = Counter(path.parent for path in files)
+    full = {str(k.relative_to(ROOT)): n for k, n in counts.items() if n > FILES_AT_MOST}
+    assert not full, f"more than {FILES_AT_MOST} files at the top of: {full}"
+
+
+def defines(path: Path) -> bool:
+    """Whether a module holds more than its docstring."""
+    body = ast.parse(path.read_text()).body
+    return any(not isinstance(node, ast.Expr) for node in body)
+
+
+def own_test(module: Path) -> Path:
+    """Where a module's own test is: `room/a/b.py` has `tests/room/a/test_b.py`; a package is called
+    by its name."""
+    folder = module.relative_to(ROOT).parent
+    name = folder.name if module.name == "__init__.py" else module.stem.strip("_")
+    return ROOT / "tests" / folder / f"test_{name}.py"
+
+
+def test_nine_modules_in_ten_have_a_test_of_their_name() -> None:
+    modules = [path for path in WRITTEN if defines(path)]
+    without = [str(m.relative_to(ROOT)) for m in modules if not own_test(m).exists()]
+    share = 1.0 - len(without) / len(modules)
+    print(f"{share:.1%} of {len(modules)} modules; without: {' '.join(without)}")
+    assert share >= TESTED_SHARE, f"{share:.1%}, without a test of their name: {without}"
+
+
+def test_no_test_imports_another() -> None:
+    guilty = {
+        f"{path.relative_to(ROOT)}: {node.module}"
+        for path in (ROOT / "tests").rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.ImportFrom)
+        and (node.module or "").startswith("tests.")
+        and not (node.module or "").startswith("tests.support")
+    }
+    assert not guilty, f"move what they share to tests/support: {guilty}"
 
 
 def test_modules_open_with_a_sentence() -> None:

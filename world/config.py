@@ -1,75 +1,92 @@
-"""The settings of a world: task, clips, furniture, starts and episodes."""
+"""Settings of a world: task, clips, objects, initial states and episodes."""
 
 from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
-class StartMixture:
-    """Shares of the ways an episode starts; they need not sum to 1."""
+class InitialStates:
+    """How the initial states of the episodes are drawn.
 
-    clip: float = 0.3
-    """Character and furniture as in a random state of a clip with a seat (reference state
-    initialisation)."""
+    The first three are fractions of the episodes, up to a common factor: they need not sum to 1.
+    """
+
+    reference: float = 0.3
+    """Reference states: character and object as in a random state of a clip that uses such an
+    object (reference state initialisation)."""
     near: float = 0.35
-    """An upright state of a clip, the furniture within `near_m`, any heading."""
+    """Upright states with the object within `near_m`, in any direction."""
     far: float = 0.35
-    """An upright state of a clip, the furniture within `far_m`, any heading."""
+    """Upright states with the object within `far_m`, in any direction."""
+    reference_stages: tuple[float, float, float] = (0.3, 0.5, 0.2)
+    """Of the reference states: fractions of approaching or leaving, of sitting down or getting up,
+    and of being seated; stages that no clip shows are left out."""
+    raised_seat_fraction: float = 0.0
+    """Of the reference states that are low over a seat: fraction that gets a higher seat and is
+    raised with it; clips rarely show high stools."""
+    standing_fraction: float = 0.15
+    """Of the near and far states: fraction in the rest pose instead of a clip's upright state."""
+    near_m: tuple[float, float] = (0.75, 1.6)
+    """Least and greatest distance of the target in near states, m."""
+    front_fraction: float = 0.5
+    """Of the near states: fraction in front of the seat, within 60 degrees of its facing, most of
+    them close to it and with their back to it."""
+    front_m: tuple[float, float] = (0.4, 1.3)
+    """Least and greatest distance of the target in front of the seat, m; the distance grows with
+    the square of a uniform draw, so that small ones are frequent."""
+    far_m: tuple[float, float] = (1.0, 10.0)
+    """Least and greatest distance of the target in far states, m."""
+    ahead_fraction: float = 0.6
+    """Of the far states: fraction whose target lies within 45 degrees of the direction of
+    motion."""
 
 
 @dataclass(frozen=True)
 class CarryConfig:
-    """Of the carry task alone: the box, its stands, and where it goes."""
+    """Settings of the task carry alone: the box, its stands, its target."""
 
     scale: tuple[float, float] = (0.5, 1.5)
     """Smallest and largest size of the box; 1 is 35 × 50 × 30 cm."""
     sizes: int = 96
-    """How many boxes, spread over `scale`."""
+    """Number of box sizes, spread over `scale`."""
     weight_kg: tuple[float, float] | None = None
-    """Lightest and heaviest box, whatever its size; none: 4 kg at size 1, by volume at others."""
+    """Lightest and heaviest box at any size, kg; none: 4 kg at size 1, by volume at others."""
     stand_m: tuple[float, float] = (0.4, 0.8)
-    """Lowest and highest top of the stands that the box starts on and goes to."""
+    """Lowest and highest top of the two stands, that of the initial state and that of the target,
+    m."""
     target_m: tuple[float, float] = (1.0, 10.0)
-    """Nearest and farthest target from where the box starts."""
+    """Least and greatest distance of the target from the box's initial position, m."""
     near_target: float = 0.3
-    """Share of the starts with the box in hand whose target is at most `near_target_m` away, so
-    that putting it down is learned too."""
+    """Of the initial states with the box in hand: fraction whose target is within
+    `near_target_m`, so that the policy also learns to put the box down."""
     near_target_m: tuple[float, float] = (0.45, 1.2)
-    """Distance from the character to the target in these."""
+    """Least and greatest distance from the character to the target in these, m."""
     in_hand: float = 0.0
-    """Share of the near and far starts with the box in hand already, held before the body."""
-    lesson: bool = False
-    """A scripted grip (world.objects.grasp) tells the learner what the arms should do near the
-    box; see ppo.lesson-weight. Evaluation never asks it."""
-    porter: bool = False
-    """A scripted whole body (world.teachers.carry) tells the learner instead what to do, from the
-    last metres before the box on, and of who stands about on the way to it."""
-    led: float = 0.0
-    """Share of the training episodes in which the script moves the arms itself, so that legs and
-    trunk learn what it takes before the arms do; a lesson is then given in all of them."""
+    """Of the near and far initial states: fraction with the box in hand, in front of the body."""
 
 
 @dataclass(frozen=True)
 class TrackConfig:
-    """Of the track task alone: how a clip is followed, and what its box is like."""
+    """Settings of the task track alone: the actions, the boxes of the clips, initial states."""
 
     residual: bool = True
-    """Actions are added to the reference's set-points; else to the mean pose, as in other tasks."""
+    """Actions are added to the reference's set-points; false: to the neutral ones, as in other
+    tasks."""
     boxes: int = 4
-    """How many boxes each clip has."""
+    """Number of boxes of each clip that has one."""
     size: tuple[float, float] = (1.0, 1.15)
-    """Smallest and largest size of its box; 1 just fits between the clip's hands, larger ones are
+    """Smallest and largest size of a box; 1 fits exactly between the clip's hands, larger ones are
     pressed."""
     weight_kg: tuple[float, float] = (1.0, 3.0)
-    """Lightest and heaviest box."""
+    """Lightest and heaviest box, kg."""
     friction: tuple[float, float] = (1.0, 1.4)
-    """Least and greatest sliding friction of the box; hands have 1, and the greater of two
-    counts."""
+    """Least and greatest sliding friction of a box; hands have 1, and a contact has the greater of
+    the two."""
     focus: float = 0.5
-    """Share of the initial states that are drawn by where episodes of late failed, from a second
-    before it on; the others anywhere."""
+    """Fraction of the initial states that are drawn by the recent failures of their segments and of
+    the second after them; the others are drawn independently of failures."""
     handling: float = 2.0
-    """How much more often episodes start where the clip reaches for its object, lifts it or puts it
-    down, than elsewhere."""
+    """Weight of frames in which the clip reaches for its object, lifts it or puts it down, in the
+    draw of initial states; other frames have 1."""
 
 
 @dataclass(frozen=True)
@@ -79,58 +96,43 @@ class WorldConfig:
     task: str = "sit"
     """Name of the task."""
     motions: tuple[str, ...] = ()
-    """Files or folders of motion clips; none: the package's own."""
+    """Motion clips, files or folders; empty: the package's own."""
     mirror: bool = True
-    """Add each clip's mirror image."""
-    paces: tuple[float, ...] = ()
-    """Add each clip at these paces too: 0.9 is a tenth slower."""
+    """Add the mirror image of each clip."""
+    playback_speeds: tuple[float, ...] = ()
+    """Add each clip at these speeds, as multiples of its own: 0.9 is a tenth slower."""
     objects: tuple[str, ...] = ()
-    """Furniture: files or folders of imported pieces, `train`: the package's own; none: those."""
+    """Furniture: files or folders of imported pieces, and `train` for the package's own training
+    pieces; empty: those alone."""
     pieces: int = 60
-    """How many training pieces of the package's own furniture."""
+    """Number of training pieces of the package's own furniture."""
     scales: int = 6
-    """Sizes of each piece, spread over `scale`."""
+    """Number of sizes of each piece, spread over `scale`."""
     scale: tuple[float, float] = (0.8, 1.2)
-    """Smallest and largest size of a piece."""
-    starts: StartMixture = field(default_factory=StartMixture)
-    """How episodes start."""
-    clip_stages: tuple[float, float, float] = (0.3, 0.5, 0.2)
-    """Of the starts from a clip: shares of approaching or leaving, sitting down or getting up,
-    seated."""
-    raised: float = 0.0
-    """Of the starts from a clip, low over its seat: share that a seat of any greater height is put
-    under, the character raised with it; clips rarely show high stools."""
-    standing: float = 0.15
-    """Share of the near and far starts from the rest pose instead of a clip's state."""
-    near_m: tuple[float, float] = (0.75, 1.6)
-    """Distance of the place in near starts, m."""
-    front: float = 0.5
-    """Share of the near starts that stand before the seat, within 60 degrees of its front, most of
-    them close to it and with their back to it."""
-    front_m: tuple[float, float] = (0.4, 1.3)
-    """Distance of the place in these, m: the square of a uniform draw between the two."""
-    far_m: tuple[float, float] = (1.0, 10.0)
-    """Distance of the place in far starts, m."""
-    ahead: float = 0.6
-    """Share of the far starts whose place lies within 45 degrees of where the character walks."""
+    """Smallest and largest size of a piece, as a multiple of its own."""
+    initial: InitialStates = field(default_factory=InitialStates)
+    """How the initial states are drawn."""
     episode_s: float | None = None
     """Length of an episode, s; none: the task's own (sit and lie 10, carry 15)."""
     hold_s: float = 1.5
-    """Success held this long ends the episode, as a time-out."""
+    """Time of uninterrupted success that ends an episode, s; the episode counts as truncated."""
     early_pelvis_m: float = 0.6
-    """Training also ends an episode as a fall when the pelvis is lower than this away from the
-    furniture, m."""
-    patience_s: float | None = None
-    """Training also ends an episode, as a fall, in which for so long neither the character nor its
-    box has moved on, short of success; none: it may stand. Evaluation waits."""
+    """Pelvis height below which a training episode ends as a fall, away from the object, m."""
+    stall_s: float | None = None
+    """Stall time-out of training episodes, s: an episode ends as a fall after so long without
+    success in which neither the character nor its box has moved; none: no such limit. Evaluation
+    has none."""
     action_scale: float = 0.35
-    """Servo target of action 1, as a share of the joint's range, added to the mean pose of the
-    clips."""
+    """Offset of the set-point at action 1, as a fraction of the joint's range; action 0 is the mean
+    pose of the clips."""
     action_clip: float = 3.0
-    """Actions beyond this are clipped."""
+    """Greatest magnitude of an action; larger ones are clipped."""
+    teacher: str | None = None
+    """Name of a scripted teacher that labels training states with its actions (carry); none: no
+    teacher. See ppo.imitation-weight. Evaluation uses no teacher."""
     seed: int = 0
     """Seed of the furniture catalogue."""
     carry: CarryConfig = field(default_factory=CarryConfig)
-    """The carry task's own."""
+    """Settings of the task carry alone."""
     track: TrackConfig = field(default_factory=TrackConfig)
-    """The track task's own."""
+    """Settings of the task track alone."""

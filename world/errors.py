@@ -1,4 +1,4 @@
-"""Errors that a person can act on: one line that says what is wrong and names the valid choices."""
+"""Expected errors: one line each that states what is wrong and gives the valid choices."""
 
 
 class InhabitError(Exception):
@@ -6,7 +6,7 @@ class InhabitError(Exception):
 
 
 class ChoiceError(InhabitError):
-    """A name that is not in a registry; the message lists the names that are."""
+    """A name that is not in a registry; the message lists the valid names."""
 
     def __init__(self, kind: str, name: str, choices: list[str]) -> None:
         super().__init__(f"unknown {kind} '{name}': choose one of {', '.join(sorted(choices))}")
@@ -21,7 +21,7 @@ class PieceError(InhabitError):
 
 
 class LayoutError(InhabitError):
-    """A checkpoint or message whose features, goals or actions are laid out differently."""
+    """A checkpoint or message whose features, goals or actions have another layout."""
 
 
 class ConfigError(InhabitError):

@@ -1,4 +1,4 @@
-"""Which number format the networks compute in on a device, and why."""
+"""The number format in which networks compute on a device, with the reason."""
 
 import contextlib
 from dataclasses import dataclass
@@ -6,14 +6,14 @@ from pathlib import Path
 
 import torch
 
-# Instructions that multiply bf16 natively. Without them oneDNN emulates bf16: measured ten to
-# thirty times slower than float32 on a processor with AVX2 only.
+# Instructions that multiply bf16 natively. Without them oneDNN emulates bf16, which is measured ten
+# to thirty times slower than float32 on a processor with AVX2 only.
 CPU_BF16_FLAGS = ("avx512_bf16", "amx_bf16")
 
 
 @dataclass(frozen=True)
 class Precision:
-    """The decision for one device; `reason` is the sentence that `doctor` and the log show."""
+    """The number format of one device; `reason` is the sentence that `doctor` and the log show."""
 
     device: str
     autocast: torch.dtype | None
@@ -26,12 +26,12 @@ class Precision:
         return torch.autocast(self.device, dtype=self.autocast, cache_enabled=False)
 
 
-#: What is served and evaluated: the same on every machine, and small batches gain nothing by less.
+#: Serving and evaluation: the same on every machine, and small batches gain nothing from bf16.
 FLOAT32 = Precision("cpu", None, "float32: as on every machine")
 
 
 def cpu_flags(cpuinfo: Path = Path("/proc/cpuinfo")) -> frozenset[str]:
-    """Instruction sets of this machine's processor; empty where the system does not list them."""
+    """Instruction sets of this processor; empty where the system does not list them."""
     try:
         for line in cpuinfo.read_text().splitlines():
             if line.startswith(("flags", "Features")):

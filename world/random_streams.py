@@ -1,8 +1,8 @@
 """Counter-based random streams: the n-th draw of (seed, scene, counter) is a pure function of the
 three.
 
-No generator has a state, so nothing of it is saved, sharded or replayed: a scene draws the same
-numbers whichever process owns it. The mixer is SplitMix64 (Steele, Lea, Flood 2014), in wrapping
+There is no generator state to save, shard or replay: a scene draws the same numbers in every
+process. The mixer is SplitMix64 (Steele, Lea, Flood 2014), in wrapping
 int64 arithmetic.
 """
 
@@ -15,7 +15,7 @@ _GAMMA = -7046029254386353131  # 0x9E3779B97F4A7C15 as int64
 _MIX_1 = -4658895280553007687  # 0xBF58476D1CE4E5B9
 _MIX_2 = -7723592293110705685  # 0x94D049BB133111EB
 
-#: Keys of what is drawn, so that two purposes never share numbers.
+#: Keys of the purposes, so that two purposes never share numbers.
 ACTION_NOISE, EPISODE, MOCAP = 1, 2, 3
 
 

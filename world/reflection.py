@@ -1,5 +1,5 @@
-"""A reflection of vectors of features or actions: each number is another one, or its negative; and
-policies that know one side alone."""
+"""Reflections of feature and action vectors, and the symmetry of policies that learn one side
+alone."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from torch import Tensor
 
 @dataclass(frozen=True)
 class Reflection:
-    """x -> sign · x[index], its own inverse."""
+    """The map x -> sign · x[index], which is its own inverse."""
 
     index: Tensor
     """[d] int64."""
@@ -22,41 +22,40 @@ class Reflection:
         return x[..., self.index] * self.sign.to(x.dtype)
 
     def where(self, chosen: Tensor, x: Tensor) -> Tensor:
-        """The images of those vectors [..., d] that are chosen [...], bool; the others as they
-        are."""
+        """Vectors [..., d], those chosen [...] bool replaced by their images."""
         return torch.where(chosen[..., None], self(x), x)
 
 
 @dataclass(frozen=True)
 class Symmetry:
-    """What left and right are to a policy: the mirrored observation calls for the mirrored
+    """Left-right symmetry of a policy: the action in a mirrored observation is the mirrored
     action."""
 
     observation: Reflection
-    """Of the state followed by the goal."""
+    """Reflection of the state followed by the goal."""
     action: Reflection
     sides: Tensor | None = None
-    """[4] int64: where the horizontal coordinates of two directions stand in the observation, of
-    the first and of the second. Where the second points to the right of the first, the networks see
-    and act in the mirror (Abdolhosseini et al. 2019, "On Learning Symmetric Locomotion", phase-free
-    symmetric networks): what they learn on one side holds on the other. None: they see everything
-    as it is."""
+    """[4] int64: indices in the observation of the horizontal coordinates of two directions. Where
+    the second points to the right of the first, the networks observe the mirror image and their
+    action is mirrored (Abdolhosseini et al. 2019, "On Learning Symmetric Locomotion", phase-free
+    symmetric networks), so that one side is learned for both. None: nothing is mirrored."""
 
-    def seen(self, observation: Tensor) -> tuple[Tensor, Tensor | None]:
-        """What networks see of observations [..., d]; and of which [...], bool, it is the mirror
-        image (None: of none)."""
+    def canonical(self, observation: Tensor) -> tuple[Tensor, Tensor | None]:
+        """Observations [..., d] of the networks, mirrored where needed, and where [...] bool they
+        are mirrored; None: nowhere."""
         if self.sides is None:
             return observation, None
         x, y, second_x, second_y = observation[..., self.sides].unbind(-1)
         right = x * second_y - y * second_x < 0.0
         return self.observation.where(right, observation), right
 
-    def done(self, action: Tensor, right: Tensor | None) -> Tensor:
-        """Actions [..., a] for what networks said to what `seen` gave; and the other way round."""
+    def restored(self, action: Tensor, right: Tensor | None) -> Tensor:
+        """Actions [..., a] mirrored where `right` [...] bool, as `canonical` returned it; its own
+        inverse."""
         return action if right is None else self.action.where(right, action)
 
     def tensors(self) -> dict[str, Tensor]:
-        """Itself as tensors, for `of`; empty where there are no sides."""
+        """The symmetry as tensors, for `of`; empty without sides."""
         if self.sides is None:
             return {}
         return {
@@ -69,7 +68,7 @@ class Symmetry:
 
     @staticmethod
     def of(tensors: Mapping[str, Tensor]) -> "Symmetry | None":
-        """What `tensors` gave; None where that was empty."""
+        """The symmetry of what `tensors` returned; None where that was empty."""
         if not tensors:
             return None
 

@@ -1,6 +1,6 @@
-"""Batched rotations in torch: quaternions as MuJoCo has them (w, x, y, z), and headings.
+"""Batched rotations in torch: quaternions in MuJoCo's order (w, x, y, z), and headings.
 
-Own code because the batched libraries at hand are scalar-last, and these run every control step.
+Our own code, since batched libraries are scalar-last, and these run in every control step.
 """
 
 import torch
@@ -51,8 +51,7 @@ def heading(q: Tensor) -> Tensor:
     """Cosine and sine of the heading of rotations [..., 4]: their twist about z, [..., 2].
 
     The twist is continuous through sitting and lying on the back, where the projection of the
-    forward axis, as published code has it, turns round; it is undefined only upside down, where it
-    falls back to 0.
+    forward axis (published code) turns round. It is undefined only upside down, where it is 0.
     """
     w, z = q[..., 0], q[..., 3]
     square = w * w + z * z
@@ -64,8 +63,8 @@ def heading(q: Tensor) -> Tensor:
 
 
 def from_heading(cos_sin: Tensor) -> Tensor:
-    """Rotations [..., 4] about z by the angle whose cosine and sine [..., 2] are given: by the
-    half-angle formulas, exact without trigonometry."""
+    """Rotations [..., 4] about z by the angle of the given cosine and sine [..., 2], by half-angle
+    formulas, exact without trigonometry."""
     cos, sin = cos_sin.unbind(-1)
     w = torch.sqrt((0.5 * (1 + cos)).clamp_min(0.0))
     z = torch.sqrt((0.5 * (1 - cos)).clamp_min(0.0)) * torch.where(sin < 0, -1.0, 1.0)
@@ -73,8 +72,7 @@ def from_heading(cos_sin: Tensor) -> Tensor:
 
 
 def turn(cos_sin: Tensor, v: Tensor) -> Tensor:
-    """Vectors v [..., 2 or 3] turned about z by the angle whose cosine and sine [..., 2] are
-    given."""
+    """Vectors v [..., 2 or 3] turned about z by the angle of the given cosine and sine [..., 2]."""
     c, s = cos_sin.unbind(-1)
     x, y = v[..., 0], v[..., 1]
     out = [c * x - s * y, s * x + c * y]
@@ -84,7 +82,7 @@ def turn(cos_sin: Tensor, v: Tensor) -> Tensor:
 
 
 def turn_back(cos_sin: Tensor, v: Tensor) -> Tensor:
-    """`turn` by the opposite angle: world vectors seen from a heading."""
+    """`turn` by the opposite angle: world vectors in a heading frame."""
     return turn(cos_sin * cos_sin.new_tensor((1.0, -1.0)), v)
 
 

@@ -1,4 +1,4 @@
-"""The box's bench: what a control step of those who hold one costs, by how contacts are solved."""
+"""The box's bench: the cost of a control step with a box in hand, by contact settings."""
 
 import copy
 import time
@@ -14,9 +14,9 @@ from world.config import CarryConfig, WorldConfig
 from world.objects import grasp
 from world.objects.box_bank import BoxBank, boxes, resting
 from world.scene.batch import Scenes
+from world.scene.target import Target
 from world.tasks.carry import grips
-from world.tasks.task import Place
-from world.teachers.carry import Porter
+from world.teachers.controller import CarryController
 
 #: Control steps between two resets: long enough to set off with the box.
 _EPISODE = 45
@@ -31,14 +31,14 @@ _HOW = {
 
 
 def measure(scenes: int, seconds: float, threads: int = 1) -> dict[str, float]:
-    """Control steps/s of porters with boxes of all sizes in hand, and what it would take of that
-    time otherwise; in turns within one run, each from the states of the first, physics alone.
+    """Control steps/s of characters with boxes of all sizes in hand, and the time ratios to other
+    contact settings; alternating within one run, each from the states of the first, physics alone.
 
-    held: share of the steps after which both hands are on the box. Gaps: of the joints' velocities
-    after a step, the median, at most.
+    held: fraction of the steps after which both hands are on the box. Gaps: of the joints'
+    velocities after a step, the median, at most.
     """
     bank = BoxBank(boxes(CarryConfig(sizes=scenes)))
-    porters = _Porters(bank, threads)
+    carriers = _Carriers(bank, threads)
     others = {name: _like(bank.models, *how, threads) for name, how in _HOW.items()}
     taken = dict.fromkeys((*others, "ours"), 0.0)
     apart = dict.fromkeys(others, 0.0)
@@ -46,17 +46,17 @@ def measure(scenes: int, seconds: float, threads: int = 1) -> dict[str, float]:
     began = time.perf_counter()
     while steps < 2 * _EPISODE or time.perf_counter() - began < seconds:
         if steps % _EPISODE == 0:
-            porters.reset()
-        porters.aim()
-        before = porters.scenes.physics()
+            carriers.reset()
+        carriers.aim()
+        before = carriers.scenes.physics()
         for name, other in others.items():
             other.load_physics(before)
             taken[name] += _step(other)
-        taken["ours"] += _step(porters.scenes)
+        taken["ours"] += _step(carriers.scenes)
         for name, other in others.items():
-            gap = (other.qvel - porters.scenes.qvel)[:, 6:].abs()
+            gap = (other.qvel - carriers.scenes.qvel)[:, 6:].abs()
             apart[name] = max(apart[name], float(gap.median()))
-        held += porters.held()
+        held += carriers.held()
         steps += 1
     ours = taken["ours"]
     return {
@@ -95,14 +95,15 @@ def _step(scenes: Scenes) -> float:
     return time.perf_counter() - start
 
 
-class _Porters:
-    """Scenes in which the scripted porter holds a box, one size each, and sets off with it."""
+class _Carriers:
+    """Scenes in which the scripted controller carries a box, one size each, from a standing
+    start."""
 
     def __init__(self, bank: BoxBank, threads: int) -> None:
         n = len(bank)
         self.scenes = _scenes(bank.models, threads)
-        self._bank, self._porter, self._ids = bank, Porter(n), torch.arange(n)
-        self._place: Place | None = None
+        self._bank, self._controller, self._ids = bank, CarryController(n), torch.arange(n)
+        self._target: Target | None = None
         self._turn = 0
 
     def reset(self) -> None:
@@ -110,30 +111,31 @@ class _Porters:
         n, bank = len(self._ids), self._bank
         qpos = torch.from_numpy(character.standing_qpos()).float()[None].repeat(n, 1)
         ahead = torch.tensor([[1.0, 0.0]]).repeat(n, 1)
-        at = grasp.before(qpos[:, :3], ahead, bank.half[:, 0])
+        at = grasp.held_centre(qpos[:, :3], ahead, bank.half[:, 0])
         u = random_streams.uniform(0, random_streams.EPISODE, self._ids, self._turn, 2)
         target = torch.cat((_WAY_M * ahead + u - 0.5, at[:, 2:]), dim=1)
         behind = at - 2.0 * _WAY_M * torch.cat((ahead, torch.zeros(n, 1)), dim=1)
         layout = replace(resting(at, ahead, target), start=behind)
-        self._place = bank.place(self._ids, layout)
-        assert self._place.box is not None
-        qpos = grasp.holding(qpos, self._place.box)
+        self._target = bank.target(self._ids, layout)
+        assert self._target.box is not None
+        qpos = grasp.holding_pose(qpos, self._target.box)
         none = torch.zeros(n, character.NV)
-        self.scenes.set_down(self._ids, qpos, none, layout.start, layout.start_yaw)
-        bank.put(self.scenes, self._ids, self._ids, layout)
-        self._porter.reset(self._ids, torch.ones(n, dtype=torch.bool))
+        self.scenes.set_state(self._ids, qpos, none, layout.start, layout.start_yaw)
+        bank.apply(self.scenes, self._ids, self._ids, layout)
+        self._controller.reset(self._ids, torch.ones(n, dtype=torch.bool))
         self._turn += 1
 
     def aim(self) -> None:
-        """Tell the servos what the porter wants of them."""
-        assert self._place is not None
-        now = self.scenes.now(self._place)
-        targets = self._porter.act(self.scenes.qpos, self.scenes.qvel, now, self._bank.mass)
+        """Set the servos' set-points to the controller's."""
+        assert self._target is not None
+        now = self.scenes.now(self._target)
+        qpos, qvel = self.scenes.qpos, self.scenes.qvel
+        targets = self._controller.set_points(qpos, qvel, now, self._bank.mass)
         self.scenes.aim(self.scenes.actions(targets))
 
     def held(self) -> float:
         """Share of the scenes with both hands on the box."""
-        assert self._place is not None
-        box = self.scenes.now(self._place).box
+        assert self._target is not None
+        box = self.scenes.now(self._target).box
         assert box is not None
         return float(grips(self.scenes.body(), box).float().mean())

@@ -1,6 +1,7 @@
 """`inhabit bench`: each part of training against its own limit; keys end in units."""
 
 import math
+import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -29,7 +30,7 @@ from learner.config import LoopConfig
 from learner.loop import Loop
 from policy.rollout import Rollout
 from world import random_streams, tasks
-from world.furniture import collection
+from world.meshes import collection
 
 #: Whole iterations that issue and design hold this machine class to, samples/s, by preset.
 GOAL_SAMPLES_PER_S = {"fast": 11_500.0, "paper": 7_500.0}
@@ -54,6 +55,7 @@ def bench_command(command: Bench) -> int:
         "train": train,
         "endurance": endurance,
         "scaling": scaling,
+        "fuzz": fuzz,
     }
     figures = measure[command.part](command, experiment, threads)
     result = {
@@ -87,6 +89,16 @@ def furniture(command: Bench, experiment: Experiment, threads: int) -> dict[str,
     """Scenes on any mixture of pieces against scenes on a plain chair."""
     pieces = collection.pieces(command.objects)
     return bench_furniture.measure(pieces, experiment.scenes, command.seconds, threads)
+
+
+def fuzz(command: Bench, _experiment: Experiment, threads: int) -> dict[str, float]:
+    """Readers against randomly damaged files: all must be read or refused in one line."""
+    from console.bench import fuzz as bench_fuzz
+
+    figures, faults = bench_fuzz.survey(command.mutations, threads)
+    for line in bench_fuzz.shown(faults):
+        print(line, file=sys.stderr)
+    return figures
 
 
 def box(command: Bench, experiment: Experiment, threads: int) -> dict[str, float]:
@@ -165,7 +177,7 @@ def train(command: Bench, experiment: Experiment, threads: int) -> dict[str, flo
                     sums[name] = sums.get(name, 0.0) + value
                 count += 1
             wall = time.perf_counter() - began
-            memory = machine.family_gb()
+            memory = machine.process_tree_gb()
             loop.close()
     part = {name: sums[f"rate/{name}_s"] / count for name in ("world", "policy", "style", "update")}
     samples = experiment.scenes * experiment.horizon

@@ -111,7 +111,7 @@ class Watch:
 
     def _run(self) -> None:
         while not self._stopping.wait(self._every_s):
-            resident = {pid: 1e3 * machine.resident_gb(pid) for pid in machine.family()}
+            resident = {pid: 1e3 * machine.resident_gb(pid) for pid in machine.process_tree()}
             resident = {pid: size for pid, size in resident.items() if size}
             for pid in resident:
                 self.names.setdefault(pid, kind_of(pid))

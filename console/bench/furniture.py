@@ -11,7 +11,7 @@ from console.run import machine
 from world import random_streams
 from world.character.model import NU, NV
 from world.furniture.catalogue import find
-from world.furniture.piece import Piece, Place
+from world.furniture.piece import Piece, SeatTarget
 from world.objects import seated_pose
 from world.scene import slots
 from world.scene.batch import Scenes
@@ -90,8 +90,8 @@ class _Seated:
     def reset(self) -> None:
         n = len(self.ids)
         yaw = torch.tensor([[1.0, 0.0]]).expand(n, 2)
-        self.scenes.set_down(self.ids, self._qpos, torch.zeros(n, NV), torch.zeros(n, 3), yaw)
+        self.scenes.set_state(self.ids, self._qpos, torch.zeros(n, NV), torch.zeros(n, 3), yaw)
 
 
-def _place(piece: Piece) -> Place:
-    return piece.sit[0] if piece.sit else Place((piece.size_m[0] / 2 + 0.3, 0.0, 0.45))
+def _place(piece: Piece) -> SeatTarget:
+    return piece.sit[0] if piece.sit else SeatTarget((piece.size_m[0] / 2 + 0.3, 0.0, 0.45))

@@ -20,7 +20,7 @@ from actors.worker import Worker
 from console.bench.stand_in_fleet import SleepingFleet, sleepers
 from console.run import assembly
 from console.run.experiment import Experiment
-from learner.config import LoopConfig
+from learner.config import LagConfig, LoopConfig
 from learner.loop import Loop
 from policy.rollout import Rollout
 
@@ -268,7 +268,7 @@ def overlapping(experiment: Experiment, fleet: SleepingFleet, seconds: float) ->
                 None,
                 _Nowhere(),
                 _Nowhere(),
-                LoopConfig(overlap=overlap),
+                LoopConfig(lag=LagConfig(overlap)),
             )
             lines += iterations(loop, seconds / ROUNDS / 2)
             loop.close()

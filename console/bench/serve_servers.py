@@ -18,7 +18,7 @@ from typing import Any
 import grpc
 
 from actors.cluster import ray_session
-from console.run.machine import family
+from console.run.machine import process_tree
 from console.serving import loading
 from policy.service.servicer import serve
 from rpc.aio_server import AioServer, run
@@ -62,7 +62,7 @@ def policy(folder: Path) -> None:
 
 def echo(folder: Path) -> None:
     """gRPC itself: no interceptors, no policy."""
-    actions = loading.served("sit", folder).servos.offset.numel()
+    actions = loading.served("sit", folder).action_map.offset.numel()
 
     async def main() -> None:
         server = grpc.aio.server(options=[("grpc.so_reuseport", 0)])
@@ -93,7 +93,7 @@ def ray_serve(folder: Path) -> None:
             data = bytearray().join(rows)
             states = torch.from_numpy(np.frombuffer(data, "<f4").reshape(len(rows), -1))
             action = self.served.act(states)
-            target = self.served.servos.targets(action)
+            target = self.served.action_map.set_points(action)
             pairs = zip(action.numpy(), target.numpy(), strict=True)
             return [(a.tobytes(), t.tobytes()) for a, t in pairs]
 
@@ -116,7 +116,7 @@ def ray_serve(folder: Path) -> None:
         ray_serve.run(Deployed.bind(), name="sit", route_prefix="/")
         with grpc.insecure_channel(f"127.0.0.1:{port}") as channel:
             grpc.channel_ready_future(channel).result(120)
-        pin(family())
+        pin(process_tree())
         _ready(f"127.0.0.1:{port}", _family_seconds)
         threading.Event().wait()
 
@@ -132,7 +132,7 @@ def pin(processes: set[int]) -> None:
 def _family_seconds() -> float:
     """Processor seconds of all processes of this session: Ray is many."""
     ticks = 0
-    for pid in family():
+    for pid in process_tree():
         try:
             fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
         except OSError:

@@ -28,7 +28,7 @@ def measure(experiment: Experiment, seconds: float, threads: int) -> dict[str, f
     ids = torch.arange(n)
     standing = torch.from_numpy(character.standing_qpos()).expand(n, -1)
     yaw = torch.tensor([[1.0, 0.0]]).expand(n, -1)
-    scenes.set_down(ids, standing, torch.zeros(n, character.NV), torch.zeros(n, 3), yaw)
+    scenes.set_state(ids, standing, torch.zeros(n, character.NV), torch.zeros(n, 3), yaw)
     steps, blown, speeds = 0, 0, list[float]()
     began = time.perf_counter()
     while steps < SIMULATED_S * character.CONTROL_HZ and time.perf_counter() - began < seconds:

@@ -35,7 +35,7 @@ class SleepingFleet:
     """So many actors over the processes of `sleepers`, which each take `seconds` for a rollout.
 
     Weights go out and rollouts come in as in `RayFleet`: one `ray.put`, one reference an actor,
-    joined in scene order; told ahead what comes next, actors begin with it when they are done.
+    joined in scene order; with a prefetched request, actors begin with it when they are done.
     """
 
     def __init__(self, hosts: list[Any], part: Rollout, actors: int, seconds: float) -> None:
@@ -47,8 +47,8 @@ class SleepingFleet:
         """Control steps of one collection."""
         return self.actors * self.part.samples
 
-    def ahead(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> None:
-        """What the next `collect` will be called with."""
+    def prefetch(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> None:
+        """Request the next collection, with the arguments of its `collect`."""
         if not self._begun:
             self._begun = self.ask(weights, version)
 

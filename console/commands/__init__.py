@@ -1,4 +1,4 @@
-"""The flags of every subcommand, one dataclass each; the docstring under a field is its --help."""
+"""Flags of every subcommand, one dataclass each; the docstring under a field is its --help."""
 
 from dataclasses import dataclass
 
@@ -6,15 +6,16 @@ from console.commands.motions import MotionsCheck, MotionsImport, MotionsList, M
 from console.commands.objects import Meshes, ObjectsCheck, ObjectsImport, ObjectsList, ObjectsShow
 from console.commands.play import Play
 from console.commands.serving import Export, Serve, Style, Synthesize
+from console.commands.teaching import TeachCarry, TeachRecord, TeachTry
 from console.commands.tools import Bench, Doctor
 from console.commands.training import Evaluate, Publish, Report, Train, Video
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One subcommand: its name, its flags, and the function (module:name) that runs it.
+    """One subcommand: name, flags and function (module:name).
 
-    The function is imported when it is run: `doctor` must work where training would not.
+    The function is imported when it runs: `doctor` must work where the imports of training fail.
     """
 
     name: str
@@ -27,7 +28,7 @@ COMMANDS = (
     Entry("evaluate", Evaluate, "console.evaluation.command:evaluate_command"),
     Entry("report", Report, "console.report.command:report_command"),
     Entry("publish", Publish, "console.serving.publish:publish_command"),
-    Entry("video", Video, "console.recording.command:video_command"),
+    Entry("video", Video, "console.video.command:video_command"),
     Entry("play", Play, "console.play.command:play_command"),
     Entry("serve", Serve, "console.serving.policy:serve_command"),
     Entry("style", Style, "console.serving.style:style_command"),
@@ -48,11 +49,17 @@ OBJECTS = (
     Entry("check", ObjectsCheck, "console.objects.command:objects_command"),
     Entry("show", ObjectsShow, "console.objects.command:objects_command"),
 )
+TEACHING = (
+    Entry("carry", TeachCarry, "console.teaching.command:teach_command"),
+    Entry("try", TeachTry, "console.teaching.command:try_command"),
+    Entry("record", TeachRecord, "console.teaching.command:record_command"),
+)
 
 __all__ = [
     "COMMANDS",
     "MOTIONS",
     "OBJECTS",
+    "TEACHING",
     "Bench",
     "Doctor",
     "Entry",
@@ -73,6 +80,9 @@ __all__ = [
     "Serve",
     "Style",
     "Synthesize",
+    "TeachCarry",
+    "TeachRecord",
+    "TeachTry",
     "Train",
     "Video",
 ]

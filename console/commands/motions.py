@@ -1,4 +1,4 @@
-"""The flags of `inhabit motions`."""
+"""Flags of `inhabit motions`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,65 +9,67 @@ import tyro
 
 @dataclass(frozen=True)
 class MotionsList:
-    """The clips found, a line each."""
+    """List motion clips, one line each."""
 
     paths: tyro.conf.Positional[tuple[Path, ...]] = ()
-    """Files or folders; default: the package's own."""
+    """Files or folders; default: the package's own clips."""
     json: bool = False
-    """Print JSON instead."""
+    """Print JSON instead of a table."""
     debug: bool = False
     """Show the traceback of an error."""
 
 
 @dataclass(frozen=True)
 class MotionsImport:
-    """Motions of other bodies as clips of the character; 1 if any is refused."""
+    """Import motions of other skeletons as clips of the character; exit code 1 if any is
+    refused."""
 
     paths: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="IN")]
     """Files or folders: BVH, ASF/AMC, DeepMimic .txt, AMASS .npz, SAMP and MimicKit .pkl, poselib
-    .npy, and clips (.npz) to be mended."""
+    .npy, and clips (.npz) to repair."""
     out: Path
-    """The folder of clips to write, for --motions."""
+    """Folder of clips to write, for --motions."""
     map: Path | None = None
-    """JSON that names joints ({"left_knee": "LeftLeg"}), the length unit (unit_m), the upward axis
-    (up: y or z) where files do not tell."""
+    """JSON with joint names ({"left_knee": "LeftLeg"}), length unit (unit_m) and up axis (up: y or
+    z), for files that lack them."""
     format: str | None = None
-    """Read all files as this format instead of finding out: bvh, acclaim, deepmimic, clip, amass,
-    samp, mimickit or poselib."""
+    """Format of all files, instead of detection: bvh, acclaim, deepmimic, clip, amass, samp,
+    mimickit or poselib."""
     replace: bool = False
-    """Write over clips of the same name."""
+    """Overwrite clips of the same name."""
     debug: bool = False
     """Show the traceback of an error."""
 
 
 @dataclass(frozen=True)
 class MotionsCheck:
-    """How well clips fit the character: errors, skating, rests; 1 if any is refused."""
+    """Measure how well clips fit the character: errors, skating, rests; exit code 1 if any is
+    refused."""
 
     paths: tyro.conf.Positional[tuple[Path, ...]] = ()
-    """Files or folders, of clips or of motions to import; default: the package's own."""
+    """Files or folders, of clips or of motions to import; default: the package's own clips."""
     map: Path | None = None
-    """As of motions import."""
+    """As in motions import."""
     format: str | None = None
-    """As of motions import."""
+    """As in motions import."""
     json: bool = False
-    """Print JSON instead."""
+    """Print JSON instead of a table."""
     debug: bool = False
     """Show the traceback of an error."""
 
 
 @dataclass(frozen=True)
 class MotionsPlay:
-    """Clips in a browser, with what they use and the skeleton they came from."""
+    """Play clips in a browser, with their objects and source skeletons."""
 
     paths: tyro.conf.Positional[tuple[Path, ...]] = ()
-    """Files or folders; default: the package's own."""
+    """Files or folders; default: the package's own clips."""
     only: str | None = None
-    """Only clips whose name holds this."""
+    """Part of the name of the clips to play."""
     html: Path | None = None
-    """Write the page here, one file that needs nothing else, instead of serving it."""
+    """Write the page to this file, which is self-contained, instead of serving it."""
     listen: str = "127.0.0.1:0"
-    """HOST:PORT to serve it at; port 0 takes a free one and prints it."""
+    """HOST:PORT of the page; port 0 takes a free port and prints it."""
     open: bool = True
     """Open the browser."""
     debug: bool = False

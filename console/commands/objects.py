@@ -1,4 +1,4 @@
-"""The flags of `inhabit objects`."""
+"""Flags of `inhabit objects`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +12,7 @@ Unit = Literal["m", "cm", "mm", "in", "ft"]
 
 @dataclass(frozen=True)
 class ObjectsList:
-    """The pieces of furniture, a line each."""
+    """List pieces of furniture, one line each."""
 
     objects: tyro.conf.Positional[tuple[str, ...]] = ("all",)
     """train, test, all, or files and folders of imported pieces."""
@@ -24,54 +24,56 @@ class ObjectsList:
 
 @dataclass(frozen=True)
 class Meshes:
-    """How a mesh is to be understood; by default, as its format says."""
+    """Frame, unit, category and terms of meshes; defaults by their format."""
 
     up: Axis | None = None
-    """The file's axis that points up; default: +y for glTF, else +z."""
+    """Axis of the file that points up; default: +y for glTF, else +z."""
     front: Axis | None = None
-    """The file's axis that the user of the piece faces; default: +z where y is up, else +x."""
+    """Axis of the file that a seated character faces; default: +z where y is up, else +x."""
     unit: Unit | None = None
-    """Of the file's coordinates; default: m."""
+    """Unit of the file's coordinates; default: m."""
     height: float | None = None
-    """Scale the piece to this height, m, instead of a unit."""
+    """Height to scale the piece to, m, instead of a unit."""
     category: str | None = None
-    """chair, armchair, low-stool, high-stool, sofa, bed or table; default: by its folder's or
-    file's name, else by its shape."""
+    """chair, armchair, low-stool, high-stool, sofa, bed or table; default: by the name of the
+    folder or file, else by the shape."""
     licence: str = "unknown"
-    """Under which terms the meshes may be used, where they do not say so themselves."""
+    """Licence of meshes whose files state none."""
     credit: str = ""
-    """Who made them, where they do not say so themselves."""
+    """Author of meshes whose files state none."""
     sit: str | None = None
-    """X,Y,Z,YAW (m, degrees; piece frame) of the place to sit, instead of looking for one."""
+    """X,Y,Z,YAW (m, degrees; piece frame) of the seat, instead of detection."""
     threads: int | None = None
-    """Pieces at a time; default: the cores there are."""
+    """Pieces processed in parallel; default: the number of cores."""
 
 
 @dataclass(frozen=True)
 class ObjectsImport:
-    """Make pieces of meshes (OBJ, glTF, STL, PLY, Sweet Home 3D libraries): hulls and places."""
+    """Import meshes (OBJ, glTF, STL, PLY, Sweet Home 3D libraries) as pieces: hulls and use
+    points."""
 
     paths: tyro.conf.Positional[tuple[Path, ...]]
     """Files or folders."""
     mesh: Annotated[Meshes, tyro.conf.arg(name="")]
     out: Path = Path("objects")
-    """Folder for the pieces, a .piece.json each."""
+    """Folder of the pieces, one .piece.json each."""
     json: bool = False
-    """Print JSON instead, as objects check does."""
+    """Print JSON instead of a table, as objects check does."""
     debug: bool = False
     """Show the traceback of an error."""
 
 
 @dataclass(frozen=True)
 class ObjectsCheck:
-    """What meshes or pieces are as furniture: size, hulls, places; 1 if any is refused."""
+    """Check meshes or pieces as furniture: size, hulls, use points; exit code 1 if any is
+    refused."""
 
     paths: tyro.conf.Positional[tuple[str, ...]]
     """Meshes, imported pieces, folders of either, or train, test, all."""
     mesh: Annotated[Meshes, tyro.conf.arg(name="")]
     drop: float = 0.0
-    """Also let a seated ragdoll down on each, at scale 0.8, 1 and 1.2, and watch it for so many
-    seconds (3 tell whether it stays); 0: do not."""
+    """Seconds of a drop test with a seated ragdoll on each piece, at scales 0.8, 1 and 1.2 (3 are
+    enough to see whether it stays); 0: no test."""
     json: bool = False
     """Print JSON instead."""
     debug: bool = False
@@ -80,17 +82,17 @@ class ObjectsCheck:
 
 @dataclass(frozen=True)
 class ObjectsShow:
-    """Pictures of pieces with their places: a contact sheet, or a page to turn them in."""
+    """Show pieces with their use points: a contact sheet, or a page with 3-D views."""
 
     objects: tyro.conf.Positional[tuple[str, ...]] = ("test",)
     """train, test, all, or files and folders of imported pieces."""
     category: str | None = None
-    """Only this class."""
+    """Category of the pieces to show; default: all."""
     limit: int = 60
-    """At most so many pieces; 0: all."""
+    """Greatest number of pieces, spread evenly over the selection."""
     sheet: Path | None = None
-    """Write the contact sheet here (PNG)."""
+    """Contact sheet to write (PNG)."""
     html: Path | None = None
-    """Write the page here, one file that needs nothing else."""
+    """Page to write, one self-contained file."""
     debug: bool = False
     """Show the traceback of an error."""

@@ -1,4 +1,4 @@
-"""The flags of the player."""
+"""Flags of `inhabit play`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,23 +9,22 @@ import tyro
 
 @dataclass(frozen=True)
 class Play:
-    """A policy live in the browser, to be pushed and watched; or a recording, or clips."""
+    """Run a policy live in the browser and disturb it, or play a recording or clips."""
 
     sources: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN|FILE")]
-    """Runs or checkpoint folders to choose from (NAME=RUN gives a name, else its task is the name),
-    or one file: a .msgpack recording or a motion clip."""
+    """Runs or checkpoint folders (NAME=RUN sets the name, else the task is the name), or one file:
+    a .msgpack recording or a motion clip."""
     checkpoint: Literal["best", "latest"] = "best"
-    """Of a run: which."""
+    """Checkpoint of a run."""
     objects: str = "test"
-    """Pieces to choose from: test (never trained on), train, or a file or folder of imported
-    ones."""
+    """Pieces to choose from: test (held out of training), train, or a file or folder of imported
+    pieces."""
     motions: tuple[Path, ...] = ()
-    """Clips that the nearest mocap is looked for in; default: those that the policy was trained
-    on."""
+    """Clips in which the nearest mocap frame is searched; default: the policy's training clips."""
     listen: str = "127.0.0.1:0"
-    """HOST:PORT to serve the page at; port 0 takes a free one and prints it."""
+    """HOST:PORT of the page; port 0 takes a free port and prints it."""
     allow_insecure_remote: bool = False
-    """Listen beyond this machine: whoever reaches the page can play."""
+    """Listen beyond this machine, without authentication."""
     open: bool = True
     """Open the browser."""
     debug: bool = False

@@ -1,4 +1,4 @@
-"""The flags of the services and of what leaves a run for elsewhere."""
+"""Flags of the services, of export and of synthesis."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,12 +11,12 @@ from policy.config import PolicyServiceConfig
 
 @dataclass(frozen=True)
 class Serve:
-    """The policy service (gRPC) of one or more runs, until Ctrl-C."""
+    """Serve the policies of one or more runs by gRPC until Ctrl-C."""
 
     sources: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
-    """Runs or checkpoint folders; NAME=RUN gives a name, else its task is the name."""
+    """Runs or checkpoint folders; NAME=RUN sets the name, else the task is the name."""
     checkpoint: Literal["best", "latest"] = "best"
-    """Of a run: the one to serve, and to take whenever a newer one bears the name."""
+    """Checkpoint of a run; a newer one of this name is loaded while serving."""
     listen: str = "127.0.0.1:50051"
     """HOST:PORT; port 0 takes a free one and prints it."""
     tls_cert: Path | None = None
@@ -34,9 +34,9 @@ class Serve:
     health: str | None = None
     """HOST:PORT that answers health checks alone, without TLS: for Kubernetes' gRPC probes."""
     drain_s: float = 10.0
-    """Time for calls in progress to end when told to stop."""
+    """Time for calls in progress to end after a stop signal, s."""
     max_message_mb: float = 4.0
-    """Largest single message."""
+    """Largest message, MiB."""
     service: Annotated[PolicyServiceConfig, tyro.conf.arg(name="")] = PolicyServiceConfig()
     debug: bool = False
     """Show the traceback of an error."""
@@ -44,12 +44,12 @@ class Serve:
 
 @dataclass(frozen=True)
 class Style:
-    """The discriminator service, standing alone, until Ctrl-C."""
+    """Serve the discriminator of a run as a standalone service until Ctrl-C."""
 
     source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
-    """Run whose configuration, motions and checkpoint it serves."""
+    """Run whose configuration, motions and checkpoint are served."""
     state: Path | None = None
-    """Folder of a journal from which the service, once killed, goes on."""
+    """Folder of a journal from which the service resumes after a crash."""
     listen: str = "127.0.0.1:50061"
     """HOST:PORT; port 0 takes a free one and prints it."""
     tls_cert: Path | None = None
@@ -72,57 +72,60 @@ class Style:
 
 @dataclass(frozen=True)
 class Export:
-    """A run's policy as ONNX, normaliser baked in, checked against the original."""
+    """Export a policy as ONNX, with its normaliser, and compare it with the original."""
 
     source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT")]
     """Run directory (its best checkpoint) or checkpoint folder."""
     out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FILE.onnx")]
-    """The file to write."""
+    """File to write."""
     checkpoint: Literal["best", "latest"] = "best"
-    """Of a run: which."""
+    """Checkpoint of a run."""
     debug: bool = False
     """Show the traceback of an error."""
 
 
 @dataclass(frozen=True)
 class Synthesize:
-    """A motion of a run's policy in a scene of your own: clip, BVH, 3-D page, film, full states."""
+    """Simulate a policy in a given scene and write the motion: clip, BVH, 3-D page, video, full
+    states."""
 
     source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT")]
     """Run directory or checkpoint folder."""
-    object: str
-    """What it uses: a piece of the catalogue (chair-test-000; inhabit objects list), an imported
-    .piece.json, or a mesh; of a policy that carries: box."""
     out: tuple[Path, ...]
-    """FILE.npz (a clip), .bvh, .html (3-D replay), .mp4 or .msgpack (full states); several get the
-    same motion."""
+    """FILE.npz (a clip), .bvh, .html (3-D replay), .mp4 or .msgpack (full states); several files
+    get the same motion."""
+    object: str | None = None
+    """Object of the scene: a piece of the catalogue (chair-test-000; inhabit objects list), an
+    imported .piece.json, or a mesh; box for carry; none for walk."""
     start: str = "3,0,180"
-    """X,Y,YAW: where the character stands at first, m, and where it faces, degrees."""
+    """X,Y,YAW of the character's initial stand pose, m and degrees."""
     at: str = "0,0,0"
-    """X,Y,YAW: where the piece stands, m, and where its front faces, degrees."""
+    """X,Y,YAW of the piece and its front, m and degrees; for walk, of the target."""
     place: int = 0
-    """Which place of use, where a piece has several: a bed is got onto by either side."""
+    """Index of the use point of a piece with several, such as the sides of a bed."""
     scale: float = 1.0
-    """Of the piece or box."""
+    """Scale of the piece or box."""
     to: str | None = None
-    """X,Y,HEIGHT: the stand that the box should go to, m; carry only."""
+    """X,Y,HEIGHT of the target stand of the box, m; carry only."""
     stand_m: float = 0.6
-    """Height of the stand that the box is on at first, m; carry only."""
+    """Height of the stand that the box is on initially, m; carry only."""
     box_kg: float | None = None
-    """Weight of the box; default: by its volume."""
+    """Mass of the box, kg; default: by its volume."""
     seconds: float = 20.0
-    """Longest; it ends sooner with a fall, or when success was held for a while."""
+    """Longest simulated time, s; a fall or a held success ends the motion earlier."""
     seed: int | None = None
-    """Draw the actions with this seed instead of taking their means; perturbations too."""
+    """Seed of the action noise and of the perturbations; default: mean actions."""
     tries: int = 1
-    """Try further seeds until a motion succeeds without a fall; else the last is written."""
+    """Number of tries, with consecutive seeds, until a motion succeeds without a fall; without
+    success the last one is written."""
     perturb: Literal["none", "projectiles", "moved"] = "none"
-    """Balls thrown at the character, or its furniture moved away when it comes near."""
+    """Disturbance: balls thrown at the character, or furniture moved as the character
+    approaches."""
     to_the_end: bool = False
-    """Go on after a fall or a success, for all of --seconds."""
+    """Continue after a fall or a success until --seconds."""
     checkpoint: Literal["best", "latest"] = "best"
-    """Of a run: which."""
+    """Checkpoint of a run."""
     overwrite: bool = False
-    """Replace files that exist."""
+    """Overwrite existing files."""
     debug: bool = False
     """Show the traceback of an error."""

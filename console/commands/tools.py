@@ -1,4 +1,4 @@
-"""The flags of what looks at this machine."""
+"""Flags of `inhabit bench` and `inhabit doctor`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +11,7 @@ from console.commands.training import Preset
 
 @dataclass(frozen=True)
 class Bench:
-    """Measure one part against its own limit."""
+    """Measure one part of the system against its own limit."""
 
     part: tyro.conf.Positional[
         Literal[
@@ -25,50 +25,56 @@ class Bench:
             "train",
             "endurance",
             "scaling",
+            "fuzz",
         ]
     ]
-    """Which part."""
+    """Part to measure."""
     preset: Preset = "fast"
-    """Network sizes and batch."""
+    """Preset of network sizes and batch."""
     scenes: int | None = None
-    """Default: the preset's. Of bench scaling: of each actor, by default half of that."""
+    """Number of scenes; default: the preset's. For scaling: scenes of each actor; default: half
+    the preset's."""
     threads: int | None = None
-    """Default: the cores there are."""
+    """Number of threads; default: the number of cores."""
     seconds: float = 10.0
-    """Roughly how long to measure each figure."""
+    """Approximate time of each measurement, s."""
     runner: Literal["local", "ray"] = "local"
-    """Of bench train and bench endurance."""
+    """Runner of bench train and bench endurance."""
     objects: tuple[str, ...] = ("train",)
-    """Of bench furniture: train, test, all, or files and folders of imported pieces."""
+    """Pieces of bench furniture: train, test, all, or files and folders of imported pieces."""
+    mutations: int = 100_000
+    """Number of damaged files of bench fuzz, over all formats."""
     motions: tuple[Path, ...] = ()
-    """Clips; default: the package's own."""
+    """Motion clips, files or folders; default: the package's own clips."""
     json: Path | None = None
-    """Write the figures here."""
+    """JSON file of the figures."""
     debug: bool = False
     """Show the traceback of an error."""
 
 
 @dataclass(frozen=True)
 class Doctor:
-    """What this machine, its cluster and its services have of what training needs."""
+    """Check this machine, a Ray cluster and services for what training needs."""
 
     address: str | None = None
-    """Ray cluster to look at; default: that of the environment (RAY_ADDRESS), if any."""
+    """Address of the Ray cluster to check; default: RAY_ADDRESS, if set."""
     style: str | None = None
-    """HOST:PORT of a style service to ask for its health."""
+    """HOST:PORT of a style service to check."""
     policy: str | None = None
-    """HOST:PORT of a policy service to ask for its health."""
+    """HOST:PORT of a policy service to check."""
     tls_ca: Path | None = None
-    """Certificates (PEM) to trust when asking; gives TLS."""
+    """Trusted certificates (PEM) for these services; enables TLS."""
     tls_cert: Path | None = None
-    """Our certificate (PEM), where the services ask for one."""
+    """Client certificate (PEM), for services with mutual TLS."""
     tls_key: Path | None = None
-    """Its private key (PEM)."""
+    """Private key (PEM) of the client certificate."""
+    token_file: Path | None = None
+    """File with the token of the services, whose permissions are checked."""
     motions: tuple[Path, ...] = ()
-    """Clips to read; default: the package's own."""
+    """Motion clips to check; default: the package's own clips."""
     seconds: float = 5.0
-    """How long to measure samples/s; 0: not at all."""
+    """Time of the measurement of samples/s, s; 0: no measurement."""
     json: bool = False
-    """Print JSON instead."""
+    """Print JSON instead of text."""
     debug: bool = False
     """Show the traceback of an error."""

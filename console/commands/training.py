@@ -1,4 +1,4 @@
-"""The flags of training and of what follows a run."""
+"""Flags of training, evaluation, reports, publication and video."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,177 +14,181 @@ Protocol = Literal["table1", "table3"]
 
 @dataclass(frozen=True)
 class StyleAddress:
-    """A style service that stands alone (inhabit style RUN), and what it is shown."""
+    """Address and credentials of a standalone style service (inhabit style RUN)."""
 
     address: str = ""
-    """HOST:PORT of the service to use; default: one of this run's own. Needs --runner ray."""
+    """HOST:PORT of the service; default: a service of this run's own. Needs --runner ray."""
     tls_ca: Path | None = None
-    """Certificates (PEM) that may have signed the service's; gives TLS."""
+    """Trusted certificates (PEM) for the service; enables TLS."""
     tls_cert: Path | None = None
-    """Our certificate (PEM), where the service asks for one: mutual TLS."""
+    """Client certificate (PEM), for a service with mutual TLS."""
     tls_key: Path | None = None
-    """Its private key (PEM)."""
+    """Private key (PEM) of the client certificate."""
     token_file: Path | None = None
-    """File with the token that the service asks for."""
+    """File with the token of the service."""
 
 
 @dataclass(frozen=True)
 class Train:
-    """Train a task; Ctrl-C writes a checkpoint, --resume goes on from it."""
+    """Train a policy for a task; Ctrl-C writes a checkpoint, --resume continues from it."""
 
     task: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="TASK")]
-    """What to learn: sit."""
+    """Task: sit, lie, carry, walk or track."""
     experiment: Annotated[Experiment, tyro.conf.arg(name="")]
     run: Path | None = None
-    """Run directory; default runs/TASK-<date>-<n>. An existing one needs --resume or --restart."""
+    """Run directory; default: runs/TASK-<date>-<n>. An existing one needs --resume or --restart."""
     preset: Preset = "fast"
-    """Defaults of everything below: fast (512 x 256 networks), paper (1024 x 512), or track
-    (motion tracking, the default of the task track)."""
+    """Preset of the settings below: fast (512 x 256 networks), paper (1024 x 512), or track (motion
+    tracking, the default of the task track)."""
     motions: tuple[Path, ...] = ()
-    """Motion clips, files or folders; default: the package's own."""
+    """Motion clips, files or folders; default: the package's own clips."""
     objects: tuple[str, ...] = ()
     """Files or folders of imported pieces, and train for the package's own furniture; default:
     train."""
     samples: int | None = None
-    """Stop after so many control steps over all scenes."""
+    """Number of samples (control steps over all scenes) after which training stops."""
     iterations: int | None = None
-    """Stop after so many PPO iterations."""
+    """Number of PPO iterations after which training stops."""
     minutes: float | None = None
-    """Stop after so much wall time of this session."""
+    """Wall time after which training stops, min; a resumed run counts from 0."""
     runner: Literal["local", "ray"] = "local"
-    """local: one process. ray: actors, learner and the style service in processes of their own."""
+    """local: worker processes of this machine. ray: Ray actors, and the style service in a process
+    of its own."""
     threads: int | None = None
-    """Threads of the local runner; default: the cores there are."""
+    """Threads of the local runner; default: the number of cores."""
     actors: int | None = None
-    """Rollout workers; default: as many as threads (local) or cores (ray)."""
+    """Number of rollout workers; default: the number of threads (local) or cores (ray)."""
     address: str | None = None
-    """Ray cluster to join; default: that of the submitted job, else a private one."""
+    """Address of the Ray cluster; default: the cluster of the submitted job, else a private one."""
     style_service: StyleAddress = StyleAddress()
     init: Path | None = None
-    """Run or checkpoint whose networks and normalisers to start from."""
+    """Run or checkpoint that initialises networks and normalisers."""
     dry_run: bool = False
-    """Show the resolved configuration, features and rewards, and stop."""
+    """Print the resolved configuration, features and rewards, and stop."""
     resume: bool = False
-    """Go on from the run's latest checkpoint, exactly."""
+    """Continue from the run's latest checkpoint, exactly."""
     restart: bool = False
-    """Erase the run and begin again."""
+    """Erase the run and train from the start."""
     checkpoint_every: int = 100
     """Iterations between checkpoints."""
     keep: int = 3
-    """Checkpoints kept besides the best."""
+    """Number of checkpoints kept besides the best."""
     debug: bool = False
     """Show the traceback of an error."""
 
 
 @dataclass(frozen=True)
 class Evaluate:
-    """Success within 20 s, by the paper's protocol, with intervals."""
+    """Evaluate a policy: success within 20 s by the paper's protocol, with intervals."""
 
     source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT")]
     """Run directory (its latest checkpoint) or checkpoint folder."""
     trials: int = 4096
-    """How many trials; the paper's number is the default."""
+    """Number of trials; the default is the paper's."""
     objects: str = "test"
-    """Pieces to use: test (never trained on), train, or a file or folder of imported ones."""
+    """Pieces: test (held out of training), train, or a file or folder of imported pieces."""
     perturb: Literal["none", "projectiles", "moved"] = "none"
-    """Disturbances: 20 balls of 1.2 kg thrown at the body, or the furniture moved once, as the
-    character comes near."""
+    """Disturbance: 20 balls of 1.2 kg thrown at the body, or furniture moved once as the character
+    approaches."""
     preset: Protocol = "table1"
     """Protocol: table1 (1-10 m), or table3, the comparison with kinematic methods (1-5 m)."""
     near_m: float | None = None
-    """Closest start, and target of a box from where it stands; default: the preset's."""
+    """Smallest initial distance of the target, and of a box's target from the box, m; default: the
+    protocol's."""
     far_m: float | None = None
-    """Farthest start, and target of a box; default: the preset's."""
+    """Largest of these distances, m; default: the protocol's."""
     quality: int = 64
-    """Trials that motion quality is measured on, beside the mocap's; 0: none."""
+    """Number of trials whose motion quality is measured and compared with mocap; 0: none."""
     motions: tuple[Path, ...] = ()
-    """Clips that it is compared with; default: those that the policy was trained on."""
+    """Clips to compare motion quality with; default: the policy's training clips."""
     seed: int = 0
-    """Of the trials: the same seed is the same trials, whatever the number of threads."""
+    """Seed of the trials, which do not depend on the number of threads."""
     threads: int | None = None
-    """Default: the cores there are."""
+    """Number of threads; default: the number of cores."""
     json: Path | None = None
-    """Write the figures here; always also into the run's evaluations/."""
+    """JSON file of the figures, besides the run's evaluations/."""
     record: Path | None = None
-    """Write the first trials as a .msgpack recording."""
+    """Recording (.msgpack) of the first trials."""
     record_trials: int = 8
-    """How many trials --record keeps."""
+    """Number of trials in --record."""
     debug: bool = False
     """Show the traceback of an error."""
 
 
 @dataclass(frozen=True)
 class Report:
-    """A run as one HTML file: results, replay, pictures, motion quality, curves."""
+    """Write the report of a run as one HTML file: results, replay, pictures, motion quality,
+    curves."""
 
     source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT")]
     """Run directory (its latest checkpoint) or checkpoint folder."""
     out: Path | None = None
-    """The file; default: report.html in the run, or NAME-report.html for a checkpoint folder."""
+    """File to write; default: report.html in the run, or NAME-report.html for a checkpoint
+    folder."""
     trials: int = 96
-    """Trials recorded for the replay and for motion quality; success is of the run's largest
-    evaluation of this checkpoint, where there is one."""
+    """Number of trials recorded for replay and motion quality; the success rate is that of the
+    run's largest evaluation of this checkpoint, if there is one."""
     objects: str = "test"
-    """Pieces to use: test (never trained on) or train."""
+    """Pieces: test (held out of training) or train."""
     perturb: Literal["none", "projectiles", "moved"] = "none"
-    """Disturbances of these trials, as of evaluate."""
+    """Disturbance of these trials, as in evaluate."""
     motions: tuple[Path, ...] = ()
-    """Clips that motion quality is compared with; default: those that the policy was trained on."""
+    """Clips to compare motion quality with; default: the policy's training clips."""
     seed: int = 0
-    """Of the trials."""
+    """Seed of the trials."""
     threads: int | None = None
-    """Default: the cores there are."""
+    """Number of threads; default: the number of cores."""
     debug: bool = False
     """Show the traceback of an error."""
 
 
 @dataclass(frozen=True)
 class Publish:
-    """A run's policy as a small folder, with its data, licence and evaluation."""
+    """Publish a run's policy as a small folder, with training data, licence and evaluation."""
 
     source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT")]
     """Run directory (its latest checkpoint) or checkpoint folder."""
     out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="DIR")]
-    """The folder to write."""
+    """Folder to write."""
     data: str
-    """What the weights were trained on."""
+    """Training data of the weights."""
     licence: str
-    """Under which terms the weights may be used."""
+    """Licence of the weights."""
     average: int = 1
-    """Publish the mean of so many of the run's last checkpoints instead of the last one."""
+    """Number of the run's last checkpoints whose weights are averaged."""
     evaluation: tuple[Path, ...] = ()
-    """The JSON of evaluations of these weights, one of each perturbation."""
+    """JSON files of evaluations of these weights, one for each perturbation."""
     replace: bool = False
-    """Replace the folder where it exists."""
+    """Replace an existing folder."""
     debug: bool = False
     """Show the traceback of an error."""
 
 
 @dataclass(frozen=True)
 class Video:
-    """An mp4 of a run's policy, or of a recording."""
+    """Render a policy or a recording as an mp4 video."""
 
     source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|FILE")]
     """Run directory, checkpoint folder, or .msgpack recording."""
     out: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="OUT.mp4")] = None
-    """The film; may be left out with --sheet."""
+    """Video to write; optional with --sheet."""
     sheet: Path | None = None
-    """Write a filmstrip too (PNG; a row a trial)."""
+    """Filmstrip to write (PNG; one row per trial)."""
     trials: int = 4
-    """Trials shown, one after the other."""
+    """Number of trials, shown one after the other."""
     seconds: float = 12.0
-    """Length of each."""
+    """Length of each trial, s."""
     objects: str = "test"
     """Pieces: test or train."""
     near_m: float = 1.5
-    """Closest start, and target of a box from where it stands."""
+    """Smallest initial distance of the target, and of a box's target from the box, m."""
     far_m: float = 5.0
-    """Farthest start, and target of a box."""
+    """Largest of these distances, m."""
     seed: int = 0
-    """Of the trials."""
+    """Seed of the trials."""
     width: int = 640
-    """Pixels across."""
+    """Width of the video, pixels."""
     height: int = 480
-    """Pixels down."""
+    """Height of the video, pixels."""
     debug: bool = False
     """Show the traceback of an error."""

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from console.doctor.finding import Finding
 from rpc.channel import ChannelConfig
-from rpc.probe import ask_health
+from rpc.probe import check_health
 
 JOIN_S = 120.0
 #: Joins, asks and leaves, in a process of its own: Ray settles its authentication at import.
@@ -86,5 +86,5 @@ def find_service(
     config = ChannelConfig(
         address=address, tls_ca=str(ca or ""), tls_cert=str(cert or ""), tls_key=str(key or "")
     )
-    spent = ask_health(config, f"rpc.v1.{name.capitalize()}")
+    spent = check_health(config, f"rpc.v1.{name.capitalize()}")
     return Finding(name, "ok", f"{address} serves, and said so in {1e3 * spent:.0f} ms")

@@ -13,6 +13,7 @@ from pathlib import Path
 from console.commands import Doctor
 from console.doctor.finding import Finding
 from console.run.machine import cores, memory_gb, versions
+from rpc.credentials import read_token
 
 
 def check_python() -> Finding:
@@ -90,7 +91,7 @@ def check_policies() -> Finding:
 
 def check_rendering() -> Finding:
     """Whether `video` can draw here."""
-    from console.recording.video import choose_gl
+    from console.video.rendering import choose_gl
 
     backend = choose_gl()
     if backend is None:
@@ -136,6 +137,15 @@ def check_disk() -> Finding:
         free = shutil.disk_usage(Path.cwd()).free / 1e9
     detail = f"{free:.0f} GB free here"
     return Finding("disk", "ok" if free > 2 else "mind", detail)
+
+
+def check_token(path: Path) -> Finding:
+    """Whether a token can be read, and by its owner alone."""
+    read_token(str(path))
+    mode = path.stat().st_mode & 0o777
+    if mode & 0o077:
+        return Finding("token", "mind", f"{path}: others can read it ({mode:o}): chmod 600 {path}")
+    return Finding("token", "ok", f"{path}: read by its owner alone")
 
 
 CHECKS: tuple[Callable[[], Finding], ...] = (
@@ -187,6 +197,8 @@ def checks_of(command: Doctor) -> tuple[Callable[[], Finding], ...]:
     for name, address in (("style", command.style), ("policy", command.policy)):
         if address:
             asked.append(partial(check_service, name, address, *tls))
+    if command.token_file is not None:
+        asked.append(partial(check_token, command.token_file))
     if command.seconds > 0:
         asked.append(partial(check_rate, command.seconds))
     return tuple(asked)

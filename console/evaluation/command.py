@@ -1,4 +1,4 @@
-"""`inhabit evaluate`: the paper's protocol on furniture never trained on, as tables and JSON."""
+"""`inhabit evaluate`: the paper's protocol on held-out furniture, as tables and JSON."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -9,8 +9,7 @@ from rich.progress import Progress
 
 from console.commands import Evaluate
 from console.evaluation import tracking, trials
-from console.evaluation.arrangement import boxes
-from console.evaluation.presets import PRESETS
+from console.evaluation.presets import start_m
 from console.evaluation.realism import quality_of
 from console.evaluation.scores import Protocol, by_stage, judge, summarise
 from console.evaluation.stepping import Trials
@@ -21,49 +20,27 @@ from console.run import assembly, machine
 from console.run.directory import run_of, write_json
 from console.terminal import screen
 from world import tasks
+from world.character.model import CONTROL_HZ
 from world.config import WorldConfig
-from world.errors import ChoiceError, ClipError, ConfigError
-from world.furniture import collection
-from world.furniture.piece import Affordance, Piece
+from world.errors import ClipError, ConfigError
+from world.furniture.piece import Piece
 from world.motions.library import MotionLibrary
 from world.scene import perturbations
 from world.tasks.task import HELD
-from world.tasks.track import follows
-
-SPLITS = ("test", "train")
-
-
-def pieces_of(objects: str, seed: int, affordance: Affordance = "sit") -> tuple[Piece, ...]:
-    """The pieces of a split of the package's catalogue, or those of imported ones that can be used.
-
-    Raises ChoiceError, which lists the splits, for a path that is not there; PieceError where none
-    of its pieces can be sat or lain on.
-    """
-    if objects == "test":
-        return assembly.pieces_for(affordance, "test", None, seed)
-    if objects == "train":
-        return assembly.pieces_for(affordance, "train", None, seed)
-    if not Path(objects).exists():
-        raise ChoiceError("--objects", objects, [*SPLITS, "a folder of pieces"])
-    return collection.usable(collection.pieces([objects]), affordance, objects)
 
 
 def objects_of(found: assembly.Trained, objects: str, number: int, seed: int) -> tuple[Piece, ...]:
-    """What a policy is tried on in `number` trials: pieces of a split in turn, or a box a trial."""
+    """Return the objects of `number` trials: pieces of a split in turn, or a box per trial."""
     affordance = tasks.make(found.task).affordance
-    if affordance == "carry":
-        if objects != "test":
-            raise ConfigError("--objects: carry draws a box for each trial; leave it out")
-        return boxes(number, seed, found.experiment.world.carry.weight_kg)
-    return pieces_of(objects, 0, affordance)
+    return affordance.trial_pieces(objects, number, seed, found.experiment.world)
 
 
 def evaluate_command(command: Evaluate) -> int:
-    """Evaluate, print the tables, write the JSON; returns the exit code."""
-    check(command)
+    """Evaluate, print the tables, write the JSON; return the exit code."""
     found = assembly.trained(command.source)
-    if follows(tasks.make(found.task)):
-        return follow(command, found)
+    check(command, found.task)
+    if tasks.make(found.task).affordance.follows_clips:
+        return evaluate_tracking(command, found)
     pieces = objects_of(found, command.objects, command.trials, command.seed)
     library = clips(command, found.experiment.world) if command.quality else None
     output = screen()
@@ -91,10 +68,10 @@ def evaluate_command(command: Evaluate) -> int:
     return 0
 
 
-def follow(command: Evaluate, found: assembly.Trained) -> int:
-    """Evaluate how well clips are followed, print the table, write the JSON."""
+def evaluate_tracking(command: Evaluate, found: assembly.Trained) -> int:
+    """Evaluate the tracking of clips, print the table, write the JSON; return the exit code."""
     if command.perturb != "none" or command.objects != "test":
-        raise ConfigError("--perturb and --objects: a policy that follows clips has what they use")
+        raise ConfigError("--perturb, --objects: this task follows clips; leave them out")
     motions = tuple(str(path.resolve()) for path in command.motions)
     output = screen()
     with Progress(console=output, transient=True, disable=not output.is_terminal) as bar:
@@ -116,13 +93,14 @@ def follow(command: Evaluate, found: assembly.Trained) -> int:
         write_json(command.json, figures)
     if command.record is not None:
         meta = {"task": found.task, "checkpoint": str(found.path), "seed": command.seed}
-        recording.write(command.record, recording.Recording(takes, {"control_hz": 30, **meta}))
+        meta = {"control_hz": CONTROL_HZ, **meta}
+        recording.write(command.record, recording.Recording(takes, meta))
     return 0
 
 
-def check(command: Evaluate) -> Evaluate:
-    """The command, or ConfigError where its flags make no sense."""
-    near_m, far_m = distances(command)
+def check(command: Evaluate, task: str) -> Evaluate:
+    """Return the command; ConfigError for invalid flags."""
+    near_m, far_m = distances(command, task)
     if command.trials < 1 or command.record_trials < 1:
         raise ConfigError("--trials and --record-trials must be at least 1")
     if command.quality < 0:
@@ -132,17 +110,18 @@ def check(command: Evaluate) -> Evaluate:
     return command
 
 
-def distances(command: Evaluate) -> tuple[float, float]:
-    """Where the trials start, m: the preset's, unless said otherwise."""
-    preset = PRESETS[command.preset]
+def distances(command: Evaluate, task: str) -> tuple[float, float]:
+    """Return the smallest and largest initial distance of the trials, m: the flags, else the
+    protocol's."""
+    near_m, far_m = start_m(task, command.preset)
     return (
-        preset.near_m if command.near_m is None else command.near_m,
-        preset.far_m if command.far_m is None else command.far_m,
+        near_m if command.near_m is None else command.near_m,
+        far_m if command.far_m is None else command.far_m,
     )
 
 
 def file_name(checkpoint: str, figures: dict[str, Any]) -> str:
-    """The name of an evaluation's file in its run: what makes it another one."""
+    """Return the name of an evaluation's file in its run, distinct for distinct settings."""
     parts = [checkpoint, figures["objects"]]
     if figures["perturbation"] != "none":
         parts.append(figures["perturbation"])
@@ -152,23 +131,27 @@ def file_name(checkpoint: str, figures: dict[str, Any]) -> str:
 
 
 def clips(command: Evaluate, world: WorldConfig) -> MotionLibrary | None:
-    """The yardstick's motions: those named, or those that the policy was trained on where they are
-    still there; None where they are gone."""
+    """Return the reference motions: the clips of the flags, else the training clips; None if the
+    training clips are missing."""
     if command.motions:
         paths = tuple(str(path) for path in command.motions)
         return assembly.library(paths, world.mirror, world.task)
     try:
         return assembly.library_of(world)
     except ClipError as error:
-        screen().print(f"no mocap to compare with ({error}); name some with --motions")
+        screen().print(f"no mocap to compare with ({error}): give clips by --motions")
         return None
 
 
 def manifest_of(
-    pieces: Sequence[Piece], command: Evaluate, protocol: Protocol, scale: tuple[float, float]
+    task: str,
+    pieces: Sequence[Piece],
+    command: Evaluate,
+    protocol: Protocol,
+    scale: tuple[float, float],
 ) -> Trials:
-    """The trials that a command asks for."""
-    near_m, far_m = distances(command)
+    """Return the trials of a command."""
+    near_m, far_m = distances(command, task)
     disturbance = perturbations.draw(
         command.perturb, command.trials, command.seed, protocol.limit_steps
     )
@@ -182,12 +165,12 @@ def evaluate(
     library: MotionLibrary | None = None,
     progress: Callable[[int], None] = lambda done: None,
 ) -> tuple[dict[str, Any], trials.Results]:
-    """The evaluation JSON of console.md, and what happened in each trial."""
+    """Return the evaluation JSON, and the results of each trial."""
     began = time.perf_counter()
     world = found.experiment.world
     task = tasks.make(found.task)
-    protocol = Protocol(success_m=task.success_m)
-    chosen = manifest_of(pieces, command, protocol, world.scale)
+    protocol = Protocol(success_m=task.success_m, limit_s=task.evaluation.limit_s)
+    chosen = manifest_of(found.task, pieces, command, protocol, world.scale)
     style = judge_of(found) if command.quality else None
     record = max(command.quality, command.record_trials if command.record else 0)
     results = trials.run(
@@ -206,11 +189,11 @@ def evaluate(
         "samples": found.manifest.samples,
         "trials": command.trials,
         "seed": command.seed,
-        # of a folder its name: figures are passed on, paths are not
+        # the name of a folder alone: figures are passed on, paths of this machine are not
         "objects": Path(command.objects).name,
         "perturbation": command.perturb,
         "preset": command.preset,
-        "start_m": list(distances(command)),
+        "start_m": list(distances(command, found.task)),
         **scored(results, chosen, protocol, task.stages),
     }
     if command.quality:
@@ -222,7 +205,7 @@ def evaluate(
 def scored(
     results: trials.Results, chosen: Trials, protocol: Protocol, stages: Sequence[str]
 ) -> dict[str, Any]:
-    """What the trials gave, as figures."""
+    """Return the results of the trials as figures."""
     outcomes = judge(results.error_m, results.fell_at, protocol)
     figures = summarise(outcomes, [p.name for p in chosen.pieces], chosen.distance_m)
     reached = by_stage(results.reached, stages)
@@ -232,9 +215,9 @@ def scored(
         "by_class": by_class(outcomes.success.tolist(), chosen.pieces),
         "broken": results.broken,
     }
-    what = chosen.disturbance
-    if what.kind == "projectiles":
-        how = what.throwing
+    disturbance = chosen.disturbance
+    if disturbance.kind == "projectiles":
+        how = disturbance.throwing
         figures["projectiles"] = {
             "count": how.count,
             "mass_kg": how.ball.mass_kg,
@@ -242,8 +225,8 @@ def scored(
             "speed_m_s": how.speed_m_s,
             "thrown_per_trial": float(results.disturbed.mean()),
         }
-    if what.kind == "moved":
-        how = what.moving
+    if disturbance.kind == "moved":
+        how = disturbance.moving
         figures["moved"] = {
             "near_m": list(how.near_m),
             "shift_m": list(how.shift_m),
@@ -254,7 +237,7 @@ def scored(
 
 
 def by_class(success: list[bool], pieces: tuple[Piece, ...]) -> list[dict[str, Any]]:
-    """Success by class of furniture."""
+    """Return the success rate by category of furniture."""
     found: dict[str, list[bool]] = {}
     for hit, piece in zip(success, pieces, strict=True):
         found.setdefault(piece.category, []).append(hit)

@@ -1,4 +1,4 @@
-"""How deep the character is in the furniture, by the simulator's own contacts."""
+"""Penetration of the character into the furniture, from the simulator's contacts."""
 
 from collections.abc import Iterable
 
@@ -17,7 +17,7 @@ def depth(
     quat: NDArray[np.float64],
     frames: Iterable[int],
 ) -> NDArray[np.float64]:
-    """Deepest overlap of the character with the furniture in each of `frames`, m; 0 without any.
+    """Return the deepest overlap of character and furniture in each of `frames`, m; 0 without any.
 
     qpos [T, 43 or more]; position [T, 3] m and quat [T, 4] of the furniture, world.
     """

@@ -1,7 +1,7 @@
-"""Motion quality of an evaluation, with the same figures of the mocap as the yardstick."""
+"""Motion quality of an evaluation, with the same figures of the mocap as a reference."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -17,18 +17,16 @@ from world import tasks
 from world.character import model as character
 from world.config import WorldConfig
 from world.furniture.piece import Piece
-from world.initial.furniture import Starter, furniture_pose
 from world.motions.library import MotionLibrary, StyleMixture, StyleSource
-from world.objects.furniture_bank import Bank
 from world.realism import measures
 from world.realism.measures import Motion
 
-#: Transitions whose nearest neighbour is looked for, and of the mocap to look among.
+#: Transitions whose nearest neighbour is searched, and mocap transitions to search.
 _QUERIES, _REFERENCES = 2000, 60_000
-#: Every so many frames the furniture's overlap is looked at; of the mocap, so many starts.
-_EVERY, _STARTS = 3, 512
-#: Mocap transitions that the discriminator is asked about.
-_JUDGED = 20_000
+#: Interval of the frames whose overlap with furniture is measured; number of mocap states.
+_EVERY, _MOCAP_STATES = 3, 512
+#: Mocap transitions that the discriminator scores.
+_SCORED = 20_000
 
 
 def quality_of(
@@ -39,10 +37,10 @@ def quality_of(
     judge: StyleJudge | None,
     seed: int = 0,
 ) -> dict[str, Any]:
-    """The figures of recorded trials before their falls, and of the library's clips.
+    """Return the figures of recorded trials before their falls, and of the library's clips.
 
-    library None, where the clips are not at hand, leaves the yardstick and what is measured
-    against it out (null); judge None the style score.
+    Without a library the mocap figures and the distances to mocap are null; without a judge the
+    style reward is.
     """
     motions = [motion_of(track) for track in tracks]
     ours = asdict(measures.measure(motions)) | _overlap_figures(_overlaps(tracks))
@@ -76,7 +74,7 @@ def quality_of(
 
 
 def motion_of(track: Track) -> Motion:
-    """A recorded trial up to its fall."""
+    """Return the motion of a recorded trial up to its fall."""
     take = track.take
     qpos = take.qpos[: track.steps, : character.NQ]
     qvel = take.qvel[: track.steps, : character.NV]
@@ -84,7 +82,8 @@ def motion_of(track: Track) -> Motion:
 
 
 def clips_of(library: MotionLibrary) -> tuple[list[Motion], list[int]]:
-    """The clips of a library without their mirror images, and which recording each is part of."""
+    """Return the clips of a library without mirror images, and the index of the recording that each
+    belongs to."""
     motions, labels, start = [], [], 0
     names: dict[str, int] = {}
     for clip in library.clips:
@@ -97,7 +96,7 @@ def clips_of(library: MotionLibrary) -> tuple[list[Motion], list[int]]:
 
 
 def _overlaps(tracks: Sequence[Track]) -> NDArray[np.float64]:
-    """Deepest overlap with the furniture, m, in every few frames of the tracks."""
+    """Return the deepest overlap with the furniture, m, in every third frame of the tracks."""
     parts = [
         penetration.depth(
             track.model,
@@ -114,23 +113,19 @@ def _overlaps(tracks: Sequence[Track]) -> NDArray[np.float64]:
 def _mocap_overlaps(
     world: WorldConfig, library: MotionLibrary, pieces: Sequence[Piece], seed: int
 ) -> NDArray[np.float64]:
-    """The same of clips' states, with furniture put to them as episodes start with it: the clips'
-    own was not recorded. Empty where no clip uses any."""
+    """Return the same for states of clips, with furniture placed as in reference states, since the
+    real furniture was not recorded. Empty without clips that use furniture."""
     affordance = tasks.make(world.task).affordance
-    if affordance == "carry" or not any(len(stage) for stage in library.stages):
+    states = affordance.clip_states(world, library, pieces, seed, _MOCAP_STATES)
+    if states is None:
         return np.zeros(0)
-    only = replace(world, starts=replace(world.starts, clip=1.0, near=0.0, far=0.0))
-    bank = Bank(pieces, affordance)
-    ids = torch.arange(_STARTS)
-    starts = Starter(only, library, bank, seed).draw(ids, torch.ones_like(ids))
-    origin, yaw = furniture_pose(bank, starts)
-    half = 0.5 * torch.atan2(yaw[:, 1], yaw[:, 0])
+    half = 0.5 * torch.atan2(states.yaw[:, 1], states.yaw[:, 0])
     quat = torch.stack((half.cos(), 0 * half, 0 * half, half.sin()), dim=1).double().numpy()
-    qpos, place = starts.qpos.double().numpy(), origin.double().numpy()
+    qpos, origin = states.qpos.double().numpy(), states.origin.double().numpy()
     return np.concatenate(
         [
-            penetration.depth(bank.models[int(variant)], qpos, place, quat, [row])
-            for row, variant in enumerate(starts.variant)
+            penetration.depth(model, qpos, origin, quat, [row])
+            for row, model in enumerate(states.models)
         ]
     )
 
@@ -146,7 +141,8 @@ def _overlap_figures(depth_m: NDArray[np.float64]) -> dict[str, float | None]:
 def _nearest(
     motions: list[Motion], clips: list[Motion], labels: list[int]
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """Distance to the nearest mocap transition: the policy's, and each clip's to other clips."""
+    """Return the distances to the nearest mocap transition: of the policy, and of each clip to the
+    other clips."""
     reference = torch.cat([measures.transitions(clip) for clip in clips])
     label = torch.cat(
         [
@@ -168,7 +164,7 @@ def _nearest(
 
 
 def _spread(total: int, count: int) -> Tensor:
-    """At most `count` indices, evenly over `total`."""
+    """Return at most `count` indices, evenly spaced over `total`."""
     return torch.linspace(0, total - 1, min(total, count)).long()
 
 
@@ -190,7 +186,7 @@ def _style(judge: StyleJudge | None, tracks: Sequence[Track]) -> float | None:
 
 
 def style_rewards(judge: StyleJudge, track: Track) -> Tensor:
-    """Style reward of each transition of a track before its fall, [T - 1]."""
+    """Return the style reward of each transition of a track before its fall, [T - 1]."""
     states = torch.from_numpy(track.state[: track.steps])
     return judge.reward(states[:-1], states[1:])
 
@@ -199,5 +195,5 @@ def _mocap_style(judge: StyleJudge | None, library: MotionLibrary, seed: int) ->
     if judge is None:
         return None
     source = StyleSource(library, seed, StyleMixture())
-    before, after = source.sample(_JUDGED, 0)
+    before, after = source.sample(_SCORED, 0)
     return float(judge.reward(before, after).double().mean())

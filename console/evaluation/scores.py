@@ -1,4 +1,4 @@
-"""From what happened in each trial to the figures of the paper's tables, with intervals."""
+"""Figures of the paper's tables from the results of trials, with confidence intervals."""
 
 import math
 from collections.abc import Sequence
@@ -14,14 +14,14 @@ Z95 = 1.959963984540054
 
 @dataclass(frozen=True)
 class Protocol:
-    """When a trial counts; the defaults are the paper's for sit (section 7.1)."""
+    """Criteria of success; the defaults are the paper's for sit (section 7.1)."""
 
     success_m: float = 0.20
-    """Largest distance of the hip from its target."""
+    """Largest distance of the hip from its target, m."""
     limit_s: float = 20.0
-    """Time within which it must be reached."""
+    """Time limit of reaching the target, s."""
     hold_s: float = 1.0
-    """How long it must be held to count as sustained."""
+    """Time that the target must be held for a sustained success, s."""
     control_hz: int = 30
 
     @property
@@ -34,34 +34,34 @@ class Protocol:
 
     @property
     def steps(self) -> int:
-        """Steps to simulate: a success at the last moment still gets its chance to be held."""
+        """Number of steps to simulate: a success at the time limit can still be held."""
         return self.limit_steps + self.hold_steps
 
 
 @dataclass(frozen=True)
 class Outcomes:
-    """One entry a trial."""
+    """Outcomes of n trials, arrays [n]."""
 
     success: NDArray[np.bool_]
     held: NDArray[np.bool_]
-    """Within the target for the hold time at a stretch, begun within the limit, before any fall."""
+    """At the target for the uninterrupted hold time, from within the limit on, before any fall."""
     sustained: NDArray[np.bool_]
-    """Held, and no fall after it."""
+    """Held, without a later fall."""
     fell: NDArray[np.bool_]
-    """Fell within the limit, before or after succeeding."""
+    """Fell within the limit, before or after the success."""
     time_s: NDArray[np.float64]
-    """When the target was first reached; NaN without success."""
+    """Time of first reaching the target, s; NaN without success."""
     precision_m: NDArray[np.float64]
-    """Smallest distance reached within the limit; NaN without success."""
+    """Smallest distance within the limit, m; NaN without success."""
 
 
 def judge(error_m: NDArray[np.float32], fell_at: NDArray[np.int64], protocol: Protocol) -> Outcomes:
-    """Outcomes of n trials.
+    """Return the outcomes of n trials.
 
-    error_m: [n, steps] distance of the hip from its target after each control step.
-    fell_at: [n] the step after which the trial had ended by a fall, `steps` for none.
-    Precision is the smallest distance reached, as the published evaluation of this family of
-    methods takes it (TokenHSI); success and hold only count before a fall.
+    error_m: [n, steps] distance of the hip from its target after each control step, m.
+    fell_at: [n] the step that ended the trial by a fall; `steps` without a fall.
+    Precision is the smallest distance, as in the published evaluation of TokenHSI; success and
+    hold count before a fall alone.
     """
     n, steps = error_m.shape
     moment = np.arange(steps)
@@ -82,9 +82,9 @@ def judge(error_m: NDArray[np.float32], fell_at: NDArray[np.int64], protocol: Pr
 
 
 def wilson(successes: int, trials: int, z: float = Z95) -> tuple[float, float]:
-    """Wilson's score interval of a proportion; (0, 1) without trials.
+    """Return Wilson's score interval of a proportion; (0, 1) without trials.
 
-    Source: Wilson 1927; unlike the normal interval it stays within [0, 1] near the ends.
+    Source: Wilson 1927; unlike the normal interval it stays within [0, 1].
     """
     if trials == 0:
         return 0.0, 1.0
@@ -96,13 +96,13 @@ def wilson(successes: int, trials: int, z: float = Z95) -> tuple[float, float]:
 
 
 def proportion(hits: NDArray[np.bool_]) -> dict[str, Any]:
-    """`rate` and `ci95` of a column of yes and no."""
+    """Return `rate` and `ci95` of a boolean array."""
     low, high = wilson(int(hits.sum()), len(hits))
     return {"rate": float(hits.mean()) if len(hits) else 0.0, "ci95": [low, high]}
 
 
 def by_stage(reached: NDArray[np.bool_], names: Sequence[str]) -> list[dict[str, Any]]:
-    """Share of the trials that came to each stage of a task, in its order.
+    """Return the fraction of the trials that reached each stage of a task, in its order.
 
     reached: [n, stages], whether each was true once before the trial's end; names: of the stages.
     """
@@ -114,7 +114,7 @@ def by_stage(reached: NDArray[np.bool_], names: Sequence[str]) -> list[dict[str,
 def summarise(
     outcomes: Outcomes, objects: list[str], distance_m: NDArray[np.float64]
 ) -> dict[str, Any]:
-    """The figures of console.md's evaluation JSON; `objects` names each trial's piece."""
+    """Return the figures of the evaluation JSON; `objects`: names of the trials' pieces."""
     success = outcomes.success
     names = np.array(objects)
     by_object = [
@@ -128,9 +128,9 @@ def summarise(
     by_distance = []
     for low, high in DISTANCES_M:
         inside = (distance_m >= low) & (distance_m < high)
-        share = float(success[inside].mean()) if inside.any() else None
+        rate = float(success[inside].mean()) if inside.any() else None
         by_distance.append(
-            {"from_m": low, "to_m": high, "trials": int(inside.sum()), "success": share}
+            {"from_m": low, "to_m": high, "trials": int(inside.sum()), "success": rate}
         )
     return {
         "success": proportion(success),
@@ -144,6 +144,6 @@ def summarise(
 
 
 def _mean(values: NDArray[np.float64]) -> float | None:
-    """Mean over the successes; None without any."""
-    known = values[~np.isnan(values)]
-    return float(known.mean()) if len(known) else None
+    """Return the mean of the values that are not NaN; None without any."""
+    valid = values[~np.isnan(values)]
+    return float(valid.mean()) if len(valid) else None

@@ -1,4 +1,4 @@
-"""A chunk of trials stepped together: characters set down, disturbed, driven, judged, recorded."""
+"""Simulation of a chunk of trials: initial states, disturbances, actions, results, recording."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,88 +10,88 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from console.evaluation.arrangement import arranged, sized
 from console.recording.format import Take, boxes_of
 from policy.model.acting import Policy
 from world import tasks
+from world.affordances.affordance import Setting
 from world.character import model as character
 from world.config import WorldConfig
 from world.furniture.piece import Piece
 from world.scene.batch import Scenes
-from world.scene.box import STAND
+from world.scene.box import STAND, is_box
 from world.scene.perturbations import Disturbance, Mover, Thrower
-from world.tasks import Place
-from world.tasks.task import state as state_of
+from world.scene.target import Target
+from world.scene.target import state as state_of
 
-#: Trials of one inference, fixed so that rounding does not depend on who steps with whom.
+#: Trials of one inference, fixed so that rounding does not depend on the batch.
 BLOCK = 64
 _STEP_S = 1.0 / character.CONTROL_HZ
 
 
 @dataclass(frozen=True)
 class Trials:
-    """What each of m trials starts from; the same for a seed, in whatever order they are run."""
+    """Initial states of m trials, fixed by a seed and independent of the order of simulation."""
 
     pieces: tuple[Piece, ...]
     """[m], unscaled."""
     scale: NDArray[np.float64]
-    """[m]."""
+    """[m] scale of the piece."""
     distance_m: NDArray[np.float64]
-    """[m]: from the character to the place on the piece, on the floor."""
+    """[m] horizontal distance from the character to the target on the piece."""
     bearing_rad: NDArray[np.float64]
-    """[m]: where the piece is, about the character, whose heading is 0: its own random one."""
+    """[m] direction of the target from the character, whose heading is 0."""
     facing_rad: NDArray[np.float64]
-    """[m]: yaw that the piece's place faces."""
+    """[m] yaw of the target's facing."""
     disturbance: Disturbance
-    """Of all m."""
+    """Disturbances of all m."""
     seed: int = 0
-    """That they are drawn from."""
+    """Seed of the trials."""
     target_m: tuple[float, float] = (1.0, 10.0)
-    """Nearest and farthest target of a box from where it stands, m."""
+    """Smallest and largest distance of a box's target from its initial position, m."""
 
     def __len__(self) -> int:
         return len(self.pieces)
 
 
 class Driver(Protocol):
-    """Makes the characters of a chunk act."""
+    """A controller of the characters of a chunk."""
 
-    def __call__(self, scenes: Scenes, state: Tensor, goal: Tensor, place: Place) -> None:
-        """Do one control step of the n scenes, of states [n, 114] and goals [n, G]."""
+    def __call__(self, scenes: Scenes, state: Tensor, goal: Tensor, target: Target) -> None:
+        """Step n scenes by one control step, from states [n, 114] and goals [n, G]."""
         ...
 
 
 class PolicyDriver:
-    """A policy's mean actions."""
+    """Driver by the mean actions of a policy."""
 
     def __init__(self, weights: Mapping[str, Tensor]) -> None:
         self._policy = Policy(weights)
 
-    def __call__(self, scenes: Scenes, state: Tensor, goal: Tensor, place: Place) -> None:
+    def __call__(self, scenes: Scenes, state: Tensor, goal: Tensor, target: Target) -> None:
         blocks = zip(state.split(BLOCK), goal.split(BLOCK), strict=True)
         actions = torch.cat([self._policy(s, g) for s, g in blocks])
-        # A scene that blew up may hold anything; its trial is over, its numbers are not looked at.
+        # The state of a non-finite scene is arbitrary; its trial has ended and is not evaluated.
         scenes.act(actions.nan_to_num())
 
 
 @dataclass(frozen=True)
 class Track:
-    """One recorded trial: its take, and what was measured on the way."""
+    """One recorded trial: its take, states and errors."""
 
     take: Take
     state: NDArray[np.float32]
-    """[T, 114]: the state before each step."""
+    """[T, 114] state before each step."""
     error_m: NDArray[np.float32]
-    """[T]: after each step."""
+    """[T] error after each step, m."""
     model: mujoco.MjModel
-    """Of its scene."""
+    """Model of the scene."""
     steps: int
-    """Steps before the fall, if any: what comes after is not the policy's."""
+    """Number of steps before the fall, or of all without one; later steps are not evaluated."""
 
 
 @dataclass(frozen=True)
-class Part:
-    """What happened in a chunk of n trials; see trials.Results."""
+class ChunkResults:
+    """Results of a chunk of n trials; the fields are those of trials.Results."""
 
     error_m: NDArray[np.float32]
     fell_at: NDArray[np.int64]
@@ -103,20 +103,20 @@ class Part:
 
 def step_chunk(
     world: WorldConfig, driver: Driver, trials: Trials, rows: range, steps: int, record: int
-) -> Part:
-    """Run the trials `rows`; the first `record` of them are recorded."""
+) -> ChunkResults:
+    """Simulate the trials `rows` and record the first `record` of them."""
     task = tasks.make(world.task)
-    what = trials.disturbance.rows(rows)
-    pieces = [sized(trials.pieces[i], float(trials.scale[i])) for i in rows]
-    point, facing = _spots(trials, rows)
+    disturbance = trials.disturbance.rows(rows)
+    pieces = [task.affordance.sized(trials.pieces[i], float(trials.scale[i])) for i in rows]
+    point, facing = _targets(trials, rows)
     numbers = np.arange(rows.start, rows.stop)
-    objects = arranged(
-        task.affordance, pieces, what, point, facing, numbers, trials.seed, trials.target_m
+    objects = task.affordance.arrange(
+        Setting(pieces, disturbance, point, facing, numbers, trials.seed, trials.target_m)
     )
     scenes = Scenes(objects.models, world.action_scale, world.action_clip)
-    places = objects.begin(scenes)
-    thrower = Thrower(what, scenes) if what.kind == "projectiles" else None
-    mover = Mover(what, point, facing) if what.kind == "moved" else None
+    targets = objects.begin(scenes)
+    thrower = Thrower(disturbance, scenes) if disturbance.kind == "projectiles" else None
+    mover = Mover(disturbance, point, facing) if disturbance.kind == "moved" else None
     error = np.full((len(rows), steps), np.inf, np.float32)
     fell_at = np.full(len(rows), steps, np.int64)
     reached = np.zeros((len(rows), len(task.stages)), np.bool_)
@@ -127,28 +127,30 @@ def step_chunk(
         if thrower is not None:
             thrower.step(step, body, _STEP_S)
         if mover is not None and (moved := mover.step(body, _STEP_S)) is not None:
-            places.write(moved[0], objects.move(scenes, *moved))
-        place = scenes.now(places)
-        state = state_of(body, place)
+            targets.write(moved[0], objects.move(scenes, *moved))
+        target = scenes.now(targets)
+        state = state_of(body, target)
         frames.keep(state)
-        driver(scenes, state, task.goal_features(body, place), place)
-        sound = scenes.finite().numpy()
-        body, place = scenes.body(), scenes.now(places)
-        error[:, step] = task.error_m(body, place).numpy()
-        broken |= ~sound & (fell_at == steps)
-        ended = task.fell(body, place).numpy() | ~sound
+        driver(scenes, state, task.goal_features(body, target), target)
+        finite = scenes.finite().numpy()
+        body, target = scenes.body(), scenes.now(targets)
+        error[:, step] = task.error_m(body, target).numpy()
+        broken |= ~finite & (fell_at == steps)
+        ended = task.fell(body, target).numpy() | ~finite
         fell_at[ended & (fell_at == steps)] = step
-        reached |= task.stage(body, place).numpy() & (fell_at == steps)[:, None]
+        reached |= task.stage(body, target).numpy() & (fell_at == steps)[:, None]
         if (fell_at < steps).all():
             break
     tracks = [
         frames.track(i, pieces[i], trials, rows[i], error[i], fell_at[i]) for i in range(record)
     ]
-    return Part(error, fell_at, reached, _disturbed(what, mover, fell_at), broken, tracks)
+    disturbed = _disturbed(disturbance, mover, fell_at)
+    return ChunkResults(error, fell_at, reached, disturbed, broken, tracks)
 
 
-def _spots(trials: Trials, rows: range) -> tuple[Tensor, Tensor]:
-    """Floor points [n, 2] m and facings [n, 2] of the places, the character at the origin."""
+def _targets(trials: Trials, rows: range) -> tuple[Tensor, Tensor]:
+    """Return floor points [n, 2] m and facings [n, 2] of the targets; characters are at the
+    origin."""
     here = slice(rows.start, rows.stop)
 
     def unit(angle: NDArray[np.float64]) -> Tensor:
@@ -159,22 +161,23 @@ def _spots(trials: Trials, rows: range) -> tuple[Tensor, Tensor]:
 
 
 def _disturbed(
-    what: Disturbance, mover: Mover | None, fell_at: NDArray[np.int64]
+    disturbance: Disturbance, mover: Mover | None, fell_at: NDArray[np.int64]
 ) -> NDArray[np.int64]:
+    """Return the number of disturbances of each trial [n]: moves, or balls before the fall."""
     if mover is not None:
         return (mover.elapsed_s >= 0).numpy().astype(np.int64)
-    return (what.step.numpy() < fell_at[:, None]).sum(1)
+    return (disturbance.step.numpy() < fell_at[:, None]).sum(1)
 
 
 class _Frames:
-    """What is kept of the first `record` scenes, step by step."""
+    """Frames of the first `record` scenes."""
 
     def __init__(self, scenes: Scenes, thrower: Thrower | None, record: int) -> None:
         self._scenes, self._thrower, self._record = scenes, thrower, record
         self._rows: list[dict[str, Tensor]] = []
 
     def keep(self, state: Tensor) -> None:
-        """Add the present moment."""
+        """Add the present frame; state [n, 114]."""
         if not self._record:
             return
         row = {k: v[: self._record] for k, v in self._scenes.physics().items()}
@@ -192,7 +195,7 @@ class _Frames:
         error_m: NDArray[np.float32],
         fell_at: np.int64,
     ) -> Track:
-        """The i-th scene as a track; after the fall nothing is kept but a second to see it."""
+        """Return the i-th scene as a track, which ends a second after the fall."""
         steps = min(len(self._rows), int(fell_at) + 1)
         length = min(len(self._rows), steps + character.CONTROL_HZ)
 
@@ -205,7 +208,7 @@ class _Frames:
             "distance_m": float(trials.distance_m[trial]),
             "fell_at_step": steps - 1 if fell_at < len(self._rows) else None,
         }
-        cargo = piece.category == "box"
+        cargo = is_box(piece)
         take = Take(
             column("qpos")[:, : character.NQ + 7 * cargo],
             column("qvel")[:, : character.NV + 6 * cargo],

@@ -1,4 +1,4 @@
-"""The discriminator of a checkpoint as a judge of single motions: no mocap, replay or training."""
+"""The discriminator of a checkpoint for scoring motions, without mocap, replay or training."""
 
 from pathlib import Path
 
@@ -16,12 +16,12 @@ _NETWORK = "network/"
 
 
 class StyleJudge:
-    """Scores transitions as the training's last discriminator does."""
+    """Scores transitions by the discriminator of a checkpoint."""
 
     def __init__(self, path: Path, experiment: Experiment) -> None:
         """Read the `style` section of a checkpoint; CheckpointError where it has none."""
         kept = read(path, ("style",)).state["style"]
-        # checkpoints of the first version wrote colons
+        # keys of the first version's checkpoints have colons
         state = {key.replace(":", "/"): value for key, value in kept.items()}
         self._config = experiment.style
         mask = assembly.object_mask()
@@ -36,11 +36,11 @@ class StyleJudge:
             self.network.load_state_dict(own)
             self._mean, self._deviation = state["normaliser/mean"], state["normaliser/deviation"]
         except (RuntimeError, KeyError) as error:
-            raise CheckpointError(f"{path}: its style is none of this version ({error})") from error
+            raise CheckpointError(f"{path}: unknown form of its discriminator ({error})") from error
 
     @torch.no_grad()
     def reward(self, before: Tensor, after: Tensor) -> Tensor:
-        """Style rewards [n] of transitions between states [n, 114]."""
+        """Return the style rewards [n] of transitions between states [n, 114]."""
         rows = torch.cat([self._features(states) for states in (before, after)], dim=1)
         logits = torch.cat([self.network(block) for block in rows.split(4096)])
         return loss.style_reward(logits, self._config.clamp, self._config.reward_scale)
@@ -50,7 +50,8 @@ class StyleJudge:
 
 
 def judge_of(found: assembly.Trained) -> StyleJudge | None:
-    """The judge of a trained policy; None for a checkpoint without one, as published ones are."""
+    """Return the judge of a trained policy; None for a checkpoint without discriminator, such as a
+    published one."""
     try:
         return StyleJudge(found.path, found.experiment)
     except CheckpointError:

@@ -1,4 +1,4 @@
-"""An evaluation's figures as tables on the terminal, the published rows beside ours."""
+"""Tables of an evaluation on the terminal, with the published results."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -7,7 +7,7 @@ from rich.table import Table
 
 from console.evaluation.presets import published
 
-#: Figures of motion quality: key, what it is called, factor and unit.
+#: Figures of motion quality: key, name, factor and unit.
 QUALITY = (
     ("foot_skate_m_s", "foot skating", 100.0, "cm/s"),
     ("furniture_overlap_m", "overlap with furniture in contact", 1000.0, "mm"),
@@ -20,20 +20,20 @@ QUALITY = (
 
 
 def tables(figures: dict[str, Any]) -> Iterator[Table]:
-    """The tables of an evaluation JSON."""
+    """Yield the tables of an evaluation JSON."""
     yield results_table(figures)
     if "quality" in figures:
         yield quality_table(figures["quality"])
 
 
 def results_table(figures: dict[str, Any]) -> Table:
-    """The figures in the shape of the paper's Table 1, its row beneath ours."""
+    """Return the figures in the form of the paper's Table 1, with the published rows below."""
     start = figures["start_m"]
-    told = "" if figures["perturbation"] == "none" else f", {figures['perturbation']}"
+    perturbed = "" if figures["perturbation"] == "none" else f", {figures['perturbation']}"
     shown = Table(
         "", "success %", "95 %", "sustained %", "time s", "precision cm", "falls %",
         title=f"{figures['task']}: {figures['trials']} trials, {figures['objects']} pieces, "
-        f"{start[0]:g}-{start[1]:g} m{told}, {figures['wall_s']:.0f} s",
+        f"{start[0]:g}-{start[1]:g} m{perturbed}, {figures['wall_s']:.0f} s",
         title_justify="left",
     )  # fmt: skip
     low, high = figures["success"]["ci95"]
@@ -65,7 +65,7 @@ def results_table(figures: dict[str, Any]) -> Table:
 
 
 def quality_table(quality: dict[str, Any]) -> Table:
-    """Motion quality, the mocap's own figures beside it."""
+    """Return the table of motion quality, of policy and mocap."""
     shown = Table(
         "motion quality", "policy", "mocap", title=f"{quality['trials']} trials before any fall",
         title_justify="left",
@@ -76,7 +76,7 @@ def quality_table(quality: dict[str, Any]) -> Table:
 
 
 def quality_rows(quality: dict[str, Any]) -> list[tuple[str, str, str]]:
-    """Name and unit, the policy's figure, the mocap's."""
+    """Return rows of name and unit, the policy's figure, the mocap's figure."""
     ours, theirs = quality["policy"], quality["mocap"] or {}
     rows = [
         (f"{name}, {unit}", number(ours[key], factor, 2), number(theirs.get(key), factor, 2))
@@ -99,5 +99,5 @@ def quality_rows(quality: dict[str, Any]) -> list[tuple[str, str, str]]:
 
 
 def number(value: float | None, scale: float = 1.0, digits: int = 1) -> str:
-    """A figure as text; a dash where there is none."""
+    """Return a figure as text; a dash for None."""
     return "-" if value is None else f"{scale * value:.{digits}f}"

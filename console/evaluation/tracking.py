@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import torch
@@ -20,12 +20,13 @@ from policy.model.acting import Policy
 from world import random_streams
 from world.character import model as character
 from world.config import WorldConfig
-from world.initial.track import TrackStarter
-from world.objects.track_bank import TrackBank
 from world.scene.batch import Scenes
-from world.scene.box import STAND
-from world.tasks.task import state
-from world.tasks.track import Track, TrackPlace, deviation, followed, touching
+from world.scene.box import STAND, is_box
+from world.scene.target import state
+from world.tasks.track import Track
+from world.tracking.bank import TrackBank
+from world.tracking.sampler import TrackSampler
+from world.tracking.target import TrackTarget, deviation, touching, tracked
 
 #: Key of these draws among the streams (world.random_streams names its own from 1).
 PURPOSE = 104
@@ -63,6 +64,11 @@ class Outcomes:
     and do not although it does."""
     takes: list[Take]
     """Of the first trials, as many as were to be recorded."""
+
+
+def bank_of(world: WorldConfig) -> TrackBank:
+    """Return the bank of a configuration's clips."""
+    return cast("TrackBank", assembly.training_bank(world))
 
 
 def manifest(bank: TrackBank, trials: int, seed: int) -> Trials:
@@ -140,7 +146,7 @@ class _Chunk:
         record: int,
     ) -> None:
         self._bank, self._policy, self._record = bank, policy, record
-        self._starter, self._task = TrackStarter(world, bank, 0), Track()
+        self._sampler, self._task = TrackSampler(world, bank, 0), Track()
         self._frame = torch.from_numpy(trials.frame[rows])
         self._choice = torch.from_numpy(trials.choice[rows]).float()
         left = bank.reference.stop[bank.reference.clip[self._frame]] - self._frame
@@ -149,12 +155,12 @@ class _Chunk:
         order = torch.argsort(torch.where(shown, -(1 << 40), -left), stable=True)
         n = min(SLOTS, len(rows))
         self._trial, self._waiting = order[:n].clone(), order[n:].tolist()[::-1]
-        starts = self._starter.at(self._frame[self._trial], self._choice[self._trial])
-        models = [bank.models[v] for v in starts.variant.tolist()]
+        states = self._sampler.at(self._frame[self._trial], self._choice[self._trial])
+        models = [bank.models[v] for v in states.variant.tolist()]
         self._scenes = Scenes(models, world.action_scale, world.action_clip)
-        self._places = self._starter.place(starts)
-        self._starter.put(self._scenes, torch.arange(n), starts)
-        self._variant = starts.variant
+        self._targets = self._sampler.target(states)
+        self._sampler.apply(self._scenes, torch.arange(n), states)
+        self._variant = states.variant
         m = len(rows)
         self._completed, self._ends = torch.zeros(m, dtype=torch.bool), torch.zeros(m, 4) > 0
         self._steps = torch.zeros(m, dtype=torch.int64)
@@ -167,7 +173,7 @@ class _Chunk:
         kept: list[dict[str, Tensor]] = []
         while bool(running.any()):
             if self._record and bool((running & (self._trial < self._record)).any()):
-                kept.append(_kept(self._scenes, self._bank, self._places, self._record))
+                kept.append(_kept(self._scenes, self._bank, self._targets, self._record))
             over = self._step(running)
             for slot in torch.nonzero(over).flatten().tolist():
                 if self._waiting:
@@ -191,44 +197,44 @@ class _Chunk:
     def _begin(self, slot: int, trial: int) -> None:
         # its numbers do not depend on how many begin at a time
         row = torch.tensor([trial])
-        starts = self._starter.at(self._frame[row], self._choice[row])
-        self._scenes.set_models([slot], [self._bank.models[int(starts.variant)]])
-        self._starter.put(self._scenes, torch.tensor([slot]), starts)
-        self._places.write(torch.tensor([slot]), self._starter.place(starts))
+        states = self._sampler.at(self._frame[row], self._choice[row])
+        self._scenes.set_models([slot], [self._bank.models[int(states.variant)]])
+        self._sampler.apply(self._scenes, torch.tensor([slot]), states)
+        self._targets.write(torch.tensor([slot]), self._sampler.target(states))
         self._trial[slot] = trial
 
     def _step(self, running: Tensor) -> Tensor:
         """One control step; [n] bool: where it ended a trial that was running."""
         task, scenes = self._task, self._scenes
-        body, place = scenes.body(), followed(scenes.now(self._places))
+        body, target = scenes.body(), tracked(scenes.now(self._targets))
         action = torch.zeros(len(running), character.NU)
         if self._policy is not None:
-            action = self._policy(state(body, place), task.goal_features(body, place))
-        scenes.drive(scenes.targets(action, place.setpoints()))
+            action = self._policy(state(body, target), task.goal_features(body, target))
+        scenes.drive(scenes.set_points(action, target.set_points()))
         sound = scenes.finite()
-        body, place = scenes.body(), followed(scenes.now(self._places))
-        place.advance(body)
-        off = deviation(body, place)
-        ends = task.stage(body, place)
+        body, target = scenes.body(), tracked(scenes.now(self._targets))
+        target.advance(body)
+        off = deviation(body, target)
+        ends = task.stage(body, target)
         ends[:, 0] |= ~sound
         failed = ends.any(dim=1)
-        over = place.over()
-        both, held = touching(body, place).all(dim=1), place.holds()
+        over = target.completed()
+        both, held = touching(body, target).all(dim=1), target.holds()
         hits = torch.stack((both & held, both & ~held, ~both & held), dim=1)
         rows = self._trial[running]
         self._steps[rows] += 1
         now = torch.stack((off.body, off.root, off.box), dim=1).double()
         self._total[rows] += torch.where(sound[:, None], now, 0.0)[running]
-        self._contact[rows] += (hits & place.boxed()[:, None])[running]
+        self._contact[rows] += (hits & target.boxed()[:, None])[running]
         self._ends[rows] = ends[running]
         self._completed[rows] = (over & ~failed)[running]
         return (over | failed) & running
 
 
-def _kept(scenes: Scenes, bank: TrackBank, places: TrackPlace, record: int) -> dict[str, Tensor]:
+def _kept(scenes: Scenes, bank: TrackBank, targets: TrackTarget, record: int) -> dict[str, Tensor]:
     row = {k: v[:record] for k, v in scenes.physics().items()}
-    ghost = bank.reference.qpos[places.frame[:record]].clone()
-    ghost[:, :3] += places.origin[:record]
+    ghost = bank.reference.qpos[targets.frame[:record]].clone()
+    ghost[:, :3] += targets.origin[:record]
     return row | {"ghost": ghost}
 
 
@@ -239,7 +245,7 @@ def _take(kept: list[dict[str, Tensor]], i: int, steps: int, bank: TrackBank, va
         return torch.stack([row[name][i] for row in kept[:steps]]).double().numpy()
 
     piece = bank.pieces[variant]
-    cargo = piece.category == "box"
+    cargo = is_box(piece)
     return Take(
         column("qpos")[:, : character.NQ + 7 * cargo],
         column("qvel")[:, : character.NV + 6 * cargo],
@@ -270,8 +276,7 @@ def evaluate(
     world = found.experiment.world
     if motions:
         world = replace(world, motions=motions)
-    bank = assembly.training_bank(world)
-    assert isinstance(bank, TrackBank)
+    bank = bank_of(world)
     chosen = manifest(bank, trials, seed)
     outcomes = run(world, bank, found.weights, chosen, threads, record, progress)
     names = [clip.name.removesuffix("~mirrored") for clip in assembly.library_of(world).clips]
@@ -295,8 +300,7 @@ def shown(found: assembly.Trained, count: int, threads: int) -> Recording:
     """The first so many clips (mirror images left out, as far as there are others) followed from
     their first sound frames, the reference beside them."""
     world = found.experiment.world
-    bank = assembly.training_bank(world)
-    assert isinstance(bank, TrackBank)
+    bank = bank_of(world)
     whole = manifest(bank, 0, 0)
     rows = np.arange(0, len(whole.frame), bank.each * (2 if world.mirror else 1))[:count]
     chosen = Trials(whole.frame[rows], whole.choice[rows], whole.whole[rows])

@@ -1,4 +1,4 @@
-"""Trials: which piece stands where, fixed by a seed, and what a policy does with each of them."""
+"""Trials of an evaluation: initial states fixed by a seed, and the results of a policy."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -20,7 +20,7 @@ from world.scene.perturbations import Disturbance
 
 #: Trials stepped together: fixed, so that no figure depends on the number of threads.
 CHUNK = 128
-#: Key of these draws among the streams (world.random_streams names its own from 1).
+#: Key of the random stream of these draws (keys of world.random_streams start at 1).
 PURPOSE = 101
 
 
@@ -33,8 +33,8 @@ def manifest(
     scale: tuple[float, float] = (0.8, 1.2),
     disturbance: Disturbance | None = None,
 ) -> Trials:
-    """The trials of a seed: pieces in turn, the rest uniform (paper, section 7.1). A box is near_m
-    to far_m from the character, and its target from the box."""
+    """Return the trials of a seed: pieces in turn, the rest uniform (paper, section 7.1). A box is
+    near_m to far_m from the character, and its target as far from the box."""
     u = random_streams.uniform(seed, PURPOSE, torch.arange(trials), 0, 4).double().numpy()
     low, high = scale
     return Trials(
@@ -51,24 +51,24 @@ def manifest(
 
 @dataclass(frozen=True)
 class Results:
-    """What happened, a row a trial."""
+    """Results of m trials."""
 
     error_m: NDArray[np.float32]
-    """[m, steps]: the task's error after each step, m; infinite where it was not measured."""
+    """[m, steps] error of the task after each step, m; infinite after the end."""
     fell_at: NDArray[np.int64]
-    """[m]: the step that ended the trial by a fall (or a blow-up); `steps` for none."""
+    """[m] step that ended the trial by a fall or a non-finite state; `steps` without one."""
     reached: NDArray[np.bool_]
-    """[m, stages]: stages of the task that were true before the end."""
+    """[m, stages] stages of the task that were true before the end."""
     disturbed: NDArray[np.int64]
-    """[m]: projectiles thrown before the end, or moves of the furniture."""
+    """[m] projectiles thrown before the end, or moves of the furniture."""
     broken: int
-    """Trials that the simulator gave up."""
+    """Number of trials whose state became non-finite."""
     tracks: list[Track]
-    """Of the trials that were to be recorded."""
+    """Recorded trials."""
 
     @property
     def takes(self) -> list[Take]:
-        """The recorded trials as takes."""
+        """Takes of the recorded trials."""
         return [track.take for track in self.tracks]
 
 
@@ -81,7 +81,8 @@ def run(
     record: int = 0,
     progress: Callable[[int], None] = lambda done: None,
 ) -> Results:
-    """Run all trials with the policy's mean actions; the first `record` are recorded."""
+    """Return the results of all trials with the policy's mean actions; record the first
+    `record`."""
     torch.set_num_threads(1)
     return drive(world, PolicyDriver(weights), trials, steps, threads, record, progress)
 
@@ -95,7 +96,7 @@ def drive(
     record: int = 0,
     progress: Callable[[int], None] = lambda done: None,
 ) -> Results:
-    """As `run`, of whatever drives the characters."""
+    """Return the results of all trials with any driver; record the first `record`."""
     chunks = [range(i, min(i + CHUNK, len(trials))) for i in range(0, len(trials), CHUNK)]
     done = 0
 
@@ -128,5 +129,5 @@ def drive(
 
 
 def recording(results: Results, meta: dict[str, object]) -> Recording:
-    """The recorded trials with what made them."""
+    """Return the recorded trials as a recording."""
     return Recording(results.takes, {"control_hz": character.CONTROL_HZ, **meta})

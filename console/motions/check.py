@@ -4,17 +4,19 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from rich.table import Table
 
 from console.commands import MotionsCheck
-from console.motions import measures
+from console.motions import child, measures
 from console.motions.measures import ClipReport
 from console.terminal import screen
 from world.errors import ClipError
 from world.motions import load
 from world.motions.formats import landmarks, registry
 from world.motions.formats.landmarks import Map
+from world.refusals import refusing
 
 
 def check_command(command: MotionsCheck) -> int:
@@ -42,16 +44,23 @@ def examined(
     if not paths:
         yield from (measures.examine(clip) for clip in load.own_clips())
         return
+    found = registry.find(list(paths), form)
+    tasks = [child.task(path, (path, form, given)) for path in found]
+    for path, result in zip(found, child.in_order(tasks, _examined), strict=True):
+        if result.refused:
+            yield measures.refusal(path.stem, result.refused)
+        else:
+            yield ClipReport(**result.value)
+
+
+def _examined(path: Path, form: str | None, given: Map | None) -> dict[str, Any]:
+    """In the process of a file: its report."""
     from world.motions.retarget.convert import retargeted
 
-    for path in registry.find(list(paths), form):
-        try:
-            if (form or registry.detected(path)) == "clip":
-                yield measures.examine(load.read(path))
-            else:
-                yield measures.examine(retargeted(registry.read(path, form), given))
-        except ClipError as error:
-            yield measures.refusal(path.stem, str(error))
+    with refusing(ClipError, path, "motion"):
+        if (form or registry.detected(path)) == "clip":
+            return asdict(measures.examine(load.read(path)))
+        return asdict(measures.examine(retargeted(registry.read(path, form), given)))
 
 
 def remarks(report: ClipReport) -> list[str]:

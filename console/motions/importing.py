@@ -6,13 +6,14 @@ from collections import Counter
 from pathlib import Path
 
 from console.commands import MotionsImport
-from console.motions import measures
+from console.motions import child, measures
 from world.errors import ClipError, ConfigError
 from world.motions import clip_file
 from world.motions.clip import Clip
 from world.motions.formats import landmarks, registry
 from world.motions.formats.landmarks import Map
 from world.motions.retarget.convert import retargeted
+from world.refusals import refusing
 
 
 def import_command(command: MotionsImport) -> int:
@@ -31,22 +32,34 @@ def import_command(command: MotionsImport) -> int:
         )
     started, written, seconds = time.monotonic(), 0, 0.0
     refused = 0
-    for path, name in zip(paths, names, strict=True):
-        try:
-            clip = imported(path, name, command.format, given)
-            clip_file.write(command.out / f"{name}.npz", clip)
-        except ClipError as error:
+    tasks = [
+        child.task(path, (path, name, command.format, given, command.out / f"{name}.npz"))
+        for path, name in zip(paths, names, strict=True)
+    ]
+    for result in child.in_order(tasks, _written):
+        if result.refused:
             refused += 1
-            print(f"inhabit: {' '.join(str(error).split())}", file=sys.stderr, flush=True)
+            print(f"inhabit: {result.refused}", file=sys.stderr, flush=True)
             continue
-        written, seconds = written + 1, seconds + clip.seconds
-        print(line(clip), flush=True)
+        written, seconds = written + 1, seconds + result.value["seconds"]
+        print(result.value["line"], flush=True)
     took = time.monotonic() - started
     print(
         f"{written} clips, {seconds:.0f} s of motion in {took:.0f} s: {command.out}"
         + (f"; {refused} refused" if refused else "")
     )
     return 1 if refused else 0
+
+
+def _written(
+    path: Path, name: str, form: str | None, given: Map, out: Path
+) -> dict[str, str | float]:
+    """In the process of a file: write its clip."""
+    with refusing(ClipError, path, "motion"):
+        clip = imported(path, name, form, given)
+        said = line(clip)
+    clip_file.write(out, clip)
+    return {"line": said, "seconds": clip.seconds}
 
 
 def imported(path: Path, name: str, form: str | None = None, given: Map | None = None) -> Clip:

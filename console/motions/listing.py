@@ -11,7 +11,7 @@ from console.commands import MotionsCheck, MotionsImport, MotionsList, MotionsPl
 from console.terminal import screen
 from world.motions import load
 from world.motions.clip import Clip
-from world.motions.fit import ground
+from world.motions.fit.objects import with_any
 
 
 @lru_cache(maxsize=1)
@@ -19,7 +19,7 @@ def clips(paths: tuple[str, ...]) -> tuple[Clip, ...]:
     """The clips of paths with all that they use, or the package's own."""
     if not paths:
         return tuple(load.own_clips())
-    return tuple(part for path in load.find(paths) for part in ground.with_any(load.read(path)))
+    return tuple(part for path in load.find(paths) for part in with_any(load.read(path)))
 
 
 def motions_command(command: MotionsList | MotionsCheck | MotionsImport | MotionsPlay) -> int:

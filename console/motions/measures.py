@@ -7,8 +7,9 @@ import numpy as np
 
 from world.motions import measures
 from world.motions.clip import Clip
-from world.motions.fit import ground
 from world.motions.fit.bed import find_beds
+from world.motions.fit.floor import floor_corrected, resampled
+from world.motions.fit.seat import find_seats
 
 #: What still trains well: beyond the first `fair`, beyond the second `poor`.
 SKATE_M_S, ERROR_M, PENETRATION_M = (0.15, 0.4), (0.04, 0.08), (0.02, 0.05)
@@ -48,7 +49,7 @@ class ClipReport:
 
 def examine(clip: Clip) -> ClipReport:
     """The report of a clip that could be read."""
-    ready = ground.floor_mended(ground.resampled(clip))
+    ready = floor_corrected(resampled(clip))
     before, after = measures.skates_m_s(ready)
     error = measures.key_body_error_m(ready)
     sinks, breaks = measures.penetration_m(ready), measures.discontinuities(ready)
@@ -92,7 +93,7 @@ def refusal(name: str, reason: str) -> ClipReport:
 def rests(clip: Clip) -> list[dict[str, Any]]:
     """Where and when a clip sits and lies, in console.md's form."""
     beds = [clip.bed] if clip.bed else find_beds(clip)
-    found, lies = ground.find_seats(clip)
+    found, lies = find_seats(clip)
     seats = [clip.seat] if clip.seat else [] if lies else found
     lying = [rest(clip, "lie", b.from_frame, b.to_frame, b.hip_m, b.facing_rad) for b in beds]
     sitting = [rest(clip, "sit", s.from_frame, s.to_frame, s.point_m, s.facing_rad) for s in seats]

@@ -9,11 +9,12 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 from console.commands import MotionsPlay
+from console.listening import address_of, is_loopback
 from console.motions.page import page
 from world.errors import ClipError, ConfigError
 from world.motions import load
 from world.motions.clip import Clip
-from world.motions.fit import ground
+from world.motions.fit.objects import with_any
 
 
 def play_command(command: MotionsPlay) -> int:
@@ -38,7 +39,7 @@ def clips(paths: Sequence[str], only: str | None) -> list[Clip]:
     """The clips of paths, or the package's own, with all that they use; ClipError if none is
     left."""
     if paths:
-        found = [part for path in load.find(paths) for part in ground.with_any(load.read(path))]
+        found = [part for path in load.find(paths) for part in with_any(load.read(path))]
     else:
         found = load.own_clips()
     chosen = [clip for clip in found if only is None or only.lower() in clip.name.lower()]
@@ -79,8 +80,12 @@ def server(listen: str, text: str) -> ThreadingHTTPServer:
         def log_message(self, format: str, *args: object) -> None:
             """A player's requests are nobody's news."""
 
-    host, _, port = listen.rpartition(":")
+    host, port = address_of(listen)
+    if not is_loopback(host):
+        raise ConfigError(
+            f"--listen {listen}: anyone there could read the clips; stay on 127.0.0.1"
+        )
     try:
-        return ThreadingHTTPServer((host, int(port)), Page)
+        return ThreadingHTTPServer((host, port), Page)
     except (OSError, ValueError, OverflowError) as error:
         raise ConfigError(f"cannot listen on '{listen}' (HOST:PORT): {error}") from error

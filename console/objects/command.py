@@ -12,17 +12,16 @@ from rich.table import Table
 
 from console.commands import Meshes, ObjectsCheck, ObjectsImport, ObjectsList, ObjectsShow
 from console.objects import drop
+from console.objects.rows import listed, outcome_row
 from console.run import machine
 from console.terminal import screen
 from world.errors import ChoiceError, ConfigError, PieceError
-from world.furniture import collection
 from world.furniture.catalogue import REGISTRY
 from world.furniture.piece import Piece
-from world.meshes import importing, store
-from world.meshes.build import Told
+from world.meshes import collection, importing, store
+from world.meshes.build import ImportOptions
 from world.meshes.importing import Outcome
 from world.meshes.upright import Frame
-from world.objects.drop_test import slips_at
 
 Command = ObjectsImport | ObjectsList | ObjectsCheck | ObjectsShow
 
@@ -106,7 +105,7 @@ def made(paths: Sequence[Path], mesh: Meshes) -> list[Outcome]:
         )
 
 
-def told(mesh: Meshes) -> Told:
+def told(mesh: Meshes) -> ImportOptions:
     """What the flags say of meshes. Raises ConfigError, ChoiceError."""
     if mesh.unit is not None and mesh.height is not None:
         raise ConfigError("--unit and --height contradict each other: choose one")
@@ -117,7 +116,7 @@ def told(mesh: Meshes) -> Told:
     if mesh.up and mesh.front and mesh.up[1] == mesh.front[1]:
         raise ConfigError(f"--up {mesh.up} --front {mesh.front}: choose two different axes")
     frame = Frame(mesh.up, mesh.front, mesh.unit, mesh.height)
-    return Told(frame, mesh.category, mesh.licence, mesh.credit, place_of(mesh.sit))
+    return ImportOptions(frame, mesh.category, mesh.licence, mesh.credit, place_of(mesh.sit))
 
 
 def place_of(text: str | None) -> tuple[float, float, float, float] | None:
@@ -190,52 +189,3 @@ def report(rows: list[dict[str, Any]], as_json: bool) -> None:
                 output.print(f"{row['piece']}: a ragdoll does not stay seated at scale {told}")
         if row["refused"]:
             output.print(f"refused: {row['refused']}", markup=False)
-
-
-def outcome_row(outcome: Outcome) -> dict[str, Any]:
-    """An imported mesh's line."""
-    piece = outcome.piece()
-    if piece is not None:
-        return listed(piece)
-    return {
-        "piece": outcome.name,
-        "category": None,
-        "size_m": None,
-        "hulls": 0,
-        "sit": [],
-        "lie": [],
-        "refused": outcome.refused,
-    }
-
-
-def listed(piece: Piece) -> dict[str, Any]:
-    """One piece's line, in the form that console.md gives `objects check --json`."""
-    lie = piece.lie
-    return {
-        "piece": piece.name,
-        "category": piece.category,
-        "size_m": [round(x, 4) for x in piece.size_m],
-        "hulls": len(piece.boxes),
-        "sit": [
-            {
-                "point_m": [round(x, 4) for x in place.point_m],
-                "height_m": round(place.point_m[2], 4),
-                "facing_deg": round(float(np.rad2deg(place.facing_rad)), 2),
-                "rests_at": place.rests_at,
-                "slips_at": slips_at(place),
-            }
-            for place in piece.sit
-        ],
-        "lie": []
-        if lie is None
-        else [
-            {
-                "hip_m": [round(x, 4) for x in lie.hip_m],
-                "head_m": [round(x, 4) for x in lie.head_m],
-            }
-        ],
-        "mass_kg": round(piece.mass_kg, 2),
-        "licence": piece.licence,
-        "credit": piece.credit,
-        "refused": None,
-    }

@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
-from world.furniture.piece import TRIED, Piece
+from world.furniture.piece import TEST_SCALES, Piece
 from world.objects.drop_test import drop, scales
 
 
@@ -22,7 +22,7 @@ def drops(pieces: Sequence[Piece], seconds: float, workers: int) -> list[list[di
 
 def _of(piece: Piece, seconds: float) -> list[dict[str, Any]]:
     found = []
-    for scale in TRIED:
+    for scale in TEST_SCALES:
         sized = piece.scaled(scale)
         for which, place in enumerate(piece.sit):
             if scale in scales(place):

@@ -7,7 +7,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from console.objects.command import listed
+from console.objects.rows import listed
 from world.errors import PieceError
 from world.furniture.piece import Piece
 from world.furniture.surface import polygons

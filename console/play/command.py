@@ -19,7 +19,6 @@ from console.run import assembly, machine
 from policy.checkpoints.served import Served
 from world import tasks
 from world.errors import ClipError, ConfigError
-from world.tasks.track import follows
 
 #: Clips that a policy which follows them shows, at most.
 _MOST = 24
@@ -80,7 +79,7 @@ def of_file(command: Play, path: Path) -> View:
 def follower(command: Play) -> assembly.Trained | None:
     """The policy that is to be played, if it follows clips."""
     trained = assembly.trained(Path(command.sources[0]))
-    return trained if follows(tasks.make(trained.task)) else None
+    return trained if tasks.make(trained.task).affordance.follows_clips else None
 
 
 def of_takes(command: Play, takes: dict[str, Recorded], name: str) -> View:

@@ -4,11 +4,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from console.kinds import kind
 from console.play.scene import Moment, Scene, UnstableError
 from console.play.source import HZ, Curves, Poser
 from console.recording.format import Take, boxes_of
 from world.character import model as character
-from world.scene.box import STAND
 
 #: Frames that are kept: five minutes.
 LIMIT = 300 * HZ
@@ -87,7 +87,7 @@ class Live:
     def take(self) -> Take:
         """See Source."""
         setup, piece = self.scene.setup, self.scene.piece
-        cargo = self.scene.task.affordance == "carry"
+        cargo = self.scene.task.affordance.cargo
 
         def column(name: str) -> NDArray[np.float64]:
             return np.stack([m.physics[name][0].numpy() for m in self.moments])
@@ -100,7 +100,7 @@ class Live:
             ctrl=column("ctrl"),
             mocap_pos=mocap_pos[:, 0],
             mocap_quat=mocap_quat[:, 0],
-            boxes=boxes_of(STAND if cargo else piece),
+            boxes=boxes_of(kind(self.scene.task).shown(piece)),
             piece=piece.name,
             scale=setup.scale,
             meta={"distance_m": float(np.hypot(setup.goal.x - setup.start.x,

@@ -7,21 +7,19 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from console.kinds import kind
 from console.motions import play
 from console.motions.page import furniture
 from console.play.source import HZ, Curves
 from console.recording import format as recording
-from console.recording.format import Recording, Take, boxes_of
-from world import rotations, tasks
+from console.recording.format import Recording, Take
+from world import tasks
 from world.character import features
 from world.character import model as character
 from world.errors import ConfigError, InhabitError
-from world.furniture import catalogue
-from world.motions import load
+from world.motions import clip_file
 from world.motions.clip import Clip
-from world.motions.fit.ground import resampled
-from world.objects.furniture_bank import Bank, scaled
-from world.tasks.task import BoxState, Place
+from world.motions.fit.floor import resampled
 
 _UNKNOWN = "no reward terms: "
 
@@ -95,10 +93,10 @@ def read(path: Path) -> dict[str, Recorded]:
         if not takes:
             raise ConfigError(f"{path} holds no takes")
         return takes
-    if path.suffix.lower() not in load.READERS:
-        kinds = ", ".join([".msgpack (a recording)", *sorted(load.READERS)])
+    if path.suffix.lower() != clip_file.SUFFIX:
         raise ConfigError(
-            f"{path}: cannot be played; choose a run, a checkpoint folder, or a file of {kinds}"
+            f"{path}: cannot be played; choose a run, a checkpoint folder, a recording (.msgpack)"
+            f" or a clip ({clip_file.SUFFIX})"
         )
     clips = play.clips([str(path)], None)
     nothing = Curves(missing="a clip has no goal: no reward terms, style score or success")
@@ -126,54 +124,20 @@ def measured(take: Take, task: str) -> Curves:
         return Curves(missing=_UNKNOWN + "the recording does not say which task it is of")
     what = tasks.make(task)
     try:
-        place = place_of(take, what.affordance)
+        target = kind(what).recorded(take, what)
     except InhabitError as error:
         return Curves(missing=f"{_UNKNOWN}{error}")
     qpos = torch.from_numpy(take.qpos[:, : character.NQ]).float().nan_to_num()
     qvel = torch.from_numpy(take.qvel[:, : character.NV]).float().nan_to_num()
     body = features.body(qpos, qvel)
-    terms = what.reward_terms(body, place).double().numpy()
+    terms = what.reward_terms(body, target).double().numpy()
     return Curves(
         terms={name: terms[:, i] for i, name in enumerate(what.terms)},
-        error_m=what.error_m(body, place).double().numpy(),
+        error_m=what.error_m(body, target).double().numpy(),
         success_m=what.success_m,
-        fell=what.fell(body, place).numpy(),
+        fell=what.fell(body, target).numpy(),
         missing="no style score: a recording has no discriminator",
     )
-
-
-def place_of(take: Take, affordance: tasks.Affordance) -> Place:
-    """What the task of a take must know of its object, frame by frame; InhabitError where the take
-    does not tell."""
-    if affordance == "carry":
-        return _box_of(take)
-    piece = scaled(catalogue.find(take.piece), take.scale)
-    rows = boxes_of(piece)
-    if rows.shape != take.boxes.shape or not np.allclose(rows, take.boxes, atol=1e-6):
-        raise ConfigError(f"'{take.piece}' is not the catalogue's piece of that name")
-    if affordance == "lie" and len(piece.sit) > 1:
-        raise ConfigError("a recording does not say from which side the bed was to be used")
-    bank = Bank([piece], affordance)
-    origin = torch.from_numpy(take.mocap_pos).float()
-    yaw = rotations.heading(torch.from_numpy(take.mocap_quat).float())
-    every = torch.zeros(len(take), dtype=torch.int64)
-    facing = rotations.turn(yaw, bank.facing[every])
-    point = origin[:, :2] + rotations.turn(yaw, bank.point[every, :2])
-    return bank.place(every, point, facing)
-
-
-def _box_of(take: Take) -> Place:
-    if not len(take.cargo) or not len(take.stand):
-        raise ConfigError("the recording has no box")
-    pose = torch.from_numpy(take.qpos[:, character.NQ : character.NQ + 7]).float()
-    moving = torch.from_numpy(take.qvel[:, character.NV : character.NV + 3]).float()
-    half = torch.from_numpy(take.cargo).float().expand(len(take), 3)
-    up = torch.tensor([0.0, 0.0, float(take.cargo[2])])
-    target = (torch.from_numpy(take.stand).float() + up).expand(len(take), 3)
-    start = pose[:1, :3].expand(len(take), 3)
-    rotation = rotations.normalise(pose[:, 3:])
-    box = BoxState(pose[:, :3], rotation, moving, half, start, target)
-    return Place(target, rotations.heading(rotation), box.corners(), target, box)
 
 
 def take_of(clip: Clip) -> Take:

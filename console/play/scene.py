@@ -8,15 +8,15 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from console.kinds import kind
+from console.kinds.setup import Pose, Setup, check
 from console.play.balls import Thrower
-from console.play.objects import object_of
-from console.play.setup import Pose, Setup, check
 from policy.checkpoints.served import Served
 from world.character import model as character
 from world.errors import ChoiceError, InhabitError
 from world.furniture.piece import Piece
 from world.scene.batch import Scenes
-from world.tasks.task import state
+from world.scene.target import state
 
 STEP_S = 1.0 / character.CONTROL_HZ
 #: The goal glides to where it is put, this fast: a jump would leave it inside the character.
@@ -61,7 +61,7 @@ class Scene:
         self.setup = check(setup, piece, served.task.affordance)
         self.task = served.task
         world = served.world
-        self._object = object_of(setup, piece, self.task.affordance, world.carry, Thrower.balls())
+        self._object = kind(self.task).played(setup, piece, self.task, world.carry, Thrower.balls())
         self.model = self._object.model
         self._scenes = Scenes([self.model], world.action_scale, world.action_clip)
         self._force = self._scenes.batch.bind("xfrc_applied")
@@ -75,7 +75,7 @@ class Scene:
         qpos, half = character.standing_qpos(), 0.5 * start.yaw
         qpos[:2] = start.x, start.y
         qpos[3:7] = math.cos(half), 0.0, 0.0, math.sin(half)
-        self._scenes.set_down(
+        self._scenes.set_state(
             _HERE,
             torch.from_numpy(qpos)[None],
             torch.zeros(1, character.NV),
@@ -123,14 +123,14 @@ class Scene:
         """Act for 1/30 s; UnstableError where the simulation blows up."""
         self._goal = self._goal.stepped(self._wanted, _GLIDE_M_S * STEP_S, _GLIDE_RAD_S * STEP_S)
         self._object.move(self._scenes, self._goal)
-        body, place = self._scenes.body(), self._object.place(self._scenes)
+        body, target = self._scenes.body(), self._object.target(self._scenes)
         self._thrower.step(self.time_step, body, STEP_S)
-        before = state(body, place)
+        before = state(body, target)
         self._force[0] = 0.0
         for index, force in self._pushes:
             self._force[0, index, :3] += force
         self._pushes.clear()
-        goal = self.task.goal_features(body, place)
+        goal = self.task.goal_features(body, target)
         self._scenes.act(self.served.act(torch.cat((before, goal), dim=1)))
         self.time_step += 1
         if not bool(self._scenes.finite()[0]):
@@ -147,18 +147,18 @@ class Scene:
         self.time_step = step
 
     def _moment(self, before: Tensor | None) -> Moment:
-        body, place = self._scenes.body(), self._object.place(self._scenes)
-        seen = state(body, place)
+        body, target = self._scenes.body(), self._object.target(self._scenes)
+        seen = state(body, target)
         judge = self.served.style
-        error = float(self.task.error_m(body, place)[0])
+        error = float(self.task.error_m(body, target)[0])
         return Moment(
             physics=self._scenes.physics(),
             state=seen[0],
             balls=self._thrower.position().double().numpy(),
             goal=self._goal,
-            terms=self.task.reward_terms(body, place)[0].numpy(),
+            terms=self.task.reward_terms(body, target)[0].numpy(),
             error_m=error,
             success=error <= self.task.success_m,
-            fell=bool(self.task.fell(body, place)[0]),
+            fell=bool(self.task.fell(body, target)[0]),
             style=None if judge is None or before is None else float(judge(before, seen)[0]),
         )

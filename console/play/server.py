@@ -1,11 +1,11 @@
 """viser's server as the player needs it: where it was told to listen, quiet, never shared."""
 
-import ipaddress
 import socket
 
 import rich
 import viser
 
+from console.listening import address_of, is_loopback
 from world.errors import ConfigError
 
 
@@ -43,19 +43,3 @@ def start(listen: str, allow_remote: bool = False) -> Server:
         control_width="medium",
     )  # fmt: skip
     return server
-
-
-def address_of(listen: str) -> tuple[str, int]:
-    """Host and port of HOST:PORT; ConfigError for anything else."""
-    host, _, port = listen.rpartition(":")
-    if not host or not port.isdecimal() or int(port) > 65535:
-        raise ConfigError(f"cannot listen on '{listen}': must be HOST:PORT, as 127.0.0.1:8080")
-    return host.strip("[]"), int(port)
-
-
-def is_loopback(host: str) -> bool:
-    """Whether only this machine can reach a host's name or address."""
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"

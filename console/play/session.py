@@ -5,10 +5,10 @@ import threading
 
 import numpy as np
 
+from console.kinds.setup import Pose, Setup
 from console.play.live import Live
 from console.play.player import Player
 from console.play.scene import Scene
-from console.play.setup import Pose, Setup
 from console.play.source import Source, heading
 from console.play.stock import Stock
 from world.errors import ChoiceError, ConfigError

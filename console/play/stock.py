@@ -5,19 +5,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from console.evaluation.arrangement import sized
-from console.evaluation.command import pieces_of
+from console.kinds.setup import Setup
 from console.play.live import Live
 from console.play.scene import Scene
-from console.play.setup import Setup
 from console.serving import loading
 from policy.checkpoints.served import Served
 from world.errors import ChoiceError, ConfigError
 from world.furniture.piece import Piece
-from world.scene import box as box_scene
-
-#: The one box to carry; the scale gives its size, and with it its weight.
-BOX = "box"
 
 
 @dataclass(frozen=True)
@@ -41,21 +35,16 @@ class Stock:
     def pieces(self, policy: str) -> dict[str, Piece]:
         """The pieces that a policy can use, by name, unscaled."""
         affordance = self.policy(policy).task.affordance
-        if affordance == "carry":
-            return {BOX: box_scene.box()}
-        if affordance not in self._pieces:
-            found = pieces_of(self.objects, 0, affordance)
-            self._pieces[affordance] = {piece.name: piece for piece in found}
-        return self._pieces[affordance]
+        if affordance.name not in self._pieces:
+            self._pieces[affordance.name] = affordance.choices(self.objects)
+        return self._pieces[affordance.name]
 
     def piece(self, policy: str, name: str, scale: float) -> Piece:
         """A piece at a scale; ChoiceError names what there is."""
         served, pieces = self.policy(policy), self.pieces(policy)
         if name not in pieces:
             raise ChoiceError("piece", name, list(pieces))
-        if served.task.affordance == "carry":
-            return box_scene.box(scale)
-        return sized(pieces[name], scale)
+        return served.task.affordance.chosen(pieces[name], scale)
 
     def first(self) -> Setup:
         """Where the player begins."""

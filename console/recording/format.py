@@ -12,10 +12,15 @@ from numpy.typing import NDArray
 from rpc import codec
 from world.errors import InhabitError
 from world.furniture.piece import Box, Piece
+from world.refusals import one_line, refusing
 from world.scene.model import PROJECTILE_BODY, Ball, compile_scene
 
 FORMAT = "inhabit-recording"
 VERSION = 1
+MAX_FRAMES, MAX_BOXES, MAX_BALLS = 1_000_000, 4096, 64
+"""Most of one take."""
+MAX_REACH_M = 1000.0
+"""Largest coordinate of what stands in a scene."""
 ARRAYS = ("qpos", "qvel", "ctrl", "mocap_pos", "mocap_quat", "boxes")
 #: Where a ball is drawn that is out of the scene, m: each coordinate.
 AWAY_M = -32.0
@@ -136,7 +141,12 @@ def read(path: Path) -> Recording:
     try:
         value = codec.unpack(packed)
     except Exception as error:
-        raise RecordingError(f"{path} is damaged or not a recording ({error})") from error
+        raise RecordingError(f"{path} is damaged or not a recording ({one_line(error)})") from error
+    with refusing(RecordingError, path, "recording"):
+        return _recording(value, path)
+
+
+def _recording(value: Any, path: Path) -> Recording:
     if not isinstance(value, dict) or value.get("format") != FORMAT:
         raise RecordingError(f"{path} is not a recording of this program")
     if value.get("version") != VERSION:
@@ -147,11 +157,46 @@ def read(path: Path) -> Recording:
                 **{name: np.asarray(take[name], np.float64) for name in ARRAYS},
                 piece=str(take["piece"]),
                 scale=float(take["scale"]),
-                meta=take["meta"],
+                meta=dict(take["meta"]),
                 **{name: np.asarray(take[name], np.float64) for name in MORE if name in take},
             )
             for take in value["takes"]
         ]
     except (KeyError, TypeError, ValueError) as error:
         raise RecordingError(f"{path} lacks part of a recording ({error})") from error
-    return Recording(takes, value["meta"])
+    for number, take in enumerate(takes):
+        if fault := _fault(take):
+            raise RecordingError(f"{path}: take {number}: {fault}")
+    return Recording(takes, dict(value["meta"]))
+
+
+def _fault(take: Take) -> str:
+    """What of a take does not fit its frames; empty where all does."""
+    frames = len(take.qpos) if take.qpos.ndim else 0
+    columns = {"qpos": None, "qvel": None, "ctrl": None, "mocap_pos": 3, "mocap_quat": 4}
+    for name, width in columns.items():
+        shape = getattr(take, name).shape
+        if len(shape) != 2 or shape[0] != frames or (width and shape[1] != width):
+            return f"{name} is {list(shape)}, not [{frames}, {width or 'k'}]"
+    cargo, balls = take.cargo.shape, take.balls.shape
+    width = 50 if cargo == (3,) else 43
+    if frames > MAX_FRAMES or take.qpos.shape[1] != width:
+        return f"qpos is {list(take.qpos.shape)}, not [0 to {MAX_FRAMES}, {width}]"
+    if take.boxes.ndim != 2 or take.boxes.shape[1] != 10 or len(take.boxes) > MAX_BOXES:
+        return f"boxes are {list(take.boxes.shape)}, not [0 to {MAX_BOXES}, 10]"
+    if not (np.abs(take.boxes) < MAX_REACH_M).all() or not (take.boxes[:, 3:6] > 0).all():
+        return "boxes with edges that are no lengths"
+    if len(balls) != 3 or balls[2] != 3 or balls[1] > MAX_BALLS or balls[0] not in (0, frames):
+        return f"balls are {list(balls)}, not [{frames}, 0 to {MAX_BALLS}, 3]"
+    for name in ("cargo", "stand"):
+        value = getattr(take, name)
+        if value.shape not in ((0,), (3,)) or not (np.abs(value) < MAX_REACH_M).all():
+            return f"{name} is {list(value.shape)}, not three lengths"
+    if take.stand.shape == (3,) and cargo != (3,):
+        return "a stand without a box"
+    if (take.cargo <= 0).any():
+        return "cargo with edges that are no lengths"
+    radius = take.meta.get("ball_radius_m", 0.1)
+    if not isinstance(radius, int | float) or not 0 < radius < MAX_REACH_M:
+        return "ball_radius_m is no length"
+    return "" if np.isfinite(take.scale) else "a scale that is no number"

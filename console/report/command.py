@@ -16,6 +16,7 @@ from console.evaluation.scores import Outcomes, Protocol, judge
 from console.evaluation.stepping import Track
 from console.evaluation.style_judge import StyleJudge, judge_of
 from console.evaluation.trials import Results
+from console.kinds import kind
 from console.report import page, pictures
 from console.report.scene3d import drawable
 from console.run import assembly
@@ -37,7 +38,7 @@ def report_command(command: Report) -> int:
     out = command.out or (run.path / "report.html" if run else Path(f"{folder.name}-report.html"))
     task = tasks.make(found.task)
     pieces = objects_of(found, command.objects, command.trials, command.seed)
-    asked = evaluation_of(command)
+    asked = evaluation_of(command, found.task)
     output = screen()
     with Progress(console=output, transient=True, disable=not output.is_terminal) as bar:
         row = bar.add_task("trials", total=command.trials)
@@ -45,7 +46,7 @@ def report_command(command: Report) -> int:
         figures, results = evaluate(
             found, pieces, asked, library, lambda done: bar.update(row, completed=done)
         )
-    protocol = Protocol(success_m=task.success_m)
+    protocol = Protocol(success_m=task.success_m, limit_s=task.evaluation.limit_s)
     known = evaluations(folder, run)
     own = ("trials of this report", figures)
     main = headline([figures for _, figures in known], figures)
@@ -59,7 +60,7 @@ def report_command(command: Report) -> int:
         metrics=tuple(read_metrics(folder / "metrics.jsonl")),
         quality=figures.get("quality"),
         trials=tuple(shown(results, protocol, judge_style, draws)),
-        pictures=pictures_of(main, pieces) if draws else {},
+        pictures=pictures_of(main, pieces) if draws and kind(task).pictured else {},
         settings=to_json(found.experiment) | {"world": settings_of(found)},
     )
     text = page.page(content)
@@ -68,7 +69,7 @@ def report_command(command: Report) -> int:
     return 0
 
 
-def evaluation_of(command: Report) -> Evaluate:
+def evaluation_of(command: Report, task: str) -> Evaluate:
     """The trials that a report records, as `evaluate` would be asked for them."""
     if command.trials < 3:
         raise ConfigError("--trials must be at least 3: the best, a median and the worst")
@@ -82,7 +83,8 @@ def evaluation_of(command: Report) -> Evaluate:
             motions=command.motions,
             seed=command.seed,
             threads=command.threads,
-        )
+        ),
+        task,
     )
 
 
@@ -169,8 +171,4 @@ def described(track: Track, outcomes: Outcomes, trial: int) -> str:
 def pictures_of(main: dict[str, Any], pieces: Sequence[Piece]) -> dict[str, str]:
     """Pictures of the pieces of an evaluation."""
     wanted = {part["object"] for part in main["by_object"]}
-    return {
-        piece.name: pictures.of_piece(piece)
-        for piece in pieces
-        if piece.name in wanted and piece.category != "box"
-    }
+    return {piece.name: pictures.of_piece(piece) for piece in pieces if piece.name in wanted}

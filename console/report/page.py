@@ -258,7 +258,7 @@ def _curves(metrics: Sequence[Figures]) -> str:
     rewards = tuple(
         sorted(key for key in known if key.startswith("reward/") and key[7:] not in _WHOLE)
     )
-    stages = tuple(sorted(key for key in known if key.startswith("stage/")))
+    stages = tuple(sorted(key for key in known if key.startswith("episode/stage_")))
     wanted = (*_CHARTS[:4], ("reward terms", rewards, False), ("stages", stages, False))
     drawn = []
     for title, names, logarithmic in (*wanted, *_CHARTS[4:]):

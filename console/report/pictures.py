@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 
 from console.evaluation.stepping import Track
-from console.recording import video
-from console.recording.video import Image, Look
+from console.video import rendering
+from console.video.rendering import Image, Look
 from world.furniture.piece import Piece
 from world.scene.model import compile_scene
 
@@ -21,8 +21,8 @@ _SKY = (244, 245, 247)
 def can_draw() -> bool:
     """Whether anything draws offscreen here; chooses it for this process."""
     try:
-        video.require_gl()
-    except video.VideoError:
+        rendering.require_gl()
+    except rendering.VideoError:
         return False
     return True
 
@@ -53,7 +53,7 @@ def filmstrip(track: Track, columns: int = 8, size: int = 200) -> str:
     look = Look(width=size, height=size, distance_m=3.4)
     last = min(len(track.take), track.steps + 15) - 1
     moments = np.linspace(0, last, columns).round().astype(int).tolist()
-    drawn = video.draw(track.take, look, moments, 1.0, track.model)
+    drawn = rendering.draw(track.take, look, moments, 1.0, track.model)
     images = [with_sky(image) for image in drawn]
     return data_uri(np.concatenate(images, axis=1))
 

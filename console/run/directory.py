@@ -1,4 +1,4 @@
-"""The run directory: its name, its lock, what lies where in it, and how a checkpoint is found."""
+"""The run directory: its name, lock, files, and the choice of a checkpoint."""
 
 import contextlib
 import datetime
@@ -6,6 +6,7 @@ import fcntl
 import json
 import os
 import shutil
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -18,12 +19,12 @@ RUNS = Path("runs")
 
 
 class RunError(InhabitError):
-    """A run directory that exists, is missing, is in use, or does not hold what is asked of it."""
+    """A run directory that exists, is missing, is in use, or lacks a requested file."""
 
 
 @dataclass(frozen=True)
 class RunDirectory:
-    """Paths of one run; console.md fixes the names, because other programs read them."""
+    """Paths of one run; the names are fixed, because other programs read them."""
 
     path: Path
 
@@ -52,7 +53,7 @@ class RunDirectory:
         return self.path / "recordings"
 
     def create(self) -> None:
-        """Make the directory and its folders; raises RunError where that cannot be done."""
+        """Make the directory and its folders; RunError where that fails."""
         try:
             for folder in (self.path, self.tensorboard, self.checkpoints, self.evaluations):
                 folder.mkdir(parents=True, exist_ok=True)
@@ -60,7 +61,7 @@ class RunDirectory:
             raise RunError(f"cannot make run directory {self.path}: {error.strerror}") from error
 
     def erase(self) -> None:
-        """Remove what a run wrote, for --restart; files of other names stay."""
+        """Remove the files of a run, for --restart; files of other names stay."""
         for folder in (self.tensorboard, self.checkpoints, self.evaluations, self.recordings):
             shutil.rmtree(folder, ignore_errors=True)
         for file in (self.config, self.metrics):
@@ -68,16 +69,16 @@ class RunDirectory:
 
     @property
     def occupied(self) -> bool:
-        """True if a run was begun here."""
+        """True if the directory holds a run."""
         return self.config.exists() or self.metrics.exists() or any(self.checkpoints.glob("*"))
 
     def read_config(self) -> dict[str, Any]:
-        """config.json as a dict; RunError if missing or not JSON."""
+        """Return config.json as a dict; RunError if missing or not JSON."""
         try:
             return json.loads(self.config.read_text())
         except FileNotFoundError:
             raise RunError(f"{self.path} holds no config.json: it is not a run") from None
-        except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        except (ValueError, RecursionError) as error:
             raise RunError(f"{self.config} is not valid JSON ({error}): restore it") from error
 
     def write_config(self, config: dict[str, Any]) -> None:
@@ -85,9 +86,9 @@ class RunDirectory:
 
     @contextmanager
     def lock(self) -> Iterator[None]:
-        """Hold the run for this process: two trainings in one directory would spoil both.
+        """Lock the run for this process, against a second training in the same directory.
 
-        The lock is the kernel's, so it goes with the process however that ends.
+        The kernel releases the lock when the process ends, in whatever way.
         """
         self.path.mkdir(parents=True, exist_ok=True)
         handle = os.open(self.path / ".lock", os.O_RDWR | os.O_CREAT, 0o644)
@@ -109,23 +110,28 @@ def write_json(path: Path, value: Any) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a file atomically: a reader sees the old one or the new one, never half of it.
+    """Write a file atomically: a reader sees the old or the new content.
 
-    Raises RunError where the disk is full or not writable; the old file stays.
+    Raises RunError for a disk that is full or not writable; the old file stays.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    temporary: Path | None = None
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.write_text(text)
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+        temporary = Path(name)
+        with os.fdopen(handle, "w") as file:
+            file.write(text)
+        temporary.chmod(0o644)
         temporary.replace(path)
     except OSError as error:
         with contextlib.suppress(OSError):
-            temporary.unlink(missing_ok=True)
+            if temporary is not None:
+                temporary.unlink(missing_ok=True)
         raise RunError(f"cannot write {path}: {error.strerror}") from error
 
 
 def new_run(task: str, root: Path = RUNS, today: datetime.date | None = None) -> RunDirectory:
-    """The next free runs/TASK-<date>-<n>."""
+    """Return the next free runs/TASK-<date>-<n>."""
     day = (today or datetime.date.today()).isoformat()
     number = 1
     while (root / f"{task}-{day}-{number}").exists():
@@ -134,10 +140,10 @@ def new_run(task: str, root: Path = RUNS, today: datetime.date | None = None) ->
 
 
 def checkpoint_folder(where: Path) -> Path:
-    """The checkpoint meant by a run directory, a checkpoint folder, or `latest`/`best` in one.
+    """Return the checkpoint of a run directory, of a checkpoint folder, or of `latest`/`best`.
 
-    A run means its latest checkpoint; a folder with a manifest.json is taken as it is, which is
-    also how `pretrained/TASK` is named.
+    A run stands for its latest checkpoint. A folder with a manifest.json, such as
+    `pretrained/TASK`, is a checkpoint itself. Raises RunError without a checkpoint.
     """
     if not where.exists():
         raise RunError(f"{where} does not exist: give a run directory or a checkpoint folder")
@@ -154,7 +160,7 @@ def checkpoint_folder(where: Path) -> Path:
 
 
 def run_of(checkpoint: Path) -> RunDirectory | None:
-    """The run directory that a checkpoint folder lies in, or None for one that stands alone."""
+    """Return the run directory of a checkpoint folder; None for a standalone checkpoint."""
     if checkpoint.parent.name == "checkpoints":
         return RunDirectory(checkpoint.parent.parent)
     return None

@@ -1,4 +1,4 @@
-"""One experiment: everything that decides its numbers, as JSON and back, and what changed."""
+"""One experiment: all settings that decide its numbers, their JSON, and differences of two."""
 
 import dataclasses
 import types
@@ -9,51 +9,53 @@ from pathlib import Path
 from typing import Any, Literal
 
 from console.run.directory import RunDirectory, RunError
+from console.run.renamed import current
 from discriminator.config import StyleConfig
-from learner.config import LearnerConfig
-from world.config import StartMixture, WorldConfig
+from learner.config import LagConfig, LearnerConfig
+from world.config import InitialStates, WorldConfig
 from world.errors import ConfigError
+from world.refusals import refusing
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """What is learned, where, and with which settings; the numbers follow from this alone."""
+    """All settings that decide the numbers of a training."""
 
     seed: int = 0
-    """Of everything that is random."""
+    """Seed of all random draws."""
     scenes: int = 512
-    """Scenes simulated at once, over all actors."""
+    """Number of scenes that are simulated at once, over all actors."""
     horizon: int = 8
     """Control steps of each scene in one iteration."""
     block: int = 64
-    """Scenes that one inference takes; actors own whole blocks."""
+    """Scenes in one inference; an actor owns whole blocks."""
     device: Literal["auto", "cpu"] = "auto"
-    """Where the networks train; auto: the CPU, which is all that is built so far."""
+    """Device of the networks in training; auto: the CPU, the only one so far."""
     simulator: Literal["mujoco"] = "mujoco"
-    """What steps the scenes."""
-    overlap: bool = False
-    """Actors act while the learner learns, by a policy one update old; for clusters."""
-    max_policy_lag: int = 1
-    """Samples by a policy older than so many updates are dropped and counted."""
-    max_style_lag: int = 1
-    """Likewise samples scored by a discriminator so many trainings behind."""
+    """Simulator that steps the scenes."""
     clone_passes: int = 8
-    """Passes of regression on the clips before the first iteration; 0: start from nothing."""
+    """Epochs of behaviour cloning on the clips before the first iteration; 0: none."""
     clone_samples: int = 40_000
-    """Clip states of that regression, each noised."""
+    """Number of clip states in the behaviour cloning, each with noise."""
+    lag: LagConfig = field(default_factory=LagConfig)
+    """Overlap of acting and learning, and the greatest age of the samples of an update."""
     world: WorldConfig = field(default_factory=WorldConfig)
     ppo: LearnerConfig = field(default_factory=LearnerConfig)
     style: StyleConfig = field(default_factory=StyleConfig)
 
 
 PRESETS: dict[str, Experiment] = {
-    # The recipe of docs/recipe.md: measured in pieces, not yet run from start to end.
+    # The recipe of docs/how-to/recipes/sit.md: its parts are measured, the whole is not yet run.
     "fast": Experiment(
         world=WorldConfig(
-            starts=StartMixture(clip=0.3, near=0.4, far=0.3),
-            clip_stages=(0.25, 0.6, 0.15),
-            standing=0.3,
-            front=0.7,
+            initial=InitialStates(
+                reference=0.3,
+                near=0.4,
+                far=0.3,
+                reference_stages=(0.25, 0.6, 0.15),
+                standing_fraction=0.3,
+                front_fraction=0.7,
+            ),
         ),
         ppo=LearnerConfig(
             sigma=((0.0, 0.05), (6e6, 0.035), (34e6, 0.035), (40e6, 0.024)),
@@ -64,7 +66,7 @@ PRESETS: dict[str, Experiment] = {
         ),
         style=StyleConfig(gradient_penalty=8.0),
     ),
-    # Motion tracking: the task reward alone, short episodes, nothing to clone.
+    # Motion tracking: the task reward alone, short episodes, no behaviour cloning.
     "track": Experiment(
         scenes=256,
         horizon=32,
@@ -80,7 +82,7 @@ PRESETS: dict[str, Experiment] = {
             warmup_iterations=5,
         ),
     ),
-    # method.md's numbers, where a machine without 4096 scenes can take them: batch and rates stay.
+    # The paper's numbers; batch and rates stay, as a machine without 4096 scenes cannot take them.
     "paper": Experiment(
         ppo=LearnerConfig(
             hidden=(1024, 512),
@@ -96,7 +98,7 @@ PRESETS: dict[str, Experiment] = {
 
 
 def to_json(value: Any) -> Any:
-    """Nested dataclasses, tuples and paths as JSON values."""
+    """Return nested dataclasses, tuples and paths as JSON values."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {f.name: to_json(getattr(value, f.name)) for f in dataclasses.fields(value)}
     if isinstance(value, tuple | list):
@@ -109,9 +111,10 @@ def to_json(value: Any) -> Any:
 
 
 def from_json(kind: Any, value: Any, where: str = "config") -> Any:
-    """The inverse of `to_json` for a type; a field that is missing keeps its default.
+    """Return a value of a type from its JSON, as written by `to_json`; missing fields keep their
+    defaults.
 
-    Raises ConfigError for a field that the type does not have: it would be lost silently.
+    Raises ConfigError for a field that the type lacks, which would be lost silently.
     """
     if dataclasses.is_dataclass(kind) and isinstance(kind, type):
         hints = typing.get_type_hints(kind)
@@ -129,11 +132,24 @@ def from_json(kind: Any, value: Any, where: str = "config") -> Any:
         return tuple(from_json(a, v, where) for a, v in zip(each, value, strict=True))
     if origin is dict:
         return {k: from_json(arguments[1], v, where) for k, v in value.items()}
-    return Path(value) if kind is Path else float(value) if kind is float else value
+    if kind is float and type(value) in (int, float):
+        return float(value)
+    if kind is Path and isinstance(value, str):
+        return Path(value)
+    fits = value in arguments if origin is Literal else type(value) is kind
+    if not fits:
+        words = ", ".join(map(str, arguments)) if origin is Literal else kind.__name__
+        raise ConfigError(f"{where}: {str(value)[:40]!r}, must be {words}")
+    return value
+
+
+def experiment_from_json(value: dict[str, Any], where: str = "config") -> Experiment:
+    """Return an experiment from its JSON of this or an earlier version (`RENAMED`)."""
+    return from_json(Experiment, current(value), where)
 
 
 def differences(old: Any, new: Any, where: str = "") -> Iterator[str]:
-    """One line a setting that differs between two JSON values: `ppo.gamma: 0.98 -> 0.99`."""
+    """Yield one line per setting that differs in two JSON values: `ppo.gamma: 0.98 -> 0.99`."""
     if isinstance(old, dict) and isinstance(new, dict):
         for key in sorted(set(old) | set(new)):
             name = f"{where}.{key}" if where else key
@@ -142,41 +158,39 @@ def differences(old: Any, new: Any, where: str = "") -> Iterator[str]:
         yield f"{where}: {old} -> {new}"
 
 
-def read_task(run: RunDirectory) -> str:
-    """The task of a run."""
-    task = run.read_config().get("task")
-    if not isinstance(task, str):
-        raise RunError(f"{run.config} names no task: restore it")
-    return task
-
-
 def read_experiment(run: RunDirectory) -> Experiment:
-    """The experiment of a run."""
-    try:
-        return from_json(Experiment, run.read_config()["experiment"], str(run.config))
-    except (KeyError, TypeError, ValueError) as error:
-        raise RunError(f"{run.config} is not a run's configuration ({error})") from error
+    """Return the experiment of a run; RunError for an invalid config.json."""
+    config = run.read_config()
+    with refusing(RunError, run.config, "run's configuration"):
+        if not isinstance(config, dict) or not isinstance(config.get("experiment"), dict):
+            raise RunError(f"{run.config} is not a run's configuration: it has no experiment")
+        return experiment_from_json(config["experiment"], str(run.config))
 
 
 def check(experiment: Experiment) -> Experiment:
-    """The experiment, or ConfigError where its settings contradict one another."""
+    """Return the experiment; ConfigError where its settings contradict one another."""
     if experiment.scenes <= 0 or experiment.horizon <= 0 or experiment.block <= 0:
         raise ConfigError("scenes, horizon and block must be above 0")
     if experiment.scenes % experiment.block:
         raise ConfigError(
-            f"--scenes {experiment.scenes} is no multiple of --block {experiment.block}: choose "
+            f"--scenes {experiment.scenes} is not a multiple of --block {experiment.block}: choose "
             f"{max(1, round(experiment.scenes / experiment.block)) * experiment.block}"
         )
-    if min(experiment.max_policy_lag, experiment.max_style_lag) < 0:
-        raise ConfigError("--max-policy-lag and --max-style-lag must be 0 or above")
-    if experiment.overlap and experiment.max_policy_lag < 1:
+    lag = experiment.lag
+    if min(lag.max_policy, lag.max_style) < 0:
+        raise ConfigError("--lag.max-policy and --lag.max-style must be 0 or above")
+    if lag.overlap and lag.max_policy < 1:
         raise ConfigError(
-            "--overlap learns from a policy one update old, --max-policy-lag 0 drops every such"
-            " sample: leave one of them out"
+            "--lag.overlap gives samples of a policy one update old, which --lag.max-policy 0"
+            " drops: leave one of them out"
         )
+    # imported here: all flags need this module, and a teacher compiles the character
+    from world import teachers
+
+    teachers.check(experiment.world)
     return experiment
 
 
 def with_learner_threads(experiment: Experiment, threads: int) -> Experiment:
-    """The same numbers on so many threads of the update."""
+    """Return the experiment with a number of threads of the update; its numbers do not change."""
     return replace(experiment, ppo=replace(experiment.ppo, threads=min(2, threads)))

@@ -1,4 +1,4 @@
-"""The machine a result was made on: cores, memory, versions, commit."""
+"""Description of the machine of a result: cores, memory, versions, commit."""
 
 import importlib.metadata
 import os
@@ -11,17 +11,17 @@ PACKAGES = ("mujoco", "torch", "numpy", "ray", "grpcio", "protobuf", "safetensor
 
 
 def cores() -> int:
-    """Cores that this process may use."""
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def memory_gb() -> float:
-    """Physical memory, GB."""
+    """Return the physical memory, GB."""
     return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1e9
 
 
 def resident_gb(pid: int | str = "self") -> float:
-    """Resident memory of one process, GB; 0 where the system does not say."""
+    """Return the resident memory of one process, GB; 0 if unavailable."""
     try:
         pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
     except (OSError, ValueError, IndexError):
@@ -29,28 +29,29 @@ def resident_gb(pid: int | str = "self") -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e9
 
 
-def family() -> set[int]:
-    """This process and all its descendants."""
+def process_tree() -> set[int]:
+    """Return the ids of this process and all its descendants."""
     parents: dict[int, int] = {}
     for stat in Path("/proc").glob("[0-9]*/stat"):
         try:
             fields = stat.read_text().rpartition(")")[2].split()
         except OSError:
-            continue  # it has ended
+            continue  # the process has ended
         parents[int(stat.parent.name)] = int(fields[1])
-    known = {os.getpid()}
-    while found := {pid for pid, parent in parents.items() if parent in known} - known:
-        known |= found
-    return known
+    tree = {os.getpid()}
+    while found := {pid for pid, parent in parents.items() if parent in tree} - tree:
+        tree |= found
+    return tree
 
 
-def family_gb() -> float:
-    """Resident memory of this process and all its descendants, GB (shared pages count in each)."""
-    return sum(resident_gb(pid) for pid in family())
+def process_tree_gb() -> float:
+    """Return the resident memory of this process and all its descendants, GB; shared pages count
+    in each."""
+    return sum(resident_gb(pid) for pid in process_tree())
 
 
 def processor() -> str:
-    """The processor's name."""
+    """Return the name of the processor."""
     try:
         for line in Path("/proc/cpuinfo").read_text().splitlines():
             if line.startswith("model name"):
@@ -61,7 +62,7 @@ def processor() -> str:
 
 
 def versions() -> dict[str, str | None]:
-    """Installed versions of the packages that the numbers depend on; None where missing."""
+    """Return the installed versions of the packages that numbers depend on; None if missing."""
     found: dict[str, str | None] = {}
     for name in PACKAGES:
         try:
@@ -72,7 +73,8 @@ def versions() -> dict[str, str | None]:
 
 
 def commit() -> str | None:
-    """The git commit of the working tree, `+` after it when changed; None outside a repository."""
+    """Return the git commit of the working tree, followed by `+` if it has changes; None outside a
+    repository."""
     root = Path(__file__).resolve().parents[2]
     try:
         head = _git(root, "rev-parse", "HEAD")
@@ -89,7 +91,7 @@ def _git(root: Path, *arguments: str) -> str:
 
 
 def describe() -> dict[str, Any]:
-    """Everything about the machine that a figure should be read with."""
+    """Return processor, cores, memory, system and versions as JSON values."""
     return {
         "processor": processor(),
         "cores": cores(),

@@ -1,4 +1,4 @@
-"""Metric sinks: JSON lines as the record, TensorBoard beside it."""
+"""Metric recorders, JSON lines and TensorBoard, and the reader of the JSON lines."""
 
 import io
 import json
@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from console.run.directory import RunDirectory, RunError, write_text
+from console.run.renamed import current_metrics
 
 
 class Recorder(Protocol):
-    """Takes one flat dict "group/name" -> number an iteration."""
+    """Records one flat dict "group/name" -> number per iteration."""
 
     def write(self, metrics: Mapping[str, float]) -> None: ...
 
@@ -23,7 +24,7 @@ class Recorder(Protocol):
 
 
 class JsonLines:
-    """Appends one line an iteration to metrics.jsonl; each line is whole or absent."""
+    """Appends one line per iteration to metrics.jsonl; each line is whole or absent."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -33,6 +34,9 @@ class JsonLines:
     def write(self, metrics: Mapping[str, float]) -> None:
         line = json.dumps({k: plain(v) for k, v in metrics.items()}) + "\n"
         with _writing(self._path):
+            if not os.fstat(self._file.fileno()).st_nlink:
+                # lines written to a deleted file are lost
+                raise RunError(f"{self._path} was deleted during the run: training stops")
             _append(self._file, line.encode())
 
     def close(self) -> None:
@@ -40,13 +44,14 @@ class JsonLines:
 
 
 class TensorBoard:
-    """The same figures as TensorBoard scalars over samples.
+    """Writes the same figures as TensorBoard scalars over samples.
 
-    Written at once: the usual writer's thread would tell of a full disk in a traceback, later.
+    Events are written synchronously: the thread of TensorBoard's own writer reports a full disk
+    late and with a traceback.
     """
 
     def __init__(self, folder: Path, purge_step: int | None = None) -> None:
-        # half a second that --help can do without
+        # imported here: it takes half a second, which --help does not need
         from tensorboard.compat.proto.event_pb2 import Event, SessionLog
         from tensorboard.compat.proto.summary_pb2 import Summary
         from tensorboard.summary.writer.record_writer import RecordWriter
@@ -88,7 +93,7 @@ def _writing(path: Path) -> Iterator[None]:
 
 
 def _append(file: io.FileIO, data: bytes) -> None:
-    """Append all of it or nothing; OSError where the disk is full."""
+    """Append all data or none; OSError for a full disk."""
     end = file.seek(0, os.SEEK_END)
     try:
         written = 0
@@ -100,7 +105,7 @@ def _append(file: io.FileIO, data: bytes) -> None:
 
 
 def plain(value: Any) -> float | int | None:
-    """A number that JSON can hold: NaN and infinities become null."""
+    """Return a number as a JSON value: NaN and infinities become null."""
     number = value.item() if hasattr(value, "item") else value
     if isinstance(number, bool | int):
         return int(number)
@@ -108,28 +113,50 @@ def plain(value: Any) -> float | int | None:
 
 
 def open_recorders(run: RunDirectory, samples: int) -> list[Recorder]:
-    """The sinks of one run, continuing after `samples` control steps."""
+    """Return the recorders of one run, which continues after `samples` control steps."""
     purge = samples + 1 if samples else None
     return [JsonLines(run.metrics), TensorBoard(run.tensorboard, purge)]
 
 
 def read_metrics(path: Path) -> list[dict[str, Any]]:
-    """Every whole line of a metrics file; a last line cut short by a crash is left out."""
-    lines: list[dict[str, Any]] = []
-    if not path.exists():
-        return lines
-    for text in path.read_text().splitlines():
-        try:
-            lines.append(json.loads(text))
-        except json.JSONDecodeError:
-            break
-    return lines
+    """Return all valid lines of a metrics file; damaged or truncated lines are left out."""
+    return [current_metrics(line) for line in map(_parsed, _lines(path)) if line is not None]
 
 
 def truncate_metrics(path: Path, iteration: int) -> int:
-    """Drop lines beyond `iteration`, which a resumed run will write again; returns how many."""
-    lines = read_metrics(path)
-    kept = [line for line in lines if line.get("iteration", 0) <= iteration]
-    if path.exists():
-        write_text(path, "".join(json.dumps(line) + "\n" for line in kept))
-    return len(lines) - len(kept)
+    """Drop the lines after `iteration`, which a resumed run writes again; return their number.
+
+    Damaged lines are dropped too. The others stay unchanged.
+    """
+    texts = _lines(path)
+    parsed = [_parsed(text) for text in texts]
+    kept = [
+        text
+        for text, line in zip(texts, parsed, strict=True)
+        if line is not None and line["iteration"] <= iteration
+    ]
+    if len(kept) < len(texts):
+        write_text(path, "".join(text + "\n" for text in kept))
+    return sum(line is not None for line in parsed) - len(kept)
+
+
+def _lines(path: Path) -> list[str]:
+    try:
+        text = path.read_bytes().decode("utf-8", "replace")
+    except FileNotFoundError:
+        return []
+    except OSError as error:
+        raise RunError(f"cannot read {path}: {error.strerror}") from error
+    return [line for line in text.split("\n") if line.strip()]
+
+
+def _parsed(text: str) -> dict[str, Any] | None:
+    """Return an iteration's figures, a flat object of numbers; None for an invalid line."""
+    try:
+        line = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    if not isinstance(line, dict) or type(line.get("iteration")) is not int:
+        return None
+    numbers = all(value is None or isinstance(value, int | float) for value in line.values())
+    return line if numbers else None

@@ -1,4 +1,4 @@
-"""Keeps the last second of every scene, and writes it down when a scene stops being finite."""
+"""NaN dump: a recording of the last second of a scene whose state became non-finite."""
 
 from collections import deque
 from collections.abc import Mapping, Sequence
@@ -14,14 +14,14 @@ from console.recording.format import Recording, RecordingError, Take, boxes_of
 from world.character.model import CONTROL_HZ
 from world.episodes.shard import Shard, Step
 from world.furniture.piece import Piece
-from world.scene.box import STAND
+from world.scene.box import STAND, is_box
 
-#: Control steps kept, and recordings written at most: a broken run must not fill the disk.
+#: Control steps kept, and greatest number of recordings: a broken run must not fill the disk.
 KEPT, MOST = 30, 20
 
 
-class BlackBox:
-    """A shard that leaves `broken-SCENE-CLOCK.msgpack` in a folder for a scene that blew up."""
+class NanDump:
+    """A shard that writes `broken-SCENE-CLOCK.msgpack` to a folder for a non-finite scene."""
 
     def __init__(self, shard: Shard, scenes: range, pieces: Sequence[Piece], folder: Path) -> None:
         self._shard, self._scenes, self._pieces, self._folder = shard, scenes, pieces, folder
@@ -30,19 +30,19 @@ class BlackBox:
 
     @property
     def clock(self) -> int:
-        """The shard's."""
+        """Return the clock of the shard."""
         return self._shard.clock
 
     def observe(self) -> tuple[Tensor, Tensor]:
-        """As the shard's."""
+        """Return the observations of the shard."""
         return self._shard.observe()
 
-    def heed(self, told: Mapping[str, Tensor]) -> None:
-        """As the shard's."""
-        self._shard.heed(told)
+    def update_sampling(self, published: Mapping[str, Tensor]) -> None:
+        """Adapt the sampling of the shard."""
+        self._shard.update_sampling(published)
 
     def step(self, action: Tensor) -> Step:
-        """As the shard's; a scene that it gave up is written down."""
+        """Step the shard and dump its non-finite scenes."""
         self._states.append(self._shard.state_dict())
         step = self._shard.step(action)
         if not bool(step.finite.all()):
@@ -65,10 +65,10 @@ class BlackBox:
         try:
             recording.write(self._folder / name, Recording([self._take(scene)], meta))
         except RecordingError:
-            self._written = MOST  # the disk is full: training goes on without recordings
+            self._written = MOST  # the disk is full: training continues without recordings
 
     def _take(self, scene: int) -> Take:
-        """The scene's states of this episode, oldest first; the last is that before the blow-up."""
+        """Return the scene's states of this episode, oldest first, up to the last finite one."""
         last = self._states[-1]
         frames = [s for s in self._states if s["episode"][scene] == last["episode"][scene]]
 
@@ -76,7 +76,7 @@ class BlackBox:
             return np.stack([frame[f"physics_{name}"][scene].numpy() for frame in frames])
 
         piece = self._pieces[int(last["variant"][scene])]
-        cargo = piece.category == "box"
+        cargo = is_box(piece)
         return Take(
             column("qpos"),
             column("qvel"),
@@ -85,17 +85,17 @@ class BlackBox:
             column("mocap_quat")[:, 0],
             boxes_of(STAND if cargo else piece),
             piece.name,
-            1.0,  # the piece's boxes have their scale already
+            1.0,  # the boxes of the piece are scaled already
             {},
             cargo=np.array(piece.boxes[0].half_m) if cargo else np.zeros(0),
             stand=column("mocap_pos")[-1, 1] if cargo else np.zeros(0),
         )
 
     def state_dict(self) -> dict[str, Tensor]:
-        """As the shard's."""
+        """Return the state of the shard."""
         return self._shard.state_dict()
 
     def load_state_dict(self, state: dict[str, Tensor]) -> None:
-        """As the shard's; what was kept belongs to another time."""
+        """Restore the shard; kept states are cleared, as they precede another one."""
         self._states.clear()
         self._shard.load_state_dict(state)

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from console.commands import Export
 from console.serving import loading
 from policy.checkpoints.served import ACTIONS, STATE_WIDTH, Served
+from policy.messages import description
 from policy.model.networks import hidden_widths
-from policy.service import description
 from world.errors import InhabitError
 
 OPSET = 17
@@ -80,16 +80,16 @@ def model_of(served: Served) -> bytes:
         from onnx import TensorProto, checker, helper, numpy_helper
     except ImportError as error:
         raise ExportError(EXTRA) from error
-    policy, servos = served.policy, served.servos
+    policy, meaning = served.policy, served.action_map
     weights = {name: tensor.float().numpy() for name, tensor in policy.actor.state_dict().items()}
     constants: dict[str, NDArray[np.float32]] = {
         "mean": policy.mean.numpy(),
         "std": policy.std.numpy(),
         "clip_low": _scalar(-policy.clip),
         "clip_high": _scalar(policy.clip),
-        "action_low": _scalar(-servos.clip),
-        "action_high": _scalar(servos.clip),
-        **{name: getattr(servos, name).numpy() for name in ("offset", "scale", "low", "high")},
+        "action_low": _scalar(-meaning.clip),
+        "action_high": _scalar(meaning.clip),
+        **{name: getattr(meaning, name).numpy() for name in ("offset", "scale", "low", "high")},
     }
     indices: dict[str, NDArray[np.int64]] = {}
     nodes = [helper.make_node("Concat", ["state", "goal"], ["observation"], axis=1)]
@@ -209,7 +209,7 @@ def compare(served: Served, file: Path) -> Difference:
     )
     action, target = session.run(["action", "target"], {"state": state, "goal": goal})
     own = policy(*observation.split([STATE_WIDTH, served.width - STATE_WIDTH], dim=1))
-    wanted = served.servos.targets(own)
+    wanted = served.action_map.set_points(own)
     return Difference(
         float(np.abs(np.asarray(action) - own.numpy()).max()),
         float(np.abs(np.asarray(target) - wanted.numpy()).max()),

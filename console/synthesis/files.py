@@ -5,11 +5,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from console.recording import format as recording
-from console.recording import video
 from console.recording.format import Recording
-from console.report import replay
 from console.run.directory import write_text
+from console.synthesis import replay
 from console.synthesis.motion import Motion
+from console.video import rendering
 from world.character import model as character
 from world.errors import ConfigError, InhabitError
 from world.motions import bvh_file, clip_file
@@ -35,7 +35,7 @@ def _page(path: Path, motion: Motion) -> None:
 
 
 def _film(path: Path, motion: Motion) -> None:
-    video.film(recorded(motion), path, model=motion.track.model)
+    rendering.write_video(recorded(motion), path, model=motion.track.model)
 
 
 def _states(path: Path, motion: Motion) -> None:
@@ -80,7 +80,7 @@ def check(paths: Sequence[Path], overwrite: bool) -> None:
         if not (folder.is_dir() and os.access(folder, os.W_OK)):
             raise ConfigError(f"--out {path}: {folder} is no folder that can be written to")
     if any(path.suffix.lower() == ".mp4" for path in paths):
-        video.require_gl()
+        rendering.require_gl()
 
 
 def write(path: Path, motion: Motion) -> None:

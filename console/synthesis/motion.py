@@ -17,10 +17,10 @@ from world.character import kinematics
 from world.character import model as character
 from world.furniture.piece import Piece
 from world.motions.clip import Clip
-from world.motions.objects import Bed, BoxTrack, Point, Seat
+from world.motions.objects import BoxTrack
 from world.scene.box import STAND
-from world.tasks import Place
-from world.tasks.task import state as state_of
+from world.scene.target import Target
+from world.scene.target import state as state_of
 
 #: Longest motion, s.
 MOST_S = 600.0
@@ -38,7 +38,7 @@ class Motion:
     frames: tuple[pb.Frame, ...]
     """[T]: reward terms, style, success."""
     summary: pb.SynthesisSummary
-    places: tuple[Place, ...]
+    targets: tuple[Target, ...]
     """[T]: where what it uses is."""
     held: NDArray[np.bool_]
     """[T]: whether both hands hold the box; nowhere true without one."""
@@ -73,17 +73,19 @@ class Motion:
         """As a motion clip, with the seat, bed or box that it used."""
         qpos = self.track.take.qpos[:, : character.NQ]
         served, notes = self.served, self.served.manifest.notes
-        return Clip(
+        made = Clip(
             name=f"{served.task.name}-{self.piece}",
             fps=character.CONTROL_HZ,
             root_position_m=qpos[:, :3].astype(np.float32),
             local_rotation=_local(qpos),
             source=f"synthesised by policy {served.name}, version {served.version}",
             licence=notes.get("licence", "") or notes.get("data_licences", "") or "unknown",
-            seat=self._seat(),
-            bed=self._bed(),
             box=self._box(),
         )
+        run = self._stretch()
+        if run is None:
+            return made
+        return served.task.affordance.clips.with_object(made, self.targets[run[0]], run)
 
     def _stretch(self) -> tuple[int, int] | None:
         """The longest run of frames that are a success and no fall: first, one beyond the last."""
@@ -95,22 +97,6 @@ class Motion:
             best = max(best, (start, at), key=lambda run: run[1] - run[0])
             start = at + 1
         return best if best[1] > best[0] else None
-
-    def _seat(self) -> Seat | None:
-        found = self._stretch()
-        if self.served.task.affordance != "sit" or found is None:
-            return None
-        place = self.places[found[0]]
-        return Seat(_point(place.point), _yaw(place.facing), *found)
-
-    def _bed(self) -> Bed | None:
-        found = self._stretch()
-        if self.served.task.affordance != "lie" or found is None:
-            return None
-        place = self.places[found[0]]
-        assert place.head is not None, "who lies has a place for the head"
-        hip, head = _point(place.point), _point(place.head)
-        return Bed(hip, (head[0], head[1], hip[2]), _yaw(place.facing), *found)
 
     def _box(self) -> BoxTrack | None:
         take = self.track.take
@@ -133,10 +119,10 @@ def simulate(
     """
     simulation = Simulation(request, served, MOST_S, piece)
     task, scenes = served.task, simulation.scenes
-    carries = task.affordance == "carry"
+    carries = task.affordance.cargo
     rows: list[dict[str, Tensor]] = []
     frames: list[pb.Frame] = []
-    places: list[Place] = []
+    targets: list[Target] = []
     held: list[bool] = []
     summary = pb.SynthesisSummary()
     for reply in simulation.frames():
@@ -144,13 +130,13 @@ def simulate(
             summary = reply.summary
             continue
         # the simulation waits at this frame until it is asked for the next
-        body, place = scenes.body(), simulation.props.place(scenes)
+        body, target = scenes.body(), simulation.props.target(scenes)
         row = {name: value[0] for name, value in scenes.physics().items()}
-        row |= {"state": state_of(body, place)[0], "balls": simulation.disturbances.balls()}
+        row |= {"state": state_of(body, target)[0], "balls": simulation.disturbances.balls()}
         rows.append(row)
         frames.append(reply.frame)
-        places.append(place)
-        stages = task.stage(body, place)[0]
+        targets.append(target)
+        stages = task.stage(body, target)[0]
         held.append(carries and bool(stages[list(task.stages).index(_GRASPED)]))
         progress(len(frames))
 
@@ -158,7 +144,7 @@ def simulate(
         return np.stack([row[name].double().numpy() for row in rows])
 
     boxes = simulation.props.boxes()
-    name = "box" if carries else (piece.name if piece is not None else request.furniture.piece)
+    name = request.furniture.piece or task.affordance.kind if piece is None else piece.name
     fell_at = next((i for i, frame in enumerate(frames) if frame.fell), None)
     take = Take(
         column("qpos")[:, : character.NQ + 7 * carries],
@@ -179,7 +165,7 @@ def simulate(
     steps = len(frames) if fell_at is None else fell_at
     track = Track(take, column("state").astype(np.float32), error, simulation.props.model, steps)
     return Motion(
-        served, name, track, tuple(frames), summary, tuple(places), np.array(held, np.bool_)
+        served, name, track, tuple(frames), summary, tuple(targets), np.array(held, np.bool_)
     )
 
 
@@ -187,13 +173,3 @@ def _local(qpos: NDArray[np.float64]) -> NDArray[np.float32]:
     import torch
 
     return kinematics.local_rotations(torch.from_numpy(qpos)).float().numpy()
-
-
-def _point(rows: Tensor) -> Point:
-    x, y, z = rows[0].tolist()
-    return x, y, z
-
-
-def _yaw(facing: Tensor) -> float:
-    cos, sin = facing[0].tolist()
-    return float(np.arctan2(sin, cos))

@@ -1,5 +1,7 @@
-"""`inhabit train`: opens or goes on with a run, and lets the loop learn until told to stop."""
+"""`inhabit train`: creates or resumes a run and trains until a limit or a stop signal."""
 
+import contextlib
+import json
 import signal
 import sys
 import time
@@ -19,6 +21,7 @@ from console.run.experiment import (
     Experiment,
     check,
     differences,
+    from_json,
     read_experiment,
     to_json,
     with_learner_threads,
@@ -31,19 +34,20 @@ from learner.cloning import clone
 from learner.config import LoopConfig
 from learner.loop import Loop
 from learner.ppo import Learner
-from policy.checkpoints.format import read
+from policy.checkpoints.format import Manifest, read, read_manifest
 from policy.checkpoints.run_checkpoints import RunCheckpoints, read_newest
-from policy.model.transfer import adopt
+from policy.checkpoints.transfer import adopt
+from policy.errors import CheckpointError
 from world import tasks
+from world.episodes.cloning import pairs
 from world.errors import ConfigError
-from world.furniture import collection
-from world.initial.cloning import pairs
+from world.meshes import collection
 
 INTERRUPTED = 130
 
 
 def train(command: Train) -> int:
-    """Run `inhabit train`; returns the exit code."""
+    """Run `inhabit train`; return the exit code."""
     experiment = resolve(command)
     if command.dry_run:
         print(dry_run.describe(experiment))
@@ -55,14 +59,14 @@ def train(command: Train) -> int:
 
 
 def resolve(command: Train) -> Experiment:
-    """The experiment that the flags add up to; ConfigError where they contradict one another."""
-    tasks.make(command.task)  # an unknown one is refused first, with the list
+    """Return the experiment of the flags; ConfigError where they contradict one another."""
+    tasks.make(command.task)  # an unknown task is refused first, with the valid ones
     if command.resume and command.restart:
         raise ConfigError("--resume and --restart contradict: choose one")
     if command.resume and command.init:
-        raise ConfigError("--init starts a new run, --resume goes on with one: choose one")
+        raise ConfigError("--init starts a new run, --resume continues one: choose one")
     if (command.resume or command.restart) and command.run is None:
-        raise ConfigError("--resume and --restart need --run, the run they are about")
+        raise ConfigError("--resume and --restart need --run")
     if command.address and command.runner != "ray":
         raise ConfigError("--address joins a Ray cluster: add --runner ray")
     world = replace(command.experiment.world, task=command.task)
@@ -76,38 +80,40 @@ def resolve(command: Train) -> Experiment:
 
 
 def _furniture(name: str) -> str:
-    """A split's name as it is, anything else as a whole path."""
+    """Return the name of a split unchanged, anything else as an absolute path."""
     return name if name in collection.SPLITS else str(Path(name).resolve())
 
 
 def workers(command: Train, experiment: Experiment) -> int:
-    """Rollout workers: as asked, else a core each, but no more than there are blocks of scenes."""
+    """Return the number of rollout workers: --actors, else one per thread, at most one per block
+    of scenes."""
     wanted = command.actors or command.threads or machine.cores()
     return wanted if command.actors else min(wanted, experiment.scenes // experiment.block)
 
 
 def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
-    """Make the run directory ready, or refuse it without touching what it holds."""
+    """Prepare the run directory, or refuse it with RunError and leave its files untouched."""
     if command.resume:
         if not run.config.exists():
-            raise RunError(f"{run.path} holds no run to resume: leave out --resume to begin one")
-        # a setting that came after the run began has its default
+            raise RunError(f"{run.path} holds no run to resume: leave out --resume to start one")
+        # settings that are newer than the run have their defaults
         begun = recorded(read_experiment(run))
         changed = list(differences(begun, recorded(experiment)))
         if changed:
             raise RunError(
-                f"{run.path} was begun with other settings, --resume keeps them: "
+                f"{run.path} was started with other settings, which --resume keeps: "
                 f"{'; '.join(changed)}"
-                " (begin another run with --init to change them)"
+                " (start another run with --init to change them)"
             )
-        checkpoint_folder(run.path)
+        folder = checkpoint_folder(run.path)
+        with contextlib.suppress(CheckpointError):  # resuming falls back to an earlier checkpoint
+            require_unedited(read_manifest(folder), experiment, run)
         return
     if run.occupied and not command.restart:
         raise RunError(f"{run.path} exists: add --resume or --restart, or name another --run")
     if command.init and checkpoint_folder(command.init).is_relative_to(run.path.resolve()):
-        raise RunError(f"--init {command.init} lies in {run.path}, which begins anew: name another")
-    # furniture of no use and clips that cannot be read are found before the run is, or an old one
-    # is lost
+        raise RunError(f"--init {command.init} lies in {run.path}, which --restart erases")
+    # unusable furniture and unreadable clips are found before the run exists or an old one is lost
     assembly.training_pieces(experiment.world)
     assembly.library_of(experiment.world)
     if command.restart:
@@ -126,16 +132,32 @@ def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
     )
 
 
+def require_unedited(manifest: Manifest, experiment: Experiment, run: RunDirectory) -> None:
+    """Raise RunError, with the differences, where config.json differs from the settings of a
+    checkpoint."""
+    noted = manifest.notes.get("experiment")
+    if noted is None:
+        return  # checkpoints of earlier versions record no experiment
+    trained = from_json(Experiment, json.loads(noted), f"{run.path}'s checkpoint")
+    changed = list(differences(recorded(trained), recorded(experiment)))
+    if changed:
+        raise RunError(
+            f"{run.config} was changed since the checkpoint was written: {'; '.join(changed)}"
+            " (restore the former values, or start another run with --init)"
+        )
+
+
 def recorded(experiment: Experiment) -> dict[str, Any]:
-    """What config.json keeps and --resume compares: all but what the numbers do not depend on."""
+    """Return the settings in config.json, which --resume compares: all that numbers depend on."""
     config = to_json(experiment)
     config["ppo"].pop("threads")
     return config
 
 
 def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
-    """Train in a prepared run; a checkpoint is left however it ends, unless it fails."""
-    torch.set_num_threads(1)  # parallelism is by threads and processes, each with one
+    """Train in a prepared run and write a last checkpoint, also when interrupted; return the exit
+    code."""
+    torch.set_num_threads(1)  # threads and processes run in parallel, each on one core
     goal = Goal(command.iterations, command.samples, (command.minutes or 0) * 60 or None)
     with ExitStack() as stack:
         display = stack.enter_context(open_display(f"{command.task} {run.path}", goal))
@@ -149,7 +171,7 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
         learner = assembly.learner(experiment)
         display.note(learner.precision.reason)
         note = display.note
-        sinks = Sinks(display)
+        sinks = Recorders(display)
         checkpoints = RunCheckpoints(
             run.checkpoints, assembly.layout(experiment), assembly.notes(experiment), command.keep
         )
@@ -163,15 +185,13 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
                 command.iterations,
                 command.samples,
                 command.checkpoint_every,
-                overlap=experiment.overlap,
-                max_policy_lag=experiment.max_policy_lag,
-                max_style_lag=experiment.max_style_lag,
+                lag=experiment.lag,
             ),
             list(tasks.make(command.task).terms),
-            runner.starts,
+            runner.kinds,
         )
         stack.callback(loop.close)
-        begin(loop, run, command, experiment, note)
+        initialise(loop, run, command, experiment, note)
         sinks.open(open_recorders(run, learner.samples))
         stack.callback(sinks.close)
         deadline = time.monotonic() + command.minutes * 60 if command.minutes else None
@@ -180,19 +200,20 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
         return INTERRUPTED if stopped() else 0
 
 
-def begin(
+def initialise(
     loop: Loop,
     run: RunDirectory,
     command: Train,
     experiment: Experiment,
     note: Callable[[str], None],
 ) -> None:
-    """Put the loop where it starts from: a checkpoint, another run's networks, or the clips."""
+    """Initialise the loop from a checkpoint, another run's networks, or behaviour cloning."""
     learner = loop.learner
     if command.resume:
         found, damaged = read_newest(run.checkpoints, assembly.layout(experiment))
         for line in damaged:
             note(line)
+        require_unedited(found.manifest, experiment, run)
         loop.load_state_dict(found.state)
         dropped = truncate_metrics(run.metrics, learner.version)
         lines = f", {dropped} lines of metrics dropped" if dropped else ""
@@ -204,8 +225,8 @@ def begin(
         if theirs.task == mine.task:
             mine.require(theirs, str(path))
         else:
-            alike = tasks.make(command.task).alike
-            state = adopt(state, theirs, mine, alike, str(path))
+            equivalents = tasks.make(command.task).equivalents
+            state = adopt(state, theirs, mine, equivalents, str(path))
         learner.load_policy_state(state)
         other = "" if theirs.task == mine.task else f", of the task {theirs.task}"
         note(f"networks and normalisers from {path}{other}")
@@ -213,13 +234,13 @@ def begin(
         began = time.perf_counter()
         errors = clone_clips(learner, experiment)
         note(
-            f"regressed on the clips: error {errors[0]:.3f} -> {errors[-1]:.3f}"
+            f"behaviour cloning on the clips: error {errors[0]:.3f} -> {errors[-1]:.3f}"
             f" in {time.perf_counter() - began:.1f} s"
         )
 
 
 def clone_clips(learner: Learner, experiment: Experiment) -> list[float]:
-    """Regress the learner's actor on its clips; returns the mean squared error of each pass."""
+    """Clone the clips into the learner's actor; return the mean squared error of each epoch."""
     world, seed = experiment.world, experiment.seed
     found = pairs(
         world,
@@ -228,25 +249,25 @@ def clone_clips(learner: Learner, experiment: Experiment) -> list[float]:
         experiment.clone_samples,
         seed,
     )
-    inputs, actions = learner.seen(*found)
+    inputs, actions = learner.canonical(*found)
     return clone(
         learner.actor, learner.normaliser, inputs, actions, experiment.clone_passes, seed=seed
     )
 
 
-class Sinks:
-    """Hands every iteration's metrics to the files and the display."""
+class Recorders:
+    """Passes every iteration's metrics to the recorders and the display."""
 
     def __init__(self, display: Display) -> None:
         self._display = display
         self._recorders: list[Recorder] = []
 
     def open(self, recorders: list[Recorder]) -> None:
-        """Take files to write to."""
+        """Set the recorders."""
         self._recorders = recorders
 
     def record(self, iteration: int, metrics: Mapping[str, float]) -> None:
-        """One iteration's flat metrics."""
+        """Record and show one iteration's flat metrics."""
         line = {"iteration": iteration, **metrics, "samples": int(metrics["samples"])}
         for recorder in self._recorders:
             recorder.write(line)
@@ -260,19 +281,20 @@ class Sinks:
 
 @contextmanager
 def interrupts(note: Callable[[str], None]) -> Iterator[Callable[[], bool]]:
-    """Within it, Ctrl-C (or SIGTERM) asks to stop after the iteration; a second one at once."""
-    asked = False
+    """Handle Ctrl-C and SIGTERM: the first stops after the iteration, the second at once. Yields
+    whether a stop is requested."""
+    requested = False
 
     def handle(_number: int, _frame: FrameType | None) -> None:
-        nonlocal asked
-        if asked:
+        nonlocal requested
+        if requested:
             raise KeyboardInterrupt
-        asked = True
-        note("stopping after this iteration; once more to stop at once, without a checkpoint")
+        requested = True
+        note("stopping after this iteration; press again to stop at once, without a checkpoint")
 
     before = {s: signal.signal(s, handle) for s in (signal.SIGINT, signal.SIGTERM)}
     try:
-        yield lambda: asked
+        yield lambda: requested
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -1,4 +1,4 @@
-"""What a training shows: one live block on a terminal, plain lines anywhere else."""
+"""Display of a training: one live block on a terminal, plain lines elsewhere."""
 
 import time
 from collections.abc import Mapping
@@ -16,25 +16,25 @@ PLAIN_EVERY_S = 10.0
 
 @dataclass(frozen=True)
 class Goal:
-    """Where a training stops: whichever of the limits comes first; None is no limit."""
+    """Limits of a training, of which the first ends it; None: no limit."""
 
     iterations: int | None = None
     samples: int | None = None
     seconds: float | None = None
-    """Of this session, which a resumed run's own count does not begin with."""
+    """Wall time of this process, s; the seconds of a resumed run come on top."""
 
     def after(self, seconds: float) -> "Goal":
-        """The same goal for a run that has counted `seconds` already."""
+        """Return the same goal for a run whose metrics already count `seconds`."""
         return replace(self, seconds=self.seconds and self.seconds + seconds)
 
     def fraction(self, iteration: float, samples: float, seconds: float) -> float:
-        """How much of the way is behind us, 0-1; 0 without any limit."""
+        """Return the progress towards the nearest limit, 0 to 1; 0 without limits."""
         pairs = ((iteration, self.iterations), (samples, self.samples), (seconds, self.seconds))
         return min(1.0, max((done / limit for done, limit in pairs if limit), default=0.0))
 
 
 class Display(Protocol):
-    """Shows metrics as they come and single lines of note in between."""
+    """Shows the metrics of each iteration, and notes of one line in between."""
 
     def __enter__(self) -> Self: ...
 
@@ -46,14 +46,14 @@ class Display(Protocol):
 
 
 def duration(seconds: float) -> str:
-    """Seconds as 1:02:03 or 2:03."""
+    """Return seconds as 1:02:03 or 2:03."""
     hours, rest = divmod(int(seconds), 3600)
     minutes, left = divmod(rest, 60)
     return f"{hours}:{minutes:02d}:{left:02d}" if hours else f"{minutes}:{left:02d}"
 
 
 def remaining(goal: Goal, metrics: Mapping[str, float], since: tuple[float, float]) -> str:
-    """Time to go, from the progress made since (fraction, seconds); '-' where nothing is known."""
+    """Return the remaining time, from the progress since (fraction, seconds); '-' if unknown."""
     fraction, seconds = _progress(goal, metrics), metrics.get("seconds", 0.0)
     made, spent = fraction - since[0], seconds - since[1]
     return duration(spent * (1.0 - fraction) / made) if made > 0 and spent > 0 else "-"
@@ -72,7 +72,7 @@ PHASES = ("world", "policy", "style", "update")
 
 
 def block(title: str, goal: Goal, metrics: Mapping[str, float], eta: str) -> Group:
-    """The live block: progress, rate by phase, episode, rewards, style, PPO, lags, actors."""
+    """Return the live block: progress, rates, episodes, rewards, style, PPO, lags, actors."""
     samples = metrics.get("samples", 0.0)
     head = Text.assemble(
         (title, "bold"),
@@ -96,7 +96,7 @@ def block(title: str, goal: Goal, metrics: Mapping[str, float], eta: str) -> Gro
     table.add_row("reward", "  ".join(f"{k[7:]} {_figure(metrics, k, '.3f')}" for k in terms))
     table.add_row(
         "style",
-        f"right on mocap {_figure(metrics, 'style/accuracy_mocap', '.1%')}  on policy "
+        f"accuracy on mocap {_figure(metrics, 'style/accuracy_mocap', '.1%')}  on policy "
         f"{_figure(metrics, 'style/accuracy_policy', '.1%')}  loss "
         f"{_figure(metrics, 'style/loss', '.3f')}  penalty "
         f"{_figure(metrics, 'style/penalty', '.3f')}",
@@ -143,7 +143,7 @@ class LiveDisplay:
 
 
 class PlainDisplay:
-    """A line every few seconds, for logs and pipes."""
+    """Prints a line every few seconds, for logs and pipes."""
 
     def __init__(self, title: str, goal: Goal, console: Console) -> None:
         self._title, self._goal, self._console = title, goal, console
@@ -172,7 +172,7 @@ class PlainDisplay:
 
 
 def plain_line(goal: Goal, metrics: Mapping[str, float], eta: str) -> str:
-    """The block's main figures on one line."""
+    """Return the main figures of the block on one line."""
     figures = [
         f"{int(metrics.get('iteration', 0)):6d}",
         f"{metrics.get('samples', 0.0) / 1e6:8.3f} M",
@@ -193,7 +193,7 @@ def plain_line(goal: Goal, metrics: Mapping[str, float], eta: str) -> str:
 
 
 def open_display(title: str, goal: Goal, console: Console | None = None) -> Display:
-    """The block on a terminal, lines elsewhere."""
+    """Return a live display on a terminal, a plain one elsewhere."""
     console = console or Console()
     if console.is_terminal:
         return LiveDisplay(title, goal, console)

@@ -1,4 +1,4 @@
-"""What `train --dry-run` shows: the resolved configuration, the features, the goal, the rewards."""
+"""Output of `train --dry-run`: the resolved configuration, features, goal and rewards."""
 
 import io
 import json
@@ -13,7 +13,7 @@ from world.character.features import Table as Features
 
 
 def describe(experiment: Experiment, width: int = 100) -> str:
-    """All tables as text."""
+    """Return all tables of an experiment as text of `width` columns."""
     console = Console(width=width, record=True, file=io.StringIO())
     task = tasks.make(experiment.world.task)
     console.print_json(json.dumps(to_json(experiment)), indent=2)
@@ -31,7 +31,7 @@ def describe(experiment: Experiment, width: int = 100) -> str:
 
 
 def features(table: Features, title: str) -> Table:
-    """One line a feature: where it stands, its width, frame and unit."""
+    """Return a table with one row per feature: index, width, frame and unit."""
     shown = Table(
         "from", "width", "feature", "frame", "unit",
         title=f"{title}: {table.width} numbers", title_justify="left",

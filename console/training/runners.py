@@ -1,5 +1,6 @@
-"""The two runners: one process with threads, or Ray actors with the style service beside them."""
+"""The two runners: local worker processes, or Ray actors with a style service."""
 
+import secrets
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -17,19 +18,20 @@ from discriminator.client import StyleClient
 from discriminator.process import start_process
 from learner.protocols import Fleet, Style
 from rpc.channel import ChannelConfig
+from rpc.server import ServerConfig
 from world.errors import ConfigError
 from world.initial.furniture import KINDS
 
 
 @dataclass(frozen=True)
 class Runner:
-    """What a loop drives."""
+    """Fleet and discriminator of a training loop."""
 
     fleet: Fleet
     style: Style | None
     """None: the task reward alone."""
-    starts: tuple[str, ...]
-    """Names of the kinds of start, in the order of their numbers in `episodes`."""
+    kinds: tuple[str, ...]
+    """Names of the categories of initial states, in the order of their indices in `episodes`."""
 
 
 @contextmanager
@@ -38,17 +40,17 @@ def open_runner(
     experiment: Experiment,
     run: RunDirectory,
     workers: int,
-    say: Callable[[str], None],
+    note: Callable[[str], None],
 ) -> Iterator[Runner]:
-    """The runner that the flags ask for; closed on the way out, whatever happens.
+    """Open the runner of the flags; it is closed on exit, also after errors.
 
-    say: gets a line for what goes wrong and is mended, such as a service that died.
+    note: receives a line for each recovered fault, such as a service that died.
     """
     if command.style_service.address and command.runner != "ray":
-        raise ConfigError("--style-service.address is for many processes: add --runner ray")
+        raise ConfigError("--style-service.address needs --runner ray: add it")
     if command.runner == "ray":
         address, style = command.address, command.style_service
-        with ray_runner(experiment, run, workers, address, say, style) as runner:
+        with ray_runner(experiment, run, workers, address, note, style) as runner:
             yield runner
     else:
         with local_runner(experiment, run, workers) as runner:
@@ -57,7 +59,7 @@ def open_runner(
 
 @contextmanager
 def local_runner(experiment: Experiment, run: RunDirectory, workers: int) -> Iterator[Runner]:
-    """Everything in this process, but for workers beyond the first: a process each."""
+    """Open a runner in this process; with several workers each is a process of its own."""
     kind = LocalFleet if workers == 1 else ProcessFleet
     fleet = kind(assembly.make_shard(experiment, run), *_shape(experiment, workers))
     try:
@@ -73,16 +75,17 @@ def ray_runner(
     run: RunDirectory,
     workers: int,
     address: str | None,
-    say: Callable[[str], None],
+    note: Callable[[str], None],
     style: StyleAddress,
 ) -> Iterator[Runner]:
-    """Ray actors, and the style service in a process of its own, or at an address."""
-    from actors.cluster import ray_session  # a second that the local runner can do without
+    """Open a runner of Ray actors, with the style service at an address or in a process of its
+    own."""
+    from actors.cluster import ray_session  # takes a second, which the local runner does not need
     from actors.fleet import RayFleet
 
     with ExitStack() as stack:
-        found = attached(style, experiment, say) if style.address else None
-        client = stack.enter_context(found or style_client(experiment, run, say))
+        found = attached(style, experiment, note) if style.address else None
+        client = stack.enter_context(found or style_client(experiment, run, note))
         stack.enter_context(ray_session(workers, address))
         fleet = RayFleet(assembly.make_shard(experiment, run), *_shape(experiment, workers))
         stack.callback(fleet.close)
@@ -91,17 +94,19 @@ def ray_runner(
 
 @contextmanager
 def style_client(
-    experiment: Experiment, run: RunDirectory, say: Callable[[str], None]
+    experiment: Experiment, run: RunDirectory, note: Callable[[str], None]
 ) -> Iterator[StyleClient]:
-    """A style service of this run's own, on a free port, and its client."""
+    """Start a style service of this run on a free port; yield its client."""
     journal = run.path / "style"
-    # A journal of an earlier session would be ahead of, or behind, the checkpoint to go on from.
+    # The journal of an earlier process can be ahead of the checkpoint, or behind it.
     shutil.rmtree(journal, ignore_errors=True)
-    spec = assembly.style_service(experiment, state=str(journal))
-    process = start_process(spec, say)
+    # without a token any program on this machine could send samples to this training
+    token = secrets.token_hex(32)
+    spec = assembly.style_service(experiment, ServerConfig(token=token), str(journal))
+    process = start_process(spec, note)
     try:
-        channel = ChannelConfig(address=process.address)
-        client = StyleClient(channel, say, lost=lambda: process.lost)
+        channel = ChannelConfig(address=process.address, token=token)
+        client = StyleClient(channel, note, lost=lambda: process.lost)
         try:
             yield client
         finally:
@@ -112,7 +117,7 @@ def style_client(
 
 
 def _shape(experiment: Experiment, workers: int) -> tuple[int, int, int, int, int]:
-    """Scenes, block, workers, seed, horizon: what both fleets are made from."""
+    """Return scenes, block, workers, seed and horizon, the arguments of every fleet."""
     return (
         experiment.scenes,
         experiment.block,

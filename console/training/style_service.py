@@ -1,6 +1,7 @@
-"""A style service that stands alone, made a training's own before it scores anything."""
+"""Connection of a training to a standalone style service."""
 
 import json
+import secrets
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -14,7 +15,7 @@ from rpc.channel import ChannelConfig
 
 
 def channel_config(style: StyleAddress) -> ChannelConfig:
-    """How the flags say that the service is to be reached."""
+    """Return the channel configuration of the flags."""
     return ChannelConfig(
         address=style.address,
         tls_ca=str(style.tls_ca or ""),
@@ -26,15 +27,14 @@ def channel_config(style: StyleAddress) -> ChannelConfig:
 
 @contextmanager
 def attached(
-    style: StyleAddress, experiment: Experiment, say: Callable[[str], None]
+    style: StyleAddress, experiment: Experiment, note: Callable[[str], None]
 ) -> Iterator[StyleClient]:
-    """The client of a service, which begins where a discriminator of this experiment begins.
+    """Yield a client of the service, whose discriminator is reset to this experiment's initial one.
 
-    Whatever the service had learned is replaced, so that the numbers are those of a service of the
-    run's own. Raises StyleError where it was started with other settings, RpcError where it cannot
-    be reached.
+    The numbers are then those of a service of the run's own. Raises StyleError for a service with
+    other settings, RpcError for one that cannot be reached.
     """
-    client = StyleClient(channel_config(style), say)
+    client = StyleClient(channel_config(style), note, training=secrets.token_hex(16))
     try:
         theirs = json.loads(client.status().config)
         ours = json.loads(json.dumps(asdict(experiment.style)))

@@ -1,4 +1,4 @@
-"""Checkpoints: a directory of safetensors files and one manifest, written whole or not at all."""
+"""Checkpoints: directories of safetensors files and one manifest, written atomically."""
 
 import hashlib
 import json
@@ -6,6 +6,7 @@ import os
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +16,15 @@ from safetensors.torch import load_file, save_file
 from torch import Tensor
 
 from policy.errors import CheckpointError, LayoutError
+from world.refusals import refusing
 
 FORMAT = 2
 READABLE = (1, 2)  # the manifest of format 1 has no digest of its own
 MANIFEST = "manifest.json"
+MAX_MANIFEST_BYTES = 64 << 20
+MAX_WIDTH, MAX_LAYERS, MAX_FIELDS = 16_384, 16, 1024
+"""Largest width, number of layers and number of fields of a network that is read."""
+MAX_WEIGHTS = 100_000_000
 SECTIONS = ("policy", "training", "style")
 State = dict[str, Any]
 Table = tuple[tuple[str, int], ...]
@@ -27,7 +33,10 @@ Table = tuple[tuple[str, int], ...]
 
 @dataclass(frozen=True)
 class Layout:
-    """What a checkpoint's numbers mean; two that differ here cannot stand in for one another."""
+    """Task, features, goal, actions and network shape of a checkpoint.
+
+    A checkpoint of one layout cannot be loaded as another.
+    """
 
     task: str
     features: Table
@@ -43,7 +52,7 @@ class Layout:
         return sum(width for _, width in (*self.features, *self.goal))
 
     def require(self, other: "Layout", where: str) -> None:
-        """Raise LayoutError, naming the first difference, unless `other` can be loaded as this."""
+        """Raise LayoutError, naming the first difference, unless `other` equals this layout."""
         if self.skip != other.skip:
             has, do = ("a", "add") if other.skip else ("no", "leave out")
             raise LayoutError(
@@ -59,18 +68,18 @@ class Layout:
 
 @dataclass(frozen=True)
 class Manifest:
-    """The readable part of a checkpoint."""
+    """Layout and counters of a checkpoint, readable without its tensors."""
 
     layout: Layout
     iteration: int
     samples: int
     notes: dict[str, str] = field(default_factory=dict)
-    """Licence and data that the weights come from."""
+    """Licence and training data of the weights, by name."""
 
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """A loaded checkpoint: its manifest, and the sections that were asked for."""
+    """A loaded checkpoint: its manifest and the sections that were read."""
 
     path: Path
     manifest: Manifest
@@ -78,9 +87,10 @@ class Checkpoint:
 
 
 def flatten(state: Mapping[str, Any], prefix: str = "") -> tuple[dict[str, Tensor], State]:
-    """Nested dict -> tensors and JSON values by path "a/b/c"; empty dicts count as values.
+    """Tensors and JSON values of a nested dict, by path "a/b/c"; an empty dict is a value.
 
-    A slash within a key is written ~1 and a tilde ~0 (RFC 6901).
+    A slash within a key is written ~1 and a tilde ~0 (RFC 6901). Raises CheckpointError for keys
+    that are no strings and leaves that are neither.
     """
     tensors: dict[str, Tensor] = {}
     values: State = {}
@@ -102,7 +112,7 @@ def flatten(state: Mapping[str, Any], prefix: str = "") -> tuple[dict[str, Tenso
 
 
 def unflatten(tensors: Mapping[str, Tensor], values: Mapping[str, Any]) -> State:
-    """The nested dict that `flatten` took apart."""
+    """Nested dict from tensors and values by path: the inverse of `flatten`."""
     state: State = {}
     for path, leaf in (*tensors.items(), *values.items()):
         *parents, key = (k.replace("~1", "/").replace("~0", "~") for k in path.split("/"))
@@ -114,9 +124,9 @@ def unflatten(tensors: Mapping[str, Tensor], values: Mapping[str, Any]) -> State
 
 
 def write(path: Path, state: Mapping[str, State], manifest: Manifest) -> Path:
-    """Write sections of state as a checkpoint directory; it appears complete or not at all.
+    """Write sections of state as a checkpoint directory, atomically; returns its path.
 
-    Raises CheckpointError where the disk is full or not writable; nothing half-written is left.
+    Raises CheckpointError where the disk is full or not writable, and removes the partial files.
     """
     partial = path.with_name(f".{path.name}.partial")
     try:
@@ -130,7 +140,7 @@ def write(path: Path, state: Mapping[str, State], manifest: Manifest) -> Path:
             files[file.name] = {"sha256": _digest(file), "bytes": file.stat().st_size}
             _sync(file)
         table = {"format": FORMAT, **asdict(manifest), "files": files, "values": values}
-        text = json.dumps(table | {"sha256": _digest_of(table)}, indent=1)
+        text = json.dumps(table | {"sha256": digest_of(table)}, indent=1)
         (partial / MANIFEST).write_text(text)
         _sync(partial / MANIFEST)
         _sync(partial)
@@ -156,9 +166,14 @@ def read(
 ) -> Checkpoint:
     """Load and verify sections of a checkpoint.
 
-    Raises CheckpointError, naming the file, where one is missing, truncated or changed; LayoutError
-    where it was made for other features, goals, actions or hidden widths than `layout`.
+    Raises CheckpointError, naming the file, where one is missing, truncated or changed, and
+    LayoutError where features, goal, actions or hidden widths differ from `layout`.
     """
+    with refusing(CheckpointError, path, "checkpoint"):
+        return _read(path, sections, layout)
+
+
+def _read(path: Path, sections: Sequence[str], layout: Layout | None) -> Checkpoint:
     raw = _read_manifest(path)
     manifest = _manifest(raw, path)
     if layout is not None:
@@ -182,13 +197,18 @@ def read(
 
 
 def read_manifest(path: Path) -> Manifest:
-    """The manifest alone; nothing else is opened."""
-    return _manifest(_read_manifest(path), path)
+    """Manifest of a checkpoint; opens no other file."""
+    with refusing(CheckpointError, path, "checkpoint"):
+        return _manifest(_read_manifest(path), path)
 
 
 def _read_manifest(path: Path) -> dict[str, Any]:
     file = path / MANIFEST
     try:
+        if file.stat().st_size > MAX_MANIFEST_BYTES:
+            raise CheckpointError(
+                f"{file} has {file.stat().st_size} bytes; at most {MAX_MANIFEST_BYTES} are read"
+            )
         raw = json.loads(file.read_text())
     except FileNotFoundError as error:
         raise CheckpointError(f"{path} is no checkpoint: it has no {MANIFEST}") from error
@@ -198,7 +218,7 @@ def _read_manifest(path: Path) -> dict[str, Any]:
         found = raw.get("format") if isinstance(raw, dict) else None
         known = " and ".join(map(str, READABLE))
         raise LayoutError(f"{file}: format {found}, this version reads formats {known}")
-    if raw["format"] != 1 and raw.pop("sha256", None) != _digest_of(raw):
+    if raw["format"] != 1 and raw.pop("sha256", None) != digest_of(raw):
         raise CheckpointError(
             f"{file} is damaged: not the text that was written; use an older checkpoint"
         )
@@ -209,23 +229,41 @@ def _manifest(raw: Mapping[str, Any], path: Path) -> Manifest:
     try:
         table = raw["layout"]
         layout = Layout(
-            task=table["task"],
+            task=str(table["task"]),
             features=tuple((str(name), int(width)) for name, width in table["features"]),
             goal=tuple((str(name), int(width)) for name, width in table["goal"]),
             actions=int(table["actions"]),
             hidden=tuple(int(width) for width in table["hidden"]),
             skip=bool(table.get("skip", False)),
         )
-        raw["files"], raw["values"]
+        _bounded(layout)
+        if not isinstance(raw["files"], dict) or not isinstance(raw["values"], dict):
+            raise ValueError("files and values")
         return Manifest(layout, int(raw["iteration"]), int(raw["samples"]), dict(raw["notes"]))
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise CheckpointError(
             f"{path / MANIFEST} is damaged: {error!r} missing or wrong"
         ) from error
 
 
+def _bounded(layout: Layout) -> None:
+    """Raise ValueError for a network beyond the bounds of this module.
+
+    Otherwise a manifest of a few bytes could allocate gigabytes.
+    """
+    widths = (*layout.hidden, layout.actions, layout.observation)
+    fields = (*layout.features, *layout.goal)
+    if not all(1 <= width <= MAX_WIDTH for width in widths) or any(w < 0 for _, w in fields):
+        raise ValueError(f"a layer's width beyond 1 to {MAX_WIDTH}")
+    sides = (layout.observation, *layout.hidden, layout.actions)
+    if sum(a * b for a, b in pairwise(sides)) > MAX_WEIGHTS:
+        raise ValueError(f"more than {MAX_WEIGHTS} weights")
+    if not 1 <= len(layout.hidden) <= MAX_LAYERS or len(fields) > MAX_FIELDS:
+        raise ValueError(f"more than {MAX_LAYERS} layers or {MAX_FIELDS} fields")
+
+
 def _unshared(tensors: Mapping[str, Tensor]) -> dict[str, Tensor]:
-    """Contiguous tensors, each with its own storage: the format holds no views."""
+    """Contiguous tensors, each with its own storage, as safetensors needs them."""
     seen: set[int] = set()
     own = {}
     for key, tensor in tensors.items():
@@ -239,9 +277,9 @@ def _unshared(tensors: Mapping[str, Tensor]) -> dict[str, Tensor]:
     return own
 
 
-def _digest_of(table: Mapping[str, Any]) -> str:
-    """Of JSON values, however they are spaced."""
-    # Through JSON and back, as a reader has them: tuples become lists.
+def digest_of(table: Mapping[str, Any]) -> str:
+    """SHA-256 of JSON values, independent of white space and of the order of keys."""
+    # Through JSON and back, so that tuples become lists as in a file that is read.
     text = json.dumps(json.loads(json.dumps(table)), sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 

@@ -1,83 +1,108 @@
-"""Policies that follow their checkpoints: a better one replaces what is served, a bad one never."""
+"""Reload of served policies: a new valid checkpoint replaces the served version."""
 
 import asyncio
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from prometheus_client import CollectorRegistry, Counter
 
+from policy.checkpoints.background import run_in_background
 from policy.checkpoints.served import Served
 from world.errors import InhabitError
 
+SLOW_S = 30.0
+"""Duration of a poll beyond which it is reported as slow, s."""
 Signature = tuple[str, int, int, int]
+"""Path, modification time (ns), inode and size of a manifest."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """Where a policy comes from, and how it is read."""
+    """Name of a policy, and functions that find and load its checkpoint."""
 
     name: str
     find: Callable[[], Path]
-    """The checkpoint to serve now; InhabitError where there is none."""
+    """Returns the checkpoint to serve now; raises InhabitError where there is none."""
     load: Callable[[Path], Served]
-    """Reads and verifies it; InhabitError where it cannot be served."""
+    """Reads and verifies a checkpoint; raises InhabitError where it cannot be served."""
 
 
 class Follower:
-    """The version of one policy that is served, and the watch over its checkpoint."""
+    """The served version of one policy, replaced when its checkpoint changes."""
 
-    def __init__(self, source: Source, say: Callable[[str], None] | None = None) -> None:
+    def __init__(self, source: Source, report: Callable[[str], None] | None = None) -> None:
         """Load the first version.
 
-        say: gets one line for every reload and refusal. Raises InhabitError where the first cannot
-        be served.
+        report: called with one line for every reload and refusal.
+        Raises InhabitError where the first version cannot be served.
         """
         self.source = source
-        self._say = say or (lambda line: None)
+        self._report = report or (lambda line: None)
         path = source.find()
-        self._seen = signature(path)
+        self._signature = signature(path)
         self.served = source.load(path).check()
         self.reloads = 0
         self.last_refusal = ""
+        self._poll: asyncio.Future[bool] | None = None
+        self._began = 0.0
         self._reloads: Counter | None = None
         self._refusals: Counter | None = None
 
     def observe(self, reloads: Counter, refusals: Counter) -> None:
-        """Count among the service's metrics."""
+        """Count reloads and refusals in these metrics."""
         self._reloads, self._refusals = reloads, refusals
 
     async def poll(self) -> bool:
-        """Look for another checkpoint and take it if it can be served; whether it was taken.
+        """Load a changed checkpoint if it can be served; returns whether it replaced the version.
 
-        Reading goes on beside the serving. Whatever goes wrong, the present version stays.
+        The files are read on another thread. After any error the present version stays.
         """
-        loop = asyncio.get_running_loop()
         try:
-            path = self.source.find()
-            seen = signature(path)
+            path, found = await run_in_background(self._find)
         except InhabitError as error:
             return self._refuse(str(error))
         except OSError as error:
             return self._refuse(f"{error.filename}: {error.strerror}")
-        if seen == self._seen:
+        if found == self._signature:
             return False
-        self._seen = seen
+        self._signature = found
         try:
-            served = await loop.run_in_executor(None, self._read, path)
+            served = await run_in_background(self._read, path)
         except InhabitError as error:
             return self._refuse(str(error))
-        except Exception as error:  # a foreign file may fail in any way; the service goes on
+        except Exception as error:  # a foreign file may fail in any way; the service must go on
             return self._refuse(f"{path}: {type(error).__name__}: {error}")
         if served.digest == self.served.digest:
             self.last_refusal = ""
             return False
-        self._say(f"{self.source.name}: {self.served.version} -> {served.version} ({path})")
+        self._report(f"{self.source.name}: {self.served.version} -> {served.version} ({path})")
         self.served, self.last_refusal = served, ""
         self.reloads += 1
         if self._reloads is not None:
             self._reloads.inc()
         return True
+
+    def watch(self) -> None:
+        """Poll in a task of its own, unless the last poll still runs: a disk that hangs delays
+        neither serving nor other reloads nor the end."""
+        now = time.monotonic()
+        if self._poll is not None and not self._poll.done():
+            if now - self._began > SLOW_S:
+                self._refuse(f"its checkpoint is not read for {SLOW_S:g} s: is its disk there?")
+            return
+        self._began = now
+        self._poll = asyncio.ensure_future(self.poll())
+
+    def close(self) -> None:
+        """Cancel a poll that runs."""
+        if self._poll is not None:
+            self._poll.cancel()
+
+    def _find(self) -> tuple[Path, Signature]:
+        path = self.source.find()
+        return path, signature(path)
 
     def _read(self, path: Path) -> Served:
         served = self.source.load(path).check()
@@ -89,21 +114,21 @@ class Follower:
     def _refuse(self, why: str) -> bool:
         if why != self.last_refusal:
             self.last_refusal = why
-            self._say(f"{self.source.name}: still serving {self.served.version}: {why}")
+            self._report(f"{self.source.name}: still serving {self.served.version}: {why}")
             if self._refusals is not None:
                 self._refusals.inc()
         return False
 
 
 def signature(path: Path) -> Signature:
-    """Changes when a checkpoint does, without reading it; OSError where there is none."""
+    """Signature of a checkpoint, which changes when it is replaced; OSError without a manifest."""
     manifest = path / "manifest.json"
     status = manifest.stat()
     return str(path.resolve()), status.st_mtime_ns, status.st_ino, status.st_size
 
 
 def counters(registry: CollectorRegistry) -> tuple[Counter, Counter]:
-    """(reloads, refused reloads), by policy."""
+    """Counters of reloads and of refused reloads, by policy."""
     return (
         Counter("policy_reloads", "Checkpoints taken.", ["policy"], registry=registry),
         Counter("policy_refused_reloads", "Checkpoints refused.", ["policy"], registry=registry),

@@ -1,4 +1,4 @@
-"""The checkpoints of one run: the last few and the best, with `latest` and `best` by name."""
+"""Checkpoints of one run: the last few and the best, with links `latest` and `best`."""
 
 import os
 import shutil
@@ -13,7 +13,7 @@ LATEST, BEST = "latest", "best"
 
 
 class RunCheckpoints:
-    """Writes `NNNNNN/` directories and keeps the last `keep`, the latest and the best of them."""
+    """Writer of `NNNNNN/` directories that keeps the last `keep` of them and the best."""
 
     def __init__(
         self,
@@ -30,7 +30,7 @@ class RunCheckpoints:
         self.on_saved = on_saved
 
     def save(self, iteration: int, state: dict[str, Any], best: bool = False) -> None:
-        """Write a checkpoint, move the names to it, and drop the oldest ones."""
+        """Write a checkpoint, move `latest` (and `best`) to it, and remove old ones."""
         samples = int(state["training"]["learner"]["samples"])
         manifest = Manifest(self.layout, iteration, samples, self.notes)
         path = write(self.directory / f"{iteration:06d}", state, manifest)
@@ -45,7 +45,7 @@ class RunCheckpoints:
             self.on_saved(path)
 
     def all(self) -> list[Path]:
-        """Checkpoints, oldest first."""
+        """Directories of the checkpoints, oldest first."""
         found = [p for p in self.directory.glob("[0-9]*") if p.is_dir()]
         return sorted(found, key=lambda p: int(p.name))
 
@@ -64,7 +64,7 @@ class RunCheckpoints:
 
 
 def read_newest(directory: Path, layout: Layout) -> tuple[Checkpoint, list[str]]:
-    """The latest checkpoint of a run that is whole, and a line about each newer one that is not.
+    """The latest intact checkpoint of a run, and the error line of each newer one.
 
     Raises the error of the latest one, CheckpointError or LayoutError, where none can be loaded.
     """
@@ -84,7 +84,10 @@ def read_newest(directory: Path, layout: Layout) -> tuple[Checkpoint, list[str]]
 
 
 def resolve(path: Path) -> Path:
-    """A checkpoint directory from a run, a run's `checkpoints`, or a checkpoint: its latest."""
+    """Directory of the latest checkpoint of a run or of its `checkpoints`, or a checkpoint itself.
+
+    Raises CheckpointError where the path is none of them.
+    """
     for found in (path, path / LATEST, path / "checkpoints" / LATEST):
         if (found / "manifest.json").exists():
             return found.resolve()

@@ -1,4 +1,4 @@
-"""A policy ready to be served: its network, what its actions mean, and where it comes from."""
+"""One version of a served policy: network, action map, manifest and digest."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,6 +13,7 @@ from policy.errors import LayoutError
 from policy.model.acting import Policy
 from world import tasks
 from world.character import model as character
+from world.character.actions import ActionMap
 from world.character.features import STATE
 from world.config import WorldConfig
 from world.tasks import Task
@@ -24,38 +25,13 @@ STATE_WIDTH, ACTIONS = STATE.width, character.NU
 
 
 @dataclass(frozen=True)
-class Servos:
-    """How actions become servo targets: offset + scale · action, everything [28] rad, float32."""
-
-    offset: Tensor
-    scale: Tensor
-    low: Tensor
-    high: Tensor
-    clip: float
-    """Actions beyond this are clipped."""
-
-    @staticmethod
-    def of(world: WorldConfig) -> "Servos":
-        """The servos of a world's settings."""
-        low, high = (torch.from_numpy(bound).float() for bound in character.target_bounds())
-        offset = torch.from_numpy(character.neutral_targets()).float()
-        scale = world.action_scale * (high - low)
-        return Servos(offset, scale, low, high, world.action_clip)
-
-    def targets(self, action: Tensor) -> Tensor:
-        """Servo targets [n, 28] rad, within their bounds, of actions [n, 28]."""
-        wanted = self.offset + self.scale * action.clamp(-self.clip, self.clip)
-        return torch.maximum(torch.minimum(wanted, self.high), self.low)
-
-
-@dataclass(frozen=True)
 class Served:
-    """One version of one policy; never changed, only replaced."""
+    """One version of one policy; immutable, a reload replaces it."""
 
     name: str
-    """What requests call it."""
+    """Name of the policy in requests."""
     weights: Mapping[str, Tensor]
-    """As `policy.model.acting.publish` gives them."""
+    """Published weights, as of `policy.model.acting.publish`."""
     manifest: Manifest
     world: WorldConfig
     digest: str
@@ -63,51 +39,52 @@ class Served:
     sigma: float = 0.0
     """Standard deviation of sampled actions, in units of the action."""
     style: StyleScore | None = None
-    """What the checkpoint's discriminator says, if it has one."""
+    """Style reward of the checkpoint's discriminator, if it has one."""
 
     @cached_property
     def version(self) -> str:
-        """Iteration and the first digits of the digest."""
+        """Name of the version: iteration and first digits of the digest."""
         return f"{self.manifest.iteration}-{self.digest[:8]}"
 
     @cached_property
     def task(self) -> Task:
-        """What the policy does."""
+        """Task of the policy."""
         return tasks.make(self.manifest.layout.task)
 
     @cached_property
-    def servos(self) -> Servos:
-        """What its actions mean."""
-        return Servos.of(self.world)
+    def action_map(self) -> ActionMap:
+        """Map from actions to set-points, float32."""
+        return ActionMap.of(self.world.action_scale, self.world.action_clip, torch.float32)
 
     @cached_property
     def policy(self) -> Policy:
-        """The network."""
+        """Network of the policy."""
         return Policy(self.weights)
 
     @cached_property
     def width(self) -> int:
-        """Of (state, goal)."""
+        """Width of the observation (state, goal)."""
         return STATE_WIDTH + self.task.goal.width
 
     @cached_property
     def _layers(self) -> list[tuple[Tensor, Tensor]]:
-        """Weights and biases: modules cost as much as the arithmetic of a small batch.
+        """Weights and biases of the layers.
 
-        Detached, so that nothing is recorded: inference mode would cost a lone row a tenth more.
+        Module calls cost as much as the arithmetic of a small batch. The tensors are detached so
+        that autograd records nothing; inference mode would cost a single row a tenth more.
         """
         linears = [m for m in self.policy.actor.layers if isinstance(m, nn.Linear)]
         return [(linear.weight.detach(), linear.bias.detach()) for linear in linears]
 
     @cached_property
     def _skip(self) -> Tensor | None:
-        """Transposed matrix of the actor's linear map, if it has one, detached likewise."""
+        """Transposed matrix of the actor's linear map, detached; None without one."""
         skip = self.policy.actor.skip
         return None if skip is None else skip.weight.detach().T
 
     def act(self, observation: Tensor) -> Tensor:
         """Mean actions [n, 28] for rows of (state, goal) [n, width], float32."""
-        rows, right = self.policy.seen(observation)
+        rows, right = self.policy.network_input(observation)
         *hidden, (weight, bias) = self._layers
         inner = rows
         for matrix, offset in hidden:
@@ -115,10 +92,10 @@ class Served:
         means = functional.linear(inner, weight, bias)
         if self._skip is not None:
             means = torch.addmm(means, rows, self._skip)
-        return self.policy.done(means, right)
+        return self.policy.world_action(means, right)
 
     def check(self) -> "Served":
-        """Itself, or LayoutError if it cannot act: its features, or numbers in its weights."""
+        """Return itself; raise LayoutError for features, shapes or weights that cannot act."""
         features = tuple((f.name, f.width) for f in STATE)
         goal = tuple((f.name, f.width) for f in self.task.goal)
         layout = self.manifest.layout
@@ -127,7 +104,7 @@ class Served:
                 f"{self.name}: made for other features, goals or actions than {self.task.name} has"
             )
         if self.policy.mean.shape != (self.width,) or self.policy.actions != ACTIONS:
-            raise LayoutError(f"{self.name}: its weights are of another size than its layout says")
+            raise LayoutError(f"{self.name}: its weights differ in size from its layout")
         if not self.act(torch.zeros(1, self.width)).isfinite().all():
             raise LayoutError(f"{self.name}: its weights hold numbers that are not finite")
         return self

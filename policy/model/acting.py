@@ -1,4 +1,4 @@
-"""What acts: an actor and its normaliser rebuilt from published weights."""
+"""A policy for acting: actor, normaliser and symmetry from published weights."""
 
 from collections.abc import Mapping
 
@@ -16,8 +16,7 @@ ACTOR, NORMALISER, SYMMETRY = "actor.", "normaliser.", "symmetry."
 def publish(
     actor: Actor, normaliser: Normaliser, symmetry: Symmetry | None = None
 ) -> dict[str, Tensor]:
-    """Copies of the actor's weights, its normaliser and, where it knows one side alone, what the
-    other is; flat, ready to be sent."""
+    """Flat copies of the weights of an actor, its normaliser and its symmetry, ready to be sent."""
     weights = {f"{ACTOR}{k}": v.detach().clone() for k, v in actor.state_dict().items()}
     sides = {} if symmetry is None else symmetry.tensors()
     return (
@@ -28,7 +27,7 @@ def publish(
 
 
 class Policy:
-    """Mean actions from states and goals; rebuilt or refilled from published weights."""
+    """Mean actions from states and goals, with published weights."""
 
     def __init__(self, weights: Mapping[str, Tensor], precision: Precision = FLOAT32) -> None:
         self.precision = precision
@@ -37,7 +36,7 @@ class Policy:
         self.load(weights)
 
     def load(self, weights: Mapping[str, Tensor]) -> None:
-        """Take newer weights of the same shapes."""
+        """Load weights of the same shapes."""
         self.actor.load_state_dict(_part(weights, ACTOR))
         self.symmetry = Symmetry.of(_part(weights, SYMMETRY))
         self.mean = weights[f"{NORMALISER}mean"]
@@ -46,22 +45,24 @@ class Policy:
 
     @torch.no_grad()
     def __call__(self, state: Tensor, goal: Tensor) -> Tensor:
-        """State [n, 114] and goal [n, G] -> mean action [n, 28], float32."""
-        observation, right = self.seen(torch.cat((state, goal), -1))
+        """Mean actions [n, 28], float32, of states [n, 114] and goals [n, G]."""
+        observation, right = self.network_input(torch.cat((state, goal), -1))
         with self.precision.context():
-            return self.done(self.actor(observation), right)
+            return self.world_action(self.actor(observation), right)
 
-    def seen(self, observation: Tensor) -> tuple[Tensor, Tensor | None]:
-        """What the actor sees of observations [n, d]: their images in the mirror where [n] bool,
-        returned too, says so; normalised."""
+    def network_input(self, observation: Tensor) -> tuple[Tensor, Tensor | None]:
+        """Normalised input of the actor for observations [n, d], on the canonical side.
+
+        Returns also [n] bool: where the input is the mirror image (None: nowhere).
+        """
         right = None
         if self.symmetry is not None:
-            observation, right = self.symmetry.seen(observation)
+            observation, right = self.symmetry.canonical(observation)
         return normalise(observation, self.mean, self.std, self.clip), right
 
-    def done(self, action: Tensor, right: Tensor | None) -> Tensor:
-        """What is to be done where the actor said `action` [n, 28] to what `seen` gave."""
-        return action if self.symmetry is None else self.symmetry.done(action, right)
+    def world_action(self, action: Tensor, right: Tensor | None) -> Tensor:
+        """Actions [n, 28] in the world from the actor's, with the mask of `network_input`."""
+        return action if self.symmetry is None else self.symmetry.restored(action, right)
 
 
 def _part(weights: Mapping[str, Tensor], prefix: str) -> dict[str, Tensor]:

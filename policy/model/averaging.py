@@ -1,4 +1,4 @@
-"""The mean of several checkpoints of one run: a policy without the noise of the last updates."""
+"""Average of the policies of several checkpoints of one run."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -15,10 +15,12 @@ _FIRST, _SKIP = "layers.0.", "skip.weight"
 def mean_policy(policies: Sequence[Mapping[str, Any]], limits: NormaliserConfig) -> dict[str, Any]:
     """The last of several `policy` sections, its averaged actor replaced by the mean of all.
 
-    Stochastic weight averaging (Izmailov et al. 2018): the noise of the updates, which one actor
-    carries, is divided by their number. The observation normaliser moves from one to the next:
-    each actor is first written as the same function under the last one's. limits: those that the
-    run normalises with. CheckpointError where the networks differ in shape.
+    Stochastic weight averaging (Izmailov et al. 2018) reduces the noise of the last updates. The
+    observation normaliser differs between checkpoints, so each actor is first rewritten as the same
+    function under the last one's normaliser.
+
+    limits: clip and floor that the run normalises with.
+    Raises CheckpointError where the networks differ in shape.
     """
     if not policies:
         raise CheckpointError("no checkpoints to average")
@@ -45,7 +47,7 @@ def _normaliser(state: Mapping[str, Tensor], limits: NormaliserConfig) -> Normal
 
 
 def _under(actor: Mapping[str, Tensor], own: Normaliser, target: Normaliser) -> dict[str, Tensor]:
-    """The actor, float64, as the same function of what `target` normalises (up to the clip)."""
+    """Weights, float64, of the same actor under the normaliser `target` (exact up to the clip)."""
     moved = {name: value.double() for name, value in actor.items()}
     weight = moved[_FIRST + "weight"]
     shift = (target.mean - own.mean) / own.std.double()

@@ -1,4 +1,4 @@
-"""The actor and critic networks: separate ReLU perceptrons on the normalised state and goal."""
+"""Actor and critic: separate ReLU perceptrons of the normalised state and goal."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -7,14 +7,14 @@ from itertools import pairwise
 import torch
 from torch import Tensor, nn
 
-# The first mean action is then about zero: the mean mocap pose.
+# Makes the initial mean action about zero, which is the mean mocap pose.
 ACTOR_OUTPUT_GAIN = 0.01
 
 
 def perceptron(
     inputs: int, hidden: Sequence[int], outputs: int, output_gain: float
 ) -> nn.Sequential:
-    """Linear layers with ReLU between them; orthogonal weights, zero biases."""
+    """Linear layers with ReLU between them; orthogonal initial weights, zero biases."""
     widths = [inputs, *hidden, outputs]
     layers: list[nn.Module] = []
     for k, (fan_in, fan_out) in enumerate(pairwise(widths)):
@@ -27,9 +27,10 @@ def perceptron(
 
 
 def evaluate(layers: nn.Sequential, x: Tensor) -> Tensor:
-    """The layers in the ambient precision, but for the last, which is always in float32.
+    """Output of the layers, in the ambient precision except for the last, which is in float32.
 
-    Eight bits of a mean action are up to a fifth of its noise, and of a value more than a reward.
+    Rounding to eight bits changes a mean action by up to a fifth of its noise, and a value by more
+    than a reward.
     """
     *body, head = layers
     for layer in body:
@@ -44,10 +45,10 @@ class Actor(nn.Module):
     def __init__(
         self, inputs: int, actions: int, hidden: Sequence[int] = (512, 256), skip: bool = False
     ) -> None:
-        """skip: with a linear map from the observation beside the layers, 0 at first."""
+        """skip: add a linear map from the observation to the output, initially 0."""
         super().__init__()
         self.layers = perceptron(inputs, hidden, actions, ACTOR_OUTPUT_GAIN)
-        # Joints are told about where they already are: what the layers need not say again.
+        # Set-points are near the present joint positions; the map takes this part off the layers.
         self.skip = nn.Linear(inputs, actions, bias=False) if skip else None
         if self.skip is not None:
             nn.init.zeros_(self.skip.weight)
@@ -64,12 +65,12 @@ class Actor(nn.Module):
 
     @staticmethod
     def like(weights: Mapping[str, Tensor], prefix: str = "") -> "Actor":
-        """A fresh one of the shape of these weights."""
+        """A new actor of the shape of these weights."""
         inputs, actions, hidden = hidden_widths(weights, prefix)
         return Actor(inputs, actions, hidden, f"{prefix}skip.weight" in weights)
 
     def forward(self, observation: Tensor) -> Tensor:
-        """Normalised (state, goal) [n, inputs] -> mean action [n, actions]."""
+        """Mean actions [n, actions] of normalised (state, goal) [n, inputs]."""
         means = evaluate(self.layers, observation)
         if self.skip is None:
             return means
@@ -90,7 +91,7 @@ class Critic(nn.Module):
         return _head(self.layers)
 
     def forward(self, observation: Tensor) -> Tensor:
-        """Normalised (state, goal) [n, inputs] -> normalised value [n]."""
+        """Normalised values [n] of normalised (state, goal) [n, inputs]."""
         return evaluate(self.layers, observation).squeeze(-1)
 
 

@@ -1,6 +1,5 @@
-"""Running mean and variance of a vector, merged a batch at a time, and the clip with it."""
+"""Normalisers of observations and returns by running mean and variance."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
@@ -9,12 +8,12 @@ from torch import Tensor
 
 @dataclass(frozen=True)
 class NormaliserConfig:
-    """How inputs are scaled before the networks see them."""
+    """Clip and floor of a normaliser."""
 
     clip: float = 5.0
-    """Normalised inputs are clipped at plus and minus this."""
+    """Greatest magnitude of a normalised input; larger ones are clipped."""
     std_floor: float = 1e-2
-    """Smallest standard deviation divided by, in the input's own units."""
+    """Least standard deviation that an input is divided by, in the input's units."""
 
 
 def normalise(x: Tensor, mean: Tensor, std: Tensor, clip: float) -> Tensor:
@@ -23,7 +22,7 @@ def normalise(x: Tensor, mean: Tensor, std: Tensor, clip: float) -> Tensor:
 
 
 class Normaliser:
-    """Mean and variance of all rows seen so far [d], float64 (Chan et al. 1979, pairwise merge)."""
+    """Mean and variance [d] of all rows so far, float64 (pairwise merge, Chan et al. 1979)."""
 
     def __init__(self, width: int, config: NormaliserConfig | None = None) -> None:
         self.config = config or NormaliserConfig()
@@ -45,24 +44,19 @@ class Normaliser:
         variance, mean = torch.var_mean(rows, dim=0, correction=0)
         total = self.count + n
         delta = mean - self.mean
-        # Columns never seen start from nothing: their placeholder variance of 1 has count 0.
+        # The initial variance of 1 has count 0, so it does not enter the merge.
         squares = self.variance * self.count + variance * n
         squares += delta.square() * self.count * n / total
         self.mean = self.mean + delta * n / total
         self.variance = squares / total
         self.count = total
 
-    def forget(self, columns: Sequence[int]) -> None:
-        """Start the given columns anew: what was constant in the last task explodes in the next."""
-        index = torch.as_tensor(columns, dtype=torch.int64)
-        self.mean[index], self.variance[index], self.count[index] = 0.0, 1.0, 0.0
-
     def __call__(self, rows: Tensor) -> Tensor:
         """Normalised and clipped rows [.., d], float32."""
         return normalise(rows, self.mean.float(), self.std, self.config.clip)
 
     def published(self) -> dict[str, Tensor]:
-        """What acting needs: mean [d], std [d] and clip [], float32."""
+        """Tensors for acting: mean [d], std [d] and clip [], float32."""
         clip = torch.tensor(self.config.clip, dtype=torch.float32)
         return {"mean": self.mean.float(), "std": self.std, "clip": clip}
 
@@ -82,7 +76,7 @@ class Normaliser:
 
 
 class ValueNormaliser:
-    """Mean and standard deviation of the returns, so that the critic learns numbers near one."""
+    """Mean and standard deviation of the returns, by which the critic's targets are scaled."""
 
     def __init__(self, memory: float = 2e6, std_floor: float = 1e-2) -> None:
         self._moments = Normaliser(1, NormaliserConfig(std_floor=std_floor))
@@ -100,20 +94,20 @@ class ValueNormaliser:
 
     @property
     def fresh(self) -> bool:
-        """True until the first batch has been merged."""
+        """Whether no batch is merged yet."""
         return float(self._moments.count[0]) == 0.0
 
     def update(self, returns: Tensor) -> None:
-        """Merge returns [n]; samples older than `memory` fade, because returns grow in training."""
+        """Merge returns [n]; the count is capped at `memory`, because returns grow in training."""
         self._moments.update(returns.reshape(-1, 1))
         self._moments.count = self._moments.count.clamp(max=self._memory)
 
     def normalise(self, values: Tensor) -> Tensor:
-        """Returns -> units of the critic, any shape."""
+        """Normalised values of returns, any shape."""
         return (values - self.mean) / self.std
 
     def denormalise(self, values: Tensor) -> Tensor:
-        """Units of the critic -> returns, any shape."""
+        """Returns of normalised values, any shape."""
         return values * self.std + self.mean
 
     def state_dict(self) -> dict[str, Tensor]:

@@ -1,4 +1,4 @@
-"""Concurrent requests gathered into one forward pass, for at most a moment."""
+"""Batching of concurrent requests into one forward pass."""
 
 import asyncio
 import time
@@ -14,30 +14,33 @@ from torch import Tensor
 from policy.checkpoints.served import ACTIONS, STATE_WIDTH, Served
 from policy.config import BatchConfig
 from policy.errors import BusyError, RequestError
-from policy.service.batch_size import Company
-from policy.service.situations import SITUATION, observations
+from policy.objects.columns import POSE_WIDTH
+from policy.service.batch_size import BatchSizePredictor
+from policy.service.poses import observations
 from world.character.features import STATE, Table
 
 _FLOAT = np.dtype("<f4")
+SMALL_ROWS = 16
+"""Most rows of a small request; larger ones have a queue of their own."""
 _ROW = ACTIONS * _FLOAT.itemsize
 
 
 class Answer(NamedTuple):
-    """What a request gets."""
+    """Result of a request."""
 
     action: bytes
     """[rows, 28] float32."""
     target: bytes
-    """[rows, 28] float32, rad."""
+    """[rows, 28] float32: set-points, rad."""
     version: str
 
 
 class Entry(NamedTuple):
-    """A request that waits."""
+    """A queued request."""
 
     rows: int
     data: bytes
-    """[rows, width] float32: (state, goal) or, where `posed`, situations."""
+    """[rows, width] float32: (state, goal) or, where `posed`, pose rows of policy.service.poses."""
     posed: bool
     noise: np.ndarray | None
     """[rows, 28] standard normal; None: the mean action."""
@@ -46,7 +49,7 @@ class Entry(NamedTuple):
 
 
 class BatchMetrics:
-    """What the batchers of a service did."""
+    """Metrics of the batchers of a service."""
 
     def __init__(self, registry: CollectorRegistry) -> None:
         label = ["policy"]
@@ -67,34 +70,37 @@ class BatchMetrics:
 
 
 class Batcher:
-    """The queue of one policy. Used on one event loop."""
+    """Request queue of one policy, on one event loop."""
 
     def __init__(
         self, served: Callable[[], Served], config: BatchConfig, metrics: BatchMetrics
     ) -> None:
-        """`served`: gives the version to act with, asked once a batch."""
+        """served: returns the version to act with; called once per batch."""
         self._served, self._config = served, config
         self._waiting: deque[Entry] = deque()
+        #: Large requests have their own queue, so that they do not delay the small ones.
+        self._large: deque[Entry] = deque()
+        self._large_next = False
         self._rows = 0
         self._timer: asyncio.Handle | None = None
         self._soon = False
-        #: Streams that are open and calls in progress: when each of them has a request waiting, and
-        #: no further calls are likely, nothing is waited for.
+        #: Open streams and calls in progress. When each of them has a queued request and no further
+        #: calls are expected, the batch does not wait.
         self.streams = self.calls = 0
-        self._company = Company()
+        self._predictor = BatchSizePredictor()
         name = served().name
         self._batch_rows, self._queued = metrics.rows.labels(name), metrics.queued.labels(name)
         self._refused, self._wait = metrics.refused.labels(name), metrics.wait.labels(name)
 
     @property
     def queued_rows(self) -> int:
-        """Rows waiting now."""
+        """Number of rows in the queue."""
         return self._rows
 
     def submit(
         self, data: bytes, rows: int, posed: bool, noise: np.ndarray | None
     ) -> "asyncio.Future[Answer]":
-        """The answer to `rows` rows, to come; see Entry. BusyError where too many wait already."""
+        """Future answer to a request (fields as in Entry); BusyError where the queue is full."""
         if self._rows + rows > self._config.max_queued_rows:
             self._refused.inc()
             raise BusyError(
@@ -103,11 +109,12 @@ class Batcher:
             )
         loop = asyncio.get_running_loop()
         answer: asyncio.Future[Answer] = loop.create_future()
-        self._waiting.append(Entry(rows, data, posed, noise, answer, time.monotonic()))
+        queue = self._large if rows > SMALL_ROWS else self._waiting
+        queue.append(Entry(rows, data, posed, noise, answer, time.monotonic()))
         self._rows += rows
         full = self._rows >= self._config.max_rows or self._complete()
         if full and not self._soon:
-            # not at once: what else has arrived is read first
+            # not at once, so that requests that have already arrived join the batch
             self._cancel_timer()
             self._soon = True
             loop.call_soon(self._flush)
@@ -116,10 +123,10 @@ class Batcher:
         return answer
 
     def _complete(self) -> bool:
-        """Whether everyone has asked who is going to."""
-        if len(self._waiting) < self.streams + self.calls:
+        """Whether no further request is expected."""
+        if len(self._waiting) + len(self._large) < self.streams + self.calls:
             return False
-        return not (self.calls and self._company.missing(self.calls))
+        return not (self.calls and self._predictor.expects_more_than(self.calls))
 
     def _cancel_timer(self) -> None:
         if self._timer is not None:
@@ -127,22 +134,26 @@ class Batcher:
             self._timer = None
 
     def _flush(self) -> None:
-        """One forward pass for the requests that have waited longest."""
+        """Run one forward pass for the requests that have waited longest."""
         self._cancel_timer()
         self._soon = False
         if self.calls:
-            self._company.came(self.calls)
+            self._predictor.observe(self.calls)
         batch: list[Entry] = []
         rows = 0
-        while self._waiting and (
-            not batch or rows + self._waiting[0].rows <= self._config.max_rows
-        ):
-            entry = self._waiting.popleft()
-            self._rows -= entry.rows
-            if not entry.answer.done():  # its caller may have gone, or run out of time
-                batch.append(entry)
-                rows += entry.rows
-        if self._waiting:
+        # in turn, so that each queue waits for at most one pass of the other
+        first, second = self._waiting, self._large
+        if self._large_next:
+            first, second = second, first
+        self._large_next = not self._large_next
+        for queue in (first, second):
+            while queue and (not batch or rows + queue[0].rows <= self._config.max_rows):
+                entry = queue.popleft()
+                self._rows -= entry.rows
+                if not entry.answer.done():  # its call may be cancelled or past its deadline
+                    batch.append(entry)
+                    rows += entry.rows
+        if self._waiting or self._large:
             self._soon = True
             asyncio.get_running_loop().call_soon(self._flush)
         if not batch:
@@ -169,7 +180,7 @@ class Batcher:
                 rows = _tensor(raw, served.width)
             parts.append(torch.from_numpy(rows))
         if posed:
-            parts.append(observations(torch.from_numpy(_tensor(posed, SITUATION)), served.task))
+            parts.append(observations(torch.from_numpy(_tensor(posed, POSE_WIDTH)), served.task))
         entries = raw + posed
         if not entries:
             return
@@ -181,7 +192,7 @@ class Batcher:
                 for entry in entries
             ]
             action = action + served.sigma * torch.from_numpy(np.concatenate(noise))
-        targets = served.servos.targets(action).numpy().tobytes()
+        targets = served.action_map.set_points(action).numpy().tobytes()
         actions = action.numpy().tobytes()
         version, start = served.version, 0
         for entry in entries:
@@ -191,20 +202,20 @@ class Batcher:
 
 
 def _tensor(entries: list[Entry], width: int) -> np.ndarray:
-    """All rows [n, width], float32 and writable."""
+    """Rows [n, width] of all entries, float32 and writable."""
     data = bytearray().join([entry.data for entry in entries])
     return np.frombuffer(data, _FLOAT).reshape(-1, width)
 
 
 def _refused(entries: list[Entry], rows: np.ndarray, served: Served) -> list[Entry]:
-    """The entries whose rows are finite; the others get their refusal."""
-    sound, start = [], 0
+    """Entries whose rows are finite; the others get a RequestError."""
+    finite, start = [], 0
     for entry in entries:
         own = rows[start : start + entry.rows]
         start += entry.rows
         wrong = np.argwhere(~np.isfinite(own))
         if not len(wrong):
-            sound.append(entry)
+            finite.append(entry)
             continue
         row, column = (int(i) for i in wrong[0])
         table, field = STATE, "state"
@@ -217,11 +228,11 @@ def _refused(entries: list[Entry], rows: np.ndarray, served: Served) -> list[Ent
                 f"{own[row, column + (STATE_WIDTH if field == 'goal' else 0)]}, must be finite"
             )
         )
-    return sound
+    return finite
 
 
 def _feature(table: Table, column: int) -> tuple[str, int]:
-    """The feature that a column belongs to, and the column's place in it."""
+    """Name of the feature that a column belongs to, and the column's index in it."""
     for feature in table:
         part = table.slice(feature.name)
         if part.start <= column < part.stop:

@@ -1,4 +1,4 @@
-"""The policy service: a thin servicer round batchers, checkpoints that are followed, and scenes."""
+"""gRPC service of policies: batching, reload of checkpoints, and simulation."""
 
 import asyncio
 from collections.abc import AsyncIterator, Callable, Sequence
@@ -13,7 +13,7 @@ from policy.checkpoints.reload import Follower, Source, counters
 from policy.checkpoints.served import STATE_WIDTH, Served
 from policy.config import PolicyServiceConfig
 from policy.errors import BusyError, RequestError
-from policy.service import description, requests
+from policy.messages import description, requests
 from policy.service.batching import Answer, Batcher, BatchMetrics
 from policy.service.streams import Stream, Streams
 from policy.synthesis.streaming import Synthesis
@@ -22,10 +22,13 @@ from rpc.server import ServerConfig
 from rpc.v1 import policy_pb2 as pb
 from rpc.v1 import policy_pb2_grpc
 from world.errors import ChoiceError, ConfigError, InhabitError
+from world.tasks import Task
 
 NAME = "rpc.v1.Policy"
-#: One Control frame in so many is timed: each costs a few microseconds.
+#: One Control frame in so many is timed; timing costs a few microseconds.
 _SAMPLED = 32
+#: Situations that are read without a pause, which takes one or two milliseconds.
+_PART = 8
 ERRORS: dict[type[Exception], grpc.StatusCode] = {
     ChoiceError: grpc.StatusCode.NOT_FOUND,
     BusyError: grpc.StatusCode.RESOURCE_EXHAUSTED,
@@ -34,7 +37,7 @@ ERRORS: dict[type[Exception], grpc.StatusCode] = {
 
 
 class PolicyService(policy_pb2_grpc.PolicyServicer):
-    """Serves one or more policies by name, on one event loop."""
+    """Servicer of one or more policies by name, on one event loop."""
 
     def __init__(
         self, followers: Sequence[Follower], config: PolicyServiceConfig, server: AioServer
@@ -60,6 +63,7 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
         syntheses = Gauge("policy_syntheses", "Syntheses going on.", registry=registry)
         self.streams = Streams("Control streams", config.max_streams, open_streams)
         self.syntheses = Streams("syntheses", config.synthesis.max_at_a_time, syntheses)
+        self._parsing = asyncio.Lock()
         self._synthesis = Synthesis(config.synthesis)
         self._limits = pb.Limits(
             max_rows=config.max_rows,
@@ -71,7 +75,7 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
         )
 
     def _named(self, task: str) -> str:
-        """The policy that a request means."""
+        """Name of the policy of a request; RequestError or ChoiceError if there is none."""
         if task in self.followers:
             return task
         if not task and len(self.followers) == 1:
@@ -104,16 +108,30 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
         """See policy.proto."""
         name = self._named(request.task)
         task = self.followers[name].served.task
-        data, rows = requests.situations(request.situations, task, self.config.max_situations)
+        data, rows = await self._poses(request.situations, task)
         seed = request.seed if request.HasField("seed") else None
         return await self._answer(name, data, rows, True, seed)
+
+    async def _poses(self, messages: Sequence[pb.Situation], task: Task) -> tuple[bytes, int]:
+        """As `requests.poses`, in parts, one large call at a time, so that streams are served after
+        each part."""
+        requests.count(len(messages), "situations", self.config.max_poses)
+        if len(messages) <= _PART:
+            return requests.poses(messages, task)
+        found = []
+        async with self._parsing:
+            for first in range(0, len(messages), _PART):
+                part, _ = requests.poses(messages[first : first + _PART], task, first)
+                found.append(part)
+                await asyncio.sleep(0)
+        return b"".join(found), len(messages)
 
     async def _answer(
         self, name: str, data: bytes, rows: int, posed: bool, seed: int | None
     ) -> pb.ActReply:
         batcher = self.batchers[name]
         noise = None if seed is None else requests.noise(seed, 0, rows)
-        # in parts, so that a large call does not keep the streams waiting
+        # in parts, so that a large call does not delay the streams
         most, size = self.config.batch.max_rows, len(data) // rows
         found: list[Answer] = []
         batcher.calls += 1
@@ -158,7 +176,7 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
         stream: Stream,
         context: grpc.aio.ServicerContext,
     ) -> None:
-        """Frame after frame of one character, until the client has no more."""
+        """Answer the frames of one character until the client ends the stream."""
         served = self.followers[name].served
         task, widths = served.task, _widths(served)
         clock = asyncio.get_running_loop().time
@@ -180,7 +198,7 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
                 own = request.observation
                 data, _ = requests.observation(own.state, own.goal, widths, 1)
             elif kind == "situation":
-                data, _ = requests.situations([request.situation], task, 1)
+                data, _ = requests.poses([request.situation], task)
             else:
                 raise RequestError("input: missing, must be an observation or a situation")
             noise = requests.noise(request.seed, sequence, 1) if request.HasField("seed") else None
@@ -212,7 +230,7 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
                 stream.reads()
 
     async def watch(self) -> None:
-        """Look for better checkpoints and for streams that stand still, until cancelled."""
+        """Poll checkpoints and end idle streams, until cancelled."""
         since = 0.0
         while True:
             await asyncio.sleep(min(1.0, self.config.poll_s))
@@ -222,10 +240,10 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
             if since >= self.config.poll_s:
                 since = 0.0
                 for follower in self.followers.values():
-                    await follower.poll()
+                    follower.watch()
 
     async def end_streams(self) -> None:
-        """Close what is still open, before the server stops."""
+        """Close the open streams, before the server stops."""
         for streams in (self.streams, self.syntheses):
             streams.end_all("the server is shutting down: connect to another, or again later")
         await asyncio.sleep(0)
@@ -244,11 +262,11 @@ async def serving(
     sources: Sequence[Source],
     server_config: ServerConfig,
     config: PolicyServiceConfig | None = None,
-    say: Callable[[str], None] | None = None,
+    report: Callable[[str], None] | None = None,
 ) -> AsyncIterator[tuple[AioServer, PolicyService]]:
-    """A started server of policies; it is drained at the end.
+    """Run a server of policies within a `with`, and drain it at the end.
 
-    Raises InhabitError where a policy cannot be served, RpcError where the address cannot.
+    Raises InhabitError where a policy cannot be served, RpcError where the address cannot be used.
     """
     torch.set_num_threads(1)
     names = [source.name for source in sources]
@@ -256,7 +274,7 @@ async def serving(
         raise ConfigError(f"policies {', '.join(names)}: each needs a name of its own, NAME=RUN")
     server = AioServer(server_config, ERRORS)
     service = PolicyService(
-        [Follower(s, say) for s in sources], config or PolicyServiceConfig(), server
+        [Follower(s, report) for s in sources], config or PolicyServiceConfig(), server
     )
     server.add(policy_pb2_grpc.add_PolicyServicer_to_server, service)
     await server.start([NAME])
@@ -265,6 +283,8 @@ async def serving(
         yield server, service
     finally:
         watch.cancel()
+        for follower in service.followers.values():
+            follower.close()
         await server.drain(service.end_streams)
 
 
@@ -272,10 +292,10 @@ async def serve(
     sources: Sequence[Source],
     server_config: ServerConfig,
     config: PolicyServiceConfig | None = None,
-    say: Callable[[str], None] | None = None,
+    report: Callable[[str], None] | None = None,
     started: Callable[[AioServer, PolicyService], None] = lambda server, service: None,
 ) -> None:
-    """Serve until SIGTERM or SIGINT, then drain; `started` is called when it serves."""
-    async with serving(sources, server_config, config, say) as (server, service):
+    """Serve until SIGTERM or SIGINT, then drain; started: called once the server runs."""
+    async with serving(sources, server_config, config, report) as (server, service):
         started(server, service)
         await server.wait()

@@ -1,4 +1,4 @@
-"""The streams that are open: how many there may be, and the end of those that stand still."""
+"""Open streams: a limit on their number, and time-outs of idle clients."""
 
 import asyncio
 import time
@@ -15,29 +15,29 @@ from rpc.errors import RefusedError
 
 @dataclass(eq=False)
 class Stream:
-    """One call that goes on; its handler says what it waits for, so that others can end it."""
+    """One streaming call; its handler records what it waits for, so that it can be timed out."""
 
     task: "asyncio.Task[object]"
     since: float
     writing: bool = False
-    """Whether it waits for the client to take a reply, and not for the client to say something."""
+    """Whether it waits for the client to read a reply, rather than to send a message"""
     ended: RefusedError | None = None
-    """Why it was ended from outside."""
+    """Why the stream was ended from outside"""
 
     def reads(self) -> None:
-        """It now waits for the client's next message."""
+        """Record that it waits for the client's next message."""
         self.since, self.writing = time.monotonic(), False
 
     def writes(self) -> None:
-        """It now waits for the client to take a reply."""
+        """Record that it waits for the client to read a reply."""
         self.since, self.writing = time.monotonic(), True
 
 
 class Streams:
-    """The open streams of one kind of call."""
+    """Open streams of one method."""
 
     def __init__(self, what: str, limit: int, gauge: Gauge | None = None) -> None:
-        """`what`: plural, for messages."""
+        """what: plural noun for messages."""
         self._what, self._limit, self._gauge = what, limit, gauge
         self._open: set[Stream] = set()
 
@@ -46,7 +46,7 @@ class Streams:
 
     @contextmanager
     def one(self) -> Iterator[Stream]:
-        """A place for this call; BusyError where there is none. RefusedError if it is ended."""
+        """Stream of this call; BusyError at the limit, RefusedError if it is ended from outside."""
         if len(self._open) >= self._limit:
             raise BusyError(
                 f"{len(self._open)} {self._what} are open and at most {self._limit} may be: "
@@ -55,7 +55,7 @@ class Streams:
         task = asyncio.current_task()
         assert task is not None
         stream = Stream(task, time.monotonic())
-        # identity: streams are compared by nothing else
+        # compared by identity (eq=False)
         self._open.add(stream)
         self._count()
         try:
@@ -69,20 +69,20 @@ class Streams:
             self._count()
 
     def end_idle(self, idle_s: float, stalled_s: float) -> None:
-        """End those that said nothing for idle_s, or took nothing for stalled_s."""
+        """End streams whose client sends nothing for idle_s, or reads nothing for stalled_s."""
         now = time.monotonic()
         for stream in list(self._open):
-            patience = stalled_s if stream.writing else idle_s
-            if now - stream.since > patience:
+            timeout_s = stalled_s if stream.writing else idle_s
+            if now - stream.since > timeout_s:
                 did = "took no reply" if stream.writing else "sent nothing"
                 self._end(
                     stream,
                     grpc.StatusCode.DEADLINE_EXCEEDED,
-                    f"the client {did} for {patience:g} s: the stream is closed",
+                    f"the client {did} for {timeout_s:g} s: the stream is closed",
                 )
 
     def end_all(self, why: str) -> None:
-        """End every one, as UNAVAILABLE."""
+        """End all streams with UNAVAILABLE."""
         for stream in list(self._open):
             self._end(stream, grpc.StatusCode.UNAVAILABLE, why)
 

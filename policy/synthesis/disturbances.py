@@ -1,4 +1,4 @@
-"""What disturbs a simulated character: pushes, balls thrown at it, its furniture put elsewhere."""
+"""Disturbances of a simulated character: pushes, thrown balls and moved furniture."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ import torch
 
 from policy.errors import RequestError
 from policy.fields import Numbers, number, upright, vector
-from policy.synthesis.props import Props
+from policy.objects import Props
 from rpc.v1 import policy_pb2 as pb
 from world.character import model as character
 from world.character.features import Body
@@ -17,15 +17,15 @@ from world.scene.perturbations import Disturbance, Mover, Moving, Thrower, Throw
 
 _MAX_FORCE_N = 1e4
 _STEP_S = 1.0 / character.CONTROL_HZ
-#: Balls: their number, weights (kg), radii (m) and speeds (m/s; beyond the last they would pass
-#: through a limb between two substeps).
+#: Bounds of balls: number, masses (kg), radii (m) and speeds (m/s; a faster ball would pass through
+#: a limb between two substeps).
 _MOST_BALLS, _MASSES_KG, _RADII_M, _SPEEDS_M_S = 200, (0.01, 20.0), (0.02, 0.3), (1.0, 20.0)
-#: How near the character comes before its furniture moves, and how far that goes, m.
+#: Bounds of a displacement, m: distance of the character that triggers it, and its length.
 _NEAR_M, _SHIFTS_M = (0.0, 100.0), (0.01, 10.0)
 
 
 def thrown(message: pb.SynthesizeRequest, steps: int) -> Disturbance | None:
-    """The balls that a request of `steps` control steps asks for, if any."""
+    """Thrown balls of a request of `steps` control steps; None without any."""
     if not message.HasField("projectiles"):
         return None
     given, how = message.projectiles, Throwing()
@@ -50,12 +50,12 @@ def thrown(message: pb.SynthesizeRequest, steps: int) -> Disturbance | None:
 
 
 def displaced(message: pb.SynthesizeRequest) -> Disturbance | None:
-    """How a request has the furniture move away, if at all."""
+    """Displacement of the furniture in a request; None without one."""
     if not message.HasField("displacement"):
         return None
     given, how = message.displacement, Moving()
     if message.moves:
-        raise RequestError("displacement: not together with moves, which say where it is")
+        raise RequestError("displacement: not together with moves, choose one of them")
     if given.HasField("near_m"):
         near_m = number(given.near_m, "displacement.near_m", *_NEAR_M)
         how = replace(how, near_m=(near_m, near_m))
@@ -66,12 +66,12 @@ def displaced(message: pb.SynthesizeRequest) -> Disturbance | None:
 
 
 def balls_of(what: Disturbance | None) -> tuple[Ball, ...]:
-    """What the scene needs for them."""
+    """Balls that the scene must contain for a disturbance."""
     return () if what is None else what.balls()
 
 
 class Disturbances:
-    """All that happens to one scene, in time."""
+    """Schedule of all disturbances of one scene."""
 
     def __init__(
         self,
@@ -81,26 +81,26 @@ class Disturbances:
         throws: Disturbance | None,
         displacement: Disturbance | None,
     ) -> None:
-        """Of a scene that has begun. Raises RequestError, naming the field."""
+        """Schedule for a scene in its initial state; RequestError names a wrong field."""
         self._props, self._scenes = props, scenes
         self._moves, self._pushes = _moves(request), _pushes(request)
         self._force = scenes.batch.bind("xfrc_applied")
         self._throws = throws
         self._thrower = None if throws is None else Thrower(throws, scenes)
-        self._mover = None if displacement is None else Mover(displacement, *props.spot())
+        self._mover = None if displacement is None else Mover(displacement, *props.use_point())
         self.balls_thrown = 0
 
     @property
     def moved(self) -> bool:
-        """Whether the furniture has begun to move away."""
+        """Whether the displacement has begun."""
         return self._mover is not None and bool(self._mover.elapsed_s[0] >= 0)
 
     def balls(self) -> torch.Tensor:
-        """[balls, 3] m, world: where they are; not a number for those out of the scene."""
+        """Positions of the balls [balls, 3], m, world; NaN for those out of the scene."""
         return torch.zeros(0, 3) if self._thrower is None else self._thrower.position[0]
 
     def step(self, step: int, body: Body) -> None:
-        """What is due before control step `step`: things moved or thrown, forces on or off."""
+        """Apply what is due before control step `step`: moves, throws and forces."""
         time_s = step * _STEP_S + 1e-9
         while self._moves and self._moves[0][0] <= time_s:
             _, position, yaw = self._moves.pop(0)
@@ -132,7 +132,7 @@ def _moves(request: pb.SynthesizeRequest) -> list[tuple[float, Numbers, float]]:
 
 
 def _pushes(request: pb.SynthesizeRequest) -> list[tuple[float, float, int, Numbers]]:
-    """(from s, to s, body's number in the model, force N) of the pushes."""
+    """(from s, to s, body id in the model, force N) of the pushes."""
     found = []
     for i, push in enumerate(request.pushes):
         if push.body not in character.BODIES:
@@ -142,11 +142,11 @@ def _pushes(request: pb.SynthesizeRequest) -> list[tuple[float, float, int, Numb
         begin = number(push.at_s, f"pushes[{i}].at_s", 0.0, 1e4)
         length = number(push.seconds, f"pushes[{i}].seconds", 0.0, 60.0)
         force = vector(push.force, f"pushes[{i}].force", 3, _MAX_FORCE_N)
-        # the world is the model's body 0
+        # body 0 of the model is the world
         found.append((begin, begin + length, 1 + character.BODIES.index(push.body), force))
     return found
 
 
 def _signed(seed: int) -> int:
-    """An unsigned seed of 64 bits as the streams take it."""
+    """The signed 64-bit integer of an unsigned seed, as the random streams take it."""
     return seed - (1 << 64) if seed >= 1 << 63 else seed

@@ -1,6 +1,6 @@
-"""One scene simulated for a client: furniture, start, disturbances, a frame after every step."""
+"""One scene simulated for a client: object, initial state, disturbances and frames."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import torch
@@ -8,9 +8,9 @@ from torch import Tensor
 
 from policy.checkpoints.served import Served
 from policy.fields import Numbers, number
-from policy.service.requests import coordinates, noise
+from policy.messages.requests import coordinates, noise
+from policy.objects import props_of
 from policy.synthesis.disturbances import Disturbances, balls_of, displaced, thrown
-from policy.synthesis.props import props_of
 from rpc.v1 import policy_pb2 as pb
 from world import rotations
 from world.character import kinematics
@@ -19,20 +19,19 @@ from world.character.features import Body
 from world.errors import InhabitError
 from world.furniture.piece import Piece
 from world.scene.batch import Scenes
-from world.tasks import Place
-from world.tasks.task import state
+from world.scene.target import Target, state
 
-#: How far above the floor a standing start is set down, m.
+#: Height of a standing initial state above the floor, m.
 _LIFT_M = 0.002
 DEFAULT_S = 20.0
 
 
 class UnstableError(InhabitError):
-    """A simulation that blew up."""
+    """The state of a simulation became non-finite."""
 
 
 class Simulation:
-    """What one Synthesize request asks for; not shared between threads."""
+    """Simulation of one Synthesize request; not thread-safe."""
 
     def __init__(
         self,
@@ -40,11 +39,13 @@ class Simulation:
         served: Served,
         max_s: float,
         piece: Piece | None = None,
+        cancelled: Callable[[], bool] = lambda: False,
     ) -> None:
-        """Compile the scene and set the character down.
+        """Compile the scene and set its initial state.
 
-        piece: the furniture, at its scale, in the place of the request's shape. Raises RequestError
-        for what cannot be simulated, naming the field.
+        piece: furniture, at its scale, used instead of the request's shape. cancelled: returns
+        whether the client has cancelled the call; polled while a mesh is decomposed.
+        Raises RequestError, naming the field, for what cannot be simulated.
         """
         self._served, self._task = served, served.task
         seconds = request.seconds if request.HasField("seconds") else DEFAULT_S
@@ -55,12 +56,12 @@ class Simulation:
         self._seed = request.seed if request.HasField("seed") else None
         throws, displacement = thrown(request, self.steps), displaced(request)
         self.balls = balls_of(throws)
-        self.props = props_of(request, self._task, self.balls, piece)
+        self.props = props_of(request, self._task, self.balls, piece, cancelled)
         world = served.world
         self.scenes = Scenes([self.props.model], world.action_scale, world.action_clip)
         qpos, qvel = _start(request.start)
         here = torch.zeros(1, dtype=torch.int64)
-        self.scenes.set_down(
+        self.scenes.set_state(
             here,
             torch.from_numpy(qpos)[None],
             torch.from_numpy(qvel)[None],
@@ -74,39 +75,42 @@ class Simulation:
 
     @torch.inference_mode()
     def frames(self) -> Iterator[pb.SynthesizeReply]:
-        """The start, a frame a step, and the summary; UnstableError if the simulation blows up."""
+        """The initial frame, a frame per control step, and the summary.
+
+        Raises UnstableError if the state becomes non-finite.
+        """
         body = self.scenes.body()
-        place = self.props.place(self.scenes)
-        seen = state(body, place)
+        target = self.props.target(self.scenes)
+        seen = state(body, target)
         held, success_s, precision, success, fell = 0, -1.0, -1.0, False, False
         made = 0
         for step in range(self.steps + 1):
             style = None
             if step:
                 self.disturbances.step(step - 1, body)
-                place = self.props.place(self.scenes)
-                action = self._action(body, place, step)
+                target = self.props.target(self.scenes)
+                action = self._action(body, target, step)
                 self.scenes.act(action)
                 if not bool(self.scenes.finite()[0]):
                     raise UnstableError(
                         f"the simulation blew up after {step / character.CONTROL_HZ:.2f} s: start "
                         "from another pose, or push less"
                     )
-                body, place = self.scenes.body(), self.props.place(self.scenes)
-                now = state(body, place)
+                body, target = self.scenes.body(), self.props.target(self.scenes)
+                now = state(body, target)
                 if self._served.style is not None:
                     style = float(self._served.style(seen, now)[0])
                 seen = now
-            error = float(self._task.error_m(body, place)[0])
+            error = float(self._task.error_m(body, target)[0])
             success = error <= self._task.success_m
-            fell = bool(self._task.fell(body, place)[0])
+            fell = bool(self._task.fell(body, target)[0])
             held = held + 1 if success else 0
             if success and not fell:
                 if success_s < 0:
                     success_s = step / character.CONTROL_HZ
                 precision = error if precision < 0 else min(precision, error)
             frame = self._frame(step, body, style)
-            terms = self._task.reward_terms(body, place)
+            terms = self._task.reward_terms(body, target)
             frame.reward_terms.extend(terms[0].tolist())
             frame.reward = float((terms * self._weights).sum())
             frame.error_m, frame.success, frame.fell = error, success, fell
@@ -126,9 +130,9 @@ class Simulation:
             )
         )
 
-    def _action(self, body: Body, place: Place, step: int) -> Tensor:
+    def _action(self, body: Body, target: Target, step: int) -> Tensor:
         observation = torch.cat(
-            (state(body, place), self._task.goal_features(body, place)), dim=1
+            (state(body, target), self._task.goal_features(body, target)), dim=1
         )  # fmt: skip
         action = self._served.act(observation)
         if self._seed is not None:
@@ -150,7 +154,7 @@ class Simulation:
         if style is not None:
             frame.style_score = style
         for index, at in enumerate(self.disturbances.balls().tolist()):
-            if at[0] == at[0]:  # not those that wait, which have no place
+            if at[0] == at[0]:  # balls out of the scene are NaN
                 frame.balls.add(number=index, position=at)
         if self._with_bodies:
             frame.body_position.extend(body.position[0].flatten().tolist())
@@ -159,7 +163,7 @@ class Simulation:
 
 
 def body_rotations(qpos: Tensor) -> Tensor:
-    """World rotations [n, 15, 4] (w, x, y, z) of the bodies at qpos [n, 43]."""
+    """Rotations [n, 15, 4] (w, x, y, z) of the bodies in the world frame at qpos [n, 43]."""
     local = kinematics.local_rotations(qpos)
     found = [local[:, 0]]
     for body in range(1, len(character.BODIES)):
@@ -168,7 +172,7 @@ def body_rotations(qpos: Tensor) -> Tensor:
 
 
 def _start(start: pb.Start) -> tuple[Numbers, Numbers]:
-    """qpos [43] and qvel [34] of a start; absent: standing at the origin, facing +x."""
+    """qpos [43] and qvel [34] of the initial state; default: standing at the origin, facing +x."""
     if start.WhichOneof("how") == "pose":
         return coordinates(start.pose, "start.pose")
     stance = start.standing

@@ -1,22 +1,26 @@
-"""Simulations beside the serving: made on threads, sent as fast as the client takes them."""
+"""Simulations on threads, whose frames are streamed as fast as the client reads them."""
 
 import asyncio
-import itertools
-from collections.abc import AsyncIterator, Iterator
+import functools
+import threading
+from collections.abc import AsyncIterator, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
 
 import torch
 
 from policy.checkpoints.served import Served
 from policy.config import SynthesisConfig
-from policy.service import description
+from policy.messages import description
 from policy.synthesis.simulation import Simulation
 from rpc.v1 import policy_pb2 as pb
 from world.character import model as character
 
+Made = TypeVar("Made")
+
 
 class Synthesis:
-    """Runs requests, a few at a time."""
+    """Runs Synthesize requests on a pool of threads."""
 
     def __init__(self, config: SynthesisConfig) -> None:
         self._config = config
@@ -27,23 +31,47 @@ class Synthesis:
     async def run(
         self, request: pb.SynthesizeRequest, served: Served
     ) -> AsyncIterator[pb.SynthesizeReply]:
-        """The replies to a request; nothing is made that the client is not ready to take."""
-        loop = asyncio.get_running_loop()
-        simulation = await loop.run_in_executor(
-            self._threads, Simulation, request, served, self._config.max_s
+        """Replies to a request, simulated only as far ahead as `buffer_frames`.
+
+        A cancelled call stops its simulation, and counts as running until that has stopped.
+        """
+        cancelled = threading.Event()
+        make = functools.partial(
+            Simulation, request, served, self._config.max_s, cancelled=cancelled.is_set
         )
+        simulation = await self._run(make, cancelled)
         yield pb.SynthesizeReply(header=header(simulation, served))
-        frames = simulation.frames()
-        while part := await loop.run_in_executor(self._threads, self._some, frames):
+        some = functools.partial(self._next_replies, simulation.frames(), cancelled)
+        while part := await self._run(some, cancelled):
             for reply in part:
                 yield reply
 
-    def _some(self, frames: Iterator[pb.SynthesizeReply]) -> list[pb.SynthesizeReply]:
-        return list(itertools.islice(frames, self._config.ahead))
+    async def _run(self, work: Callable[[], Made], cancelled: threading.Event) -> Made:
+        """Result of work on a thread; when cancelled, set the event and wait for the thread."""
+        future = asyncio.get_running_loop().run_in_executor(self._threads, work)
+        try:
+            return await asyncio.shield(future)
+        except asyncio.CancelledError:
+            cancelled.set()
+            await asyncio.wait([future])
+            if not future.cancelled():
+                future.exception()  # retrieved, so that asyncio does not log it
+            raise
+
+    def _next_replies(
+        self, frames: Iterator[pb.SynthesizeReply], cancelled: threading.Event
+    ) -> list[pb.SynthesizeReply]:
+        made: list[pb.SynthesizeReply] = []
+        while len(made) < self._config.buffer_frames and not cancelled.is_set():
+            frame = next(frames, None)
+            if frame is None:
+                break
+            made.append(frame)
+        return made
 
 
 def header(simulation: Simulation, served: Served) -> pb.SynthesisHeader:
-    """What the frames of a simulation mean."""
+    """Header of a simulation, which describes its frames."""
     return pb.SynthesisHeader(
         task=served.task.name,
         version=served.version,

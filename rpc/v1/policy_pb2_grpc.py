@@ -65,35 +65,35 @@ class PolicyServicer:
     """Missing associated documentation comment in .proto file."""
 
     def Describe(self, request, context):
-        """What the policies served here expect and mean, and where they come from.
+        """Features, actions, limits and origin of the served policies.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def Act(self, request, context):
-        """Actions for a batch of states and goals, built by the caller.
+        """Actions for a batch of states and goals, which the client computes.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def ActFromPose(self, request, context):
-        """Actions for a batch of poses: the service builds states and goals.
+        """Actions for a batch of poses, from which the service computes states and goals.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def Control(self, request_iterator, context):
-        """One character at the control rate: a frame in, an action out, in order.
+        """Actions for one character at the control rate: one reply per request, in order.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def Synthesize(self, request, context):
-        """Simulates the character in a scene: a header, the frames as they are made, a summary.
+        """Simulation of the character in a scene: a header, the frames as they are computed, a summary.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')

@@ -65,7 +65,7 @@ class StyleServicer:
     """Missing associated documentation comment in .proto file."""
 
     def Score(self, request_iterator, context):
-        """Style rewards of one rollout: a header first, then the data of its fields in any order.
+        """Style rewards of one rollout: first a header, then the data of its fields in any order.
         The transitions enter the replay once, however often the same batch id is sent.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
@@ -73,27 +73,28 @@ class StyleServicer:
         raise NotImplementedError('Method not implemented!')
 
     def Train(self, request, context):
-        """Train version + 1 from `version`; asked again, gives the same metrics and trains nothing.
+        """Train version + 1 from `version`; a repeated call returns the same metrics.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def Status(self, request, context):
-        """Missing associated documentation comment in .proto file."""
+        """Version, counters and configuration.
+        """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def Checkpoint(self, request, context):
-        """Everything that decides what the service does next.
+        """The complete state of the service.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def Restore(self, request_iterator, context):
-        """Become the discriminator of a checkpoint; truncated or of another layout, nothing changes.
+        """Load a state; if it is truncated or of another layout, nothing changes.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')

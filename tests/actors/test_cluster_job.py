@@ -18,11 +18,11 @@ from pathlib import Path
 import pytest
 
 from console.run.directory import RunDirectory
-from console.run.machine import family
+from console.run.machine import process_tree
 from console.run.metrics import read_metrics
-from tests.actors.test_cluster_loopback import listening
 from tests.support import small_clips
 from tests.support.paths import ROOT
+from tests.support.rpc.sockets import listening
 
 RAY = [sys.executable, "-c", "from ray.scripts.scripts import main; main()"]
 SMALL = [
@@ -144,7 +144,7 @@ def test_a_training_streams_its_log_and_ends_with_0(cluster: Cluster, tmp_path: 
 
 
 def ray_job_submit(cluster: Cluster, *words: str) -> subprocess.CompletedProcess[str]:
-    """Ray's own command as docs/cluster.md has it: in the repository, and nothing else given."""
+    """Ray's own command as docs/how-to/cluster.md has it, run in the repository."""
     job = ["python", "-m", "console", "train", *words]
     return subprocess.run(
         [*RAY, "job", "submit", "--working-dir", ".", "--", *job],
@@ -173,7 +173,7 @@ def test_ray_s_own_submit_streams_the_log_and_tells_success_from_failure(
 
 
 def test_the_head_listens_to_no_other_machine(cluster: Cluster) -> None:
-    addresses = listening(family())
+    addresses = listening(process_tree())
     assert len(addresses) >= 8, "control store, dashboard, node, object manager, agents, client"
     assert [a for a in addresses if not a.is_loopback] == []
 

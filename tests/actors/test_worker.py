@@ -5,49 +5,23 @@ import time
 import pytest
 import torch
 
-from actors.local import LocalFleet, divide
+from actors.local import LocalFleet
 from actors.worker import Worker
-from policy.errors import LayoutError
-from policy.model.acting import Policy, publish
-from policy.model.networks import Actor, log_density
-from policy.model.normaliser import Normaliser
-from policy.rollout import Rollout, next_states
-from tests.support.point_shard import ACTION, EDGE, GOAL, LIMIT, STATE, STRIDE, PointShard
-from world.errors import ConfigError
+from policy.model.acting import Policy
+from policy.model.networks import log_density
+from policy.rollout import next_states
+from tests.support.learning.points import assert_same, collect, fleet, weights
+from tests.support.point_shard import (
+    ACTION,
+    EDGE,
+    LIMIT,
+    STATE,
+    STRIDE,
+    PointShard,
+    next_goals,
+)
 from world.precision import decide
 from world.random_streams import normal
-
-
-def weights(gain: float = 3.0) -> dict[str, torch.Tensor]:
-    torch.manual_seed(0)
-    actor, normaliser = Actor(STATE + GOAL, ACTION, (16, 16)), Normaliser(STATE + GOAL)
-    with torch.no_grad():
-        actor.layers[-1].weight.mul_(gain / 0.01)
-    return publish(actor, normaliser)
-
-
-def fleet(workers: int, scenes: int = 48, block: int = 8, **shard) -> LocalFleet:
-    return LocalFleet(
-        lambda owned: PointShard(owned, 5, **shard), scenes, block, workers, seed=5, horizon=40
-    )
-
-
-def collect(workers: int, **shard) -> Rollout:
-    held = fleet(workers, **shard)
-    try:
-        return held.collect(weights(), 3, 0.2)
-    finally:
-        held.close()
-
-
-def assert_same(one: Rollout, other: Rollout) -> None:
-    for name, tensor in one.tensors().items():
-        assert torch.equal(tensor, other.tensors()[name]), name
-
-
-@pytest.mark.parametrize("workers", [2, 3, 6])
-def test_same_bits_for_any_number_of_workers(workers):
-    assert_same(collect(1), collect(workers))
 
 
 def test_rollout_obeys_the_dynamics():
@@ -67,13 +41,6 @@ def test_rollout_obeys_the_dynamics():
     target = next_states(got)[..., :2] + next_goals(got)
     error = (following - target).square().sum(-1)
     torch.testing.assert_close(got.rewards, torch.exp(-error), rtol=1e-4, atol=1e-5)
-
-
-def next_goals(got: Rollout) -> torch.Tensor:
-    """Offset to the target after each step, across resets."""
-    following = got.goals[1:].clone()
-    following[got.end_index[:, 0], got.end_index[:, 1]] = got.end_goals
-    return following
 
 
 def test_actions_are_the_mean_and_the_streams_noise():
@@ -130,30 +97,6 @@ def test_a_workers_error_surfaces():
     with pytest.raises(RuntimeError, match="the scene burst"):
         held.collect(weights(), 0, 0.1)
     held.close()
-
-
-def test_blocks_are_shared_whole():
-    assert divide(64, 8, 3) == [range(24), range(24, 48), range(48, 64)]
-    for scenes, block, workers in ((60, 8, 2), (16, 8, 3), (0, 8, 1)):
-        with pytest.raises(ConfigError, match="multiple of 8"):
-            divide(scenes, block, workers)
-
-
-def test_a_state_is_taken_up_by_any_number_of_workers():
-    one, three = fleet(1), fleet(3)
-    one.collect(weights(), 0, 0.2)
-    three.load_state_dict(one.state_dict())
-    assert_same(one.collect(weights(), 1, 0.2), three.collect(weights(), 1, 0.2))
-    one.close()
-    three.close()
-
-
-def test_a_state_of_other_scenes_is_refused():
-    one, other = fleet(2), fleet(2, scenes=64)
-    with pytest.raises(LayoutError, match="48 scenes, this fleet has 64"):
-        other.load_state_dict(one.state_dict())
-    one.close()
-    other.close()
 
 
 def test_the_shards_views_are_copied():

@@ -22,7 +22,7 @@ from discriminator.trainer import Discriminator
 from policy.service.servicer import serving
 from rpc.channel import ChannelConfig
 from rpc.errors import RpcError
-from rpc.probe import ask_health
+from rpc.probe import check_health
 from rpc.server import ServerConfig
 from rpc.v1 import style_pb2, style_pb2_grpc
 from tests.support.paths import ROOT
@@ -237,7 +237,7 @@ def scraped(address: str) -> set[str]:
 
 
 def healthy(address: str, service: str) -> bool:
-    return ask_health(ChannelConfig(address), service, timeout_s=60) > 0
+    return check_health(ChannelConfig(address), service, timeout_s=60) > 0
 
 
 def test_the_dashboard_asks_for_metrics_that_services_expose() -> None:
@@ -283,7 +283,7 @@ def test_the_health_port_answers_nothing_but_health(tmp_path: Path) -> None:
     finally:
         server.drain()
     with pytest.raises(RpcError, match="does not answer"):
-        ask_health(ChannelConfig(server.health_address), timeout_s=60)
+        check_health(ChannelConfig(server.health_address), timeout_s=60)
 
 
 def test_the_panels_have_places_and_names_of_their_own() -> None:

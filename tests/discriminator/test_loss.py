@@ -2,15 +2,11 @@
 
 import math
 
-import numpy as np
 import pytest
 import torch
 
-from discriminator import loss, normaliser
-from discriminator.errors import StyleError
+from discriminator import loss
 from discriminator.network import StyleNetwork
-from discriminator.pairing import check_rollout, next_states
-from discriminator.replay import Replay
 
 
 def network(inputs: int = 6, hidden: tuple[int, ...] = (16, 8)) -> StyleNetwork:
@@ -63,58 +59,3 @@ def test_regularisation_by_hand() -> None:
         net.linears[0].bias.fill_(100.0)
     total = loss.regularisation(net, logit=0.1, decay=0.01).item()
     assert total == pytest.approx(0.9 + 0.13)
-
-
-def test_successors_of_ended_episodes_are_their_last_states() -> None:
-    states = torch.arange(3 * 2, dtype=torch.float32).reshape(3, 2, 1)
-    after = next_states(states, torch.tensor([[0, 1], [1, 0]]), torch.tensor([[-1.0], [-2.0]]))
-    assert after.squeeze(-1).tolist() == [[2.0, -1.0], [-2.0, 5.0]]
-    assert states[1, 1, 0] == 3.0  # the rollout itself is left alone
-
-
-def test_a_rollout_of_another_shape_is_refused_by_field() -> None:
-    states, ends = torch.zeros(3, 2, 4), torch.zeros(0, 2, dtype=torch.int64)
-    valid = torch.ones(2, 2, dtype=torch.bool)
-    check_rollout(states, ends, torch.zeros(0, 4), valid, 4)
-    wrong = [
-        (states, ends, torch.zeros(0, 4), valid, 5, "states"),
-        (states, ends.int(), torch.zeros(0, 4), valid, 4, "end_index"),
-        (states, torch.tensor([[2, 0]]), torch.zeros(1, 4), valid, 4, "end_index"),
-        (states, torch.tensor([[0, -1]]), torch.zeros(1, 4), valid, 4, "end_index"),
-        (states, ends, torch.zeros(1, 4), valid, 4, "end_states"),
-        (states, ends, torch.zeros(0, 4), valid[:1], 4, "valid"),
-    ]
-    for a, b, c, d, width, field in wrong:
-        with pytest.raises(StyleError, match=f"^{field}: "):
-            check_rollout(a, b, c, d, width)
-
-
-def test_replay_keeps_all_until_full_then_a_share() -> None:
-    memory = Replay(1000, 1, seed=0)
-    rows = torch.arange(900.0).unsqueeze(1)
-    assert memory.insert(rows, 0, 0.01) == 900
-    assert memory.insert(rows[:200], 1, 0.0) == 100  # exactly what fits
-    assert torch.equal(memory.rows[:, 0], torch.cat([torch.arange(900.0), torch.arange(100.0)]))
-    new = torch.full((100_000, 1), -1.0)
-    kept = memory.insert(new, 2, 0.002)
-    assert 150 < kept < 250  # binomial: mean 200, deviation 14
-    assert int((memory.rows == -1).sum()) == kept  # distinct slots
-
-
-def test_inserting_a_batch_again_from_the_same_state_changes_nothing() -> None:
-    memory = Replay(100, 1, seed=5)
-    memory.insert(torch.zeros(100, 1), 0, 1.0)
-    memory.insert(torch.arange(1.0, 1001.0).unsqueeze(1), 1, 0.05)
-    once = memory.rows.clone()
-    memory.insert(torch.arange(1.0, 1001.0).unsqueeze(1), 1, 0.05)
-    assert torch.equal(memory.rows, once)
-    assert memory.sample(7, np.random.default_rng(0)).shape == (7, 1)
-
-
-def test_normaliser_is_fixed_floored_and_clipped() -> None:
-    samples = torch.tensor([[1.0, 5.0], [3.0, 5.0]])
-    mean, deviation = normaliser.fit(samples)
-    assert mean.tolist() == [2.0, 5.0]
-    assert deviation.tolist() == pytest.approx([1.0, 0.01])
-    out = normaliser.normalise(torch.tensor([[2.5, 5.001], [-50.0, 9.0]]), mean, deviation)
-    assert out.flatten().tolist() == pytest.approx([0.5, 0.1, -10.0, 10.0], abs=1e-4)

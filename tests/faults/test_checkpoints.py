@@ -11,9 +11,9 @@ from console.app import main
 from console.run.metrics import read_metrics
 from policy.checkpoints.format import read, write
 from policy.errors import CheckpointError, LayoutError
-from tests.policy.checkpoints.test_format import LAYOUT, MANIFEST, assert_same, state
 from tests.support import small_clips
 from tests.support.kill_learner import Outcome, compare, flags
+from tests.support.learning.checkpoints import LAYOUT, MANIFEST, assert_same, state
 
 FLIPS, CUTS = 300, 60
 

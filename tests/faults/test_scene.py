@@ -12,8 +12,8 @@ from console.run import assembly
 from console.run.experiment import Experiment
 from discriminator.config import StyleConfig
 from learner.config import LearnerConfig
-from tests.console.training.test_runners import assert_same, everything, lines, opened
 from tests.support import small_clips
+from tests.support.console.trainings import assert_same, everything, lines, opened
 from tests.support.poisoned_shard import MakePoisoned
 from world.config import WorldConfig
 

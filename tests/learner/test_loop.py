@@ -1,6 +1,6 @@
 """The whole loop on the point shard: its record, its ends, and exact resume."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -8,60 +8,14 @@ import torch
 
 from actors.local import LocalFleet
 from learner.config import LearnerConfig, LoopConfig
-from learner.episodes import EpisodeWindow
 from learner.errors import TrainingError
 from learner.loop import Loop, require_finite
 from learner.ppo import Learner
-from policy.checkpoints.format import Layout, read
+from policy.checkpoints.format import read
 from policy.checkpoints.run_checkpoints import RunCheckpoints, resolve
+from tests.support.learning.loops import LAYOUT, Memory, Slowness, tensors
 from tests.support.point_shard import ACTION, GOAL, STATE, PointShard
 from world.precision import FLOAT32
-
-LAYOUT = Layout("point", (("point", STATE),), (("target", GOAL),), ACTION, (16, 16))
-
-
-@dataclass
-class Scores:
-    reward: torch.Tensor
-    version: int
-    metrics: dict[str, float] = field(default_factory=dict)
-
-
-class Slowness:
-    """A style that likes slow motion: its scale grows with what it has seen and its version."""
-
-    def __init__(self) -> None:
-        self.version = 0
-        self.seen = torch.zeros((), dtype=torch.float64)
-
-    def score(self, batch, rollout_states, end_index, end_states, valid) -> Scores:
-        following = rollout_states[1:].clone()
-        following[end_index[:, 0], end_index[:, 1]] = end_states
-        speed = (following - rollout_states[:-1]).norm(dim=-1)
-        self.seen = self.seen + speed[valid].double().sum()
-        return Scores(torch.exp(-speed * (1 + self.version)), self.version)
-
-    def train(self, version: int) -> dict[str, float]:
-        self.version = version + 1
-        return {"style/seen": float(self.seen)}
-
-    def state_dict(self) -> dict:
-        return {"version": self.version, "seen": self.seen}
-
-    def load_state_dict(self, state: dict) -> None:
-        self.version, self.seen = state["version"], state["seen"]
-
-
-@dataclass
-class Memory:
-    lines: list = field(default_factory=list)
-
-    def record(self, iteration, metrics) -> None:
-        self.lines.append((iteration, dict(metrics)))
-
-    def numbers(self) -> list:
-        timed = ("rate/", "seconds", "actors/")
-        return [(i, {k: v for k, v in m.items() if not k.startswith(timed)}) for i, m in self.lines]
 
 
 @dataclass
@@ -109,15 +63,6 @@ def run(path: Path, iterations: int, resume: bool = False, **options) -> Running
     running.loop.run()
     running.close()
     return running
-
-
-def tensors(state: dict, prefix: str = "") -> dict:
-    flat = {}
-    for key, value in state.items():
-        flat |= (
-            tensors(value, f"{prefix}{key}/") if isinstance(value, dict) else {prefix + key: value}
-        )
-    return flat
 
 
 def test_resumed_equals_uninterrupted_bit_for_bit(tmp_path):
@@ -202,16 +147,3 @@ def test_error_names_every_broken_metric():
     with pytest.raises(TrainingError, match="iteration 9: a/x, b/y not finite"):
         require_finite(9, {"a/x": float("nan"), "c/z": 1.0, "b/y": float("inf")})
     require_finite(9, {"c/z": 1.0})
-
-
-def test_episode_window_by_hand():
-    window = EpisodeWindow(3, ("near", "far", "never"))
-    assert window.metrics() == {}
-    rows = {"return": [9, 1, 2, 3], "length": [9, 10, 20, 30], "success": [1, 1, 0, 0]}
-    rows |= {"fall": [0, 0, 1, 1], "start": [0, 0, 1, 1]}
-    window.add({key: torch.tensor(values) for key, values in rows.items()})
-    found = window.metrics()
-    assert (found["episode/return"], found["episode/length"]) == (2.0, 20.0)
-    assert found["episode/success"] == pytest.approx(1 / 3)
-    assert (found["episode/success_near"], found["episode/success_far"]) == (1.0, 0.0)
-    assert "episode/success_never" not in found

@@ -1,8 +1,6 @@
 """Overlapped mode: which policy acts, what is dropped and counted, and exact resume."""
 
-import threading
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import pytest
 import torch
@@ -11,50 +9,28 @@ from actors.cluster import ray_session
 from actors.fleet import FleetConfig, RayFleet
 from actors.local import LocalFleet
 from console.run.experiment import Experiment, check
-from learner.config import LearnerConfig, LoopConfig
+from learner.config import LagConfig, LoopConfig
 from learner.errors import TrainingError
-from learner.loop import STALE_IN_A_ROW, Loop
-from learner.ppo import Learner
-from policy.checkpoints.format import Layout, read
-from policy.checkpoints.run_checkpoints import RunCheckpoints, resolve
+from learner.loop import MAX_STALE_ROLLOUTS, Loop
+from policy.checkpoints.format import read
+from policy.checkpoints.run_checkpoints import resolve
 from policy.rollout import Rollout
-from tests.learner.test_loop import Memory, Scores, Slowness, tensors
 from tests.support.faulty_shard import MakePoints
-from tests.support.point_shard import ACTION, GOAL, STATE
-from world.errors import ConfigError
-from world.precision import FLOAT32
-
-LAYOUT = Layout("point", (("point", STATE),), (("target", GOAL),), ACTION, (16, 16))
-SCENES, HORIZON = 32, 8
-SAMPLES = SCENES * HORIZON
-LEARNING = LearnerConfig(
-    hidden=(16, 16), warmup_iterations=1, minibatch=128, sigma=((0.0, 0.3), (3000.0, 0.1))
+from tests.support.learning.loops import (
+    HORIZON,
+    LAYOUT,
+    SAMPLES,
+    SCENES,
+    Scores,
+    Slowness,
+    Watched,
+    assert_same,
+    looped,
+    overlapped,
+    points,
+    tensors,
 )
-
-
-def student() -> Learner:
-    return Learner(STATE + GOAL, ACTION, LEARNING, seed=1, precision=FLOAT32)
-
-
-def points(workers: int = 2) -> LocalFleet:
-    return LocalFleet(MakePoints(), SCENES, 8, workers, seed=5, horizon=HORIZON)
-
-
-class Watched:
-    """A fleet that keeps what it was asked with and what it gave."""
-
-    def __init__(self, fleet: LocalFleet) -> None:
-        self.fleet = fleet
-        self.asked: list[tuple[dict, int, float]] = []
-        self.gave: list[Rollout] = []
-
-    def collect(self, weights, version, sigma) -> Rollout:
-        self.asked.append((dict(weights), version, sigma))
-        self.gave.append(self.fleet.collect(weights, version, sigma))
-        return self.gave[-1]
-
-    def __getattr__(self, name: str):
-        return getattr(self.fleet, name)
+from world.errors import ConfigError
 
 
 class Late(Watched):
@@ -89,15 +65,6 @@ class Behind(Slowness):
         return super().train(self.version)
 
 
-def looped(path: Path, fleet, config: LoopConfig, style=None) -> Loop:
-    checkpoints = RunCheckpoints(path, LAYOUT)
-    return Loop(student(), fleet, style, Memory(), checkpoints, config, ("reach", "error"))
-
-
-def overlapped(iterations: int, **settings) -> LoopConfig:
-    return LoopConfig(iterations=iterations, overlap=True, **settings)
-
-
 def finished(loop: Loop, state: dict | None = None) -> dict:
     """Run to the end; what a checkpoint then holds, but the wall time."""
     if state is not None:
@@ -113,40 +80,6 @@ def finished(loop: Loop, state: dict | None = None) -> dict:
     }
 
 
-def assert_same(got: dict, wanted: dict) -> None:
-    assert got.keys() == wanted.keys()
-    for key, value in wanted.items():
-        same = torch.equal(got[key], value) if torch.is_tensor(value) else got[key] == value
-        assert same, key
-
-
-def test_the_policy_that_acts_is_one_update_old(tmp_path):
-    fleet = Watched(points())
-    loop = looped(tmp_path, fleet, overlapped(5), Slowness())
-    published = []
-    for _ in range(5):
-        published.append(loop.learner.weights())
-        loop.recorder.record(loop.learner.version, loop.iterate())
-    loop.close()
-    lines = [metrics for _, metrics in loop.recorder.lines]
-    assert [m["lag/policy"] for m in lines] == [0, 1, 1, 1, 1]
-    assert [m["lag/style"] for m in lines] == [0] * 5
-    assert [m["samples"] for m in lines] == [SAMPLES * i for i in range(1, 6)]
-    # The sixth is begun and not learned from yet.
-    assert [version for _, version, _ in fleet.asked] == [0, 0, 1, 2, 3, 4]
-    for weights, version, sigma in fleet.asked:
-        assert_same(weights, published[version])
-        assert sigma == pytest.approx(0.3 - 0.2 * version * SAMPLES / 3000)
-    # The rollouts are those of a fleet that is asked for them one after the other.
-    alone = points(1)
-    for (weights, version, sigma), rollout in zip(fleet.asked, fleet.gave, strict=True):
-        assert_same(rollout.tensors(), alone.collect(weights, version, sigma).tensors())
-    for held in (fleet, alone):
-        held.close()
-    # Learned from with the noise that acted: that of two versions ago in the sigma of the line.
-    assert [m["ppo/sigma"] for m in lines] == [s for _, _, s in fleet.asked[:5]]
-
-
 def test_the_first_update_is_lockstep_s_and_the_second_is_not(tmp_path):
     found = []
     for name, config in (("ahead", overlapped(2)), ("lockstep", LoopConfig(iterations=2))):
@@ -160,33 +93,6 @@ def test_the_first_update_is_lockstep_s_and_the_second_is_not(tmp_path):
         loop.fleet.close()
     (first, second), (same, other) = found
     assert torch.equal(first, same) and not torch.equal(second, other)
-
-
-def test_actors_act_while_the_learner_learns(tmp_path):
-    learning, acting = threading.Event(), threading.Event()
-    seen = []
-
-    class Waiting(Watched):
-        def collect(self, weights, version, sigma) -> Rollout:
-            if self.asked:  # the first one has nothing to overlap with
-                acting.set()
-                seen.append(learning.wait(60))
-            return super().collect(weights, version, sigma)
-
-    fleet = Waiting(points())
-    loop = looped(tmp_path, fleet, overlapped(1))
-    update = loop.learner.update
-
-    def patient(*arguments):
-        learning.set()
-        seen.append(acting.wait(60))
-        return update(*arguments)
-
-    loop.learner.update = patient
-    loop.iterate()
-    loop.close()
-    fleet.close()
-    assert seen == [True, True], "each waited until the other had begun"
 
 
 @pytest.fixture(scope="module")
@@ -216,7 +122,9 @@ def test_lockstep_refuses_what_was_begun_ahead_and_takes_the_rest(tmp_path):
     finished(looped(tmp_path / "ahead", points(), overlapped(2)))
     kept = read(resolve(tmp_path / "ahead"), layout=LAYOUT).state
     loop = looped(tmp_path / "on", points(), LoopConfig(iterations=3))
-    with pytest.raises(TrainingError, match=r"begun ahead \(--overlap\): resume with --overlap"):
+    with pytest.raises(
+        TrainingError, match=r"begun ahead \(--lag\.overlap\): resume with --lag\.overlap"
+    ):
         loop.load_state_dict(kept)
     loop.close()
     loop.fleet.close()
@@ -244,7 +152,7 @@ def test_rollouts_beyond_the_bound_are_dropped_and_counted(tmp_path, overlap):
     # before an update is one old by itself; one begun after a drop is not.
     fleet = Late(points(), [0, 1, 2, 0, 0, 1, 0] if overlap else [0, 2, 2, 0, 0, 2, 0])
     style = Behind([])
-    loop = looped(tmp_path, fleet, LoopConfig(iterations=4, overlap=overlap), style)
+    loop = looped(tmp_path, fleet, LoopConfig(iterations=4, lag=LagConfig(overlap)), style)
     loop.run()
     lines = [metrics for _, metrics in loop.recorder.lines]
     assert [m["dropped/samples"] for m in lines] == [0, 2 * SAMPLES, 0, SAMPLES]
@@ -272,29 +180,17 @@ def test_batches_scored_by_an_old_discriminator_are_dropped_and_counted(tmp_path
 
 def test_a_fleet_that_is_always_late_ends_the_run_with_one_line(tmp_path):
     fleet = Late(points(), [9] * 99)
-    loop = looped(tmp_path, fleet, LoopConfig(iterations=3, max_policy_lag=2))
-    with pytest.raises(TrainingError, match=r"^iteration 1: 8 rollouts .* --max-policy-lag 2 or"):
+    loop = looped(tmp_path, fleet, LoopConfig(iterations=3, lag=LagConfig(max_policy=2)))
+    with pytest.raises(TrainingError, match=r"^iteration 1: 8 rollouts .* --lag\.max-policy 2 or"):
         loop.run()
-    assert len(fleet.gave) == STALE_IN_A_ROW
-    loop.close()
-    fleet.close()
-
-
-def test_an_error_of_a_rollout_ahead_surfaces_as_itself(tmp_path):
-    fleet = LocalFleet(
-        MakePoints(fault="raise", at=2 * HORIZON + 1), SCENES, 8, 2, seed=5, horizon=HORIZON
-    )
-    loop = looped(tmp_path, fleet, overlapped(9))
-    with pytest.raises(ArithmeticError, match="the seat fell through the floor"):
-        loop.run()
-    assert [i for i, _ in loop.recorder.lines] == [1, 2], "what was there was learned from first"
+    assert len(fleet.gave) == MAX_STALE_ROLLOUTS
     loop.close()
     fleet.close()
 
 
 def test_settings_that_contradict_one_another():
-    with pytest.raises(ConfigError, match="--max-policy-lag 0 drops every such sample"):
-        check(Experiment(overlap=True, max_policy_lag=0))
+    with pytest.raises(ConfigError, match=r"--lag\.max-policy 0 drops every such sample"):
+        check(Experiment(lag=LagConfig(overlap=True, max_policy=0)))
     with pytest.raises(ConfigError, match="must be 0 or above"):
-        check(Experiment(max_style_lag=-1))
-    assert check(Experiment(overlap=True)).overlap
+        check(Experiment(lag=LagConfig(max_style=-1)))
+    assert check(Experiment(lag=LagConfig(overlap=True))).lag.overlap

@@ -19,7 +19,7 @@ from rpc.errors import CodecError, RefusedError, RpcError
 from rpc.server import ServerConfig
 from rpc.v1 import style_pb2 as pb
 from rpc.v1 import style_pb2_grpc
-from tests.rpc.test_server import certificates
+from tests.support.rpc.certificates import certificates
 
 NAME = "rpc.v1.Style"
 Code = grpc.StatusCode

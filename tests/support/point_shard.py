@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from policy.rollout import Rollout
 from world.random_streams import uniform
 
 STATE, GOAL, ACTION = 4, 2, 2
@@ -24,8 +25,7 @@ class PointStep:
     end_goals: Tensor
     terms: Tensor
     episodes: dict[str, Tensor]
-    taught: Tensor | None = None
-    led: Tensor | None = None
+    teacher_action: Tensor | None = None
 
 
 class PointShard:
@@ -98,3 +98,10 @@ class PointShard:
     def load_state_dict(self, state: dict[str, Tensor]) -> None:
         for name, value in state.items():
             setattr(self, name, int(value) if name == "clock" else value.clone())
+
+
+def next_goals(got: Rollout) -> torch.Tensor:
+    """Offset to the target after each step, across resets."""
+    following = got.goals[1:].clone()
+    following[got.end_index[:, 0], got.end_index[:, 1]] = got.end_goals
+    return following

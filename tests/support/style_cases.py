@@ -8,6 +8,8 @@ import torch
 from torch import Tensor
 
 from discriminator.config import StyleConfig
+from discriminator.process import ServiceSpec
+from discriminator.trainer import Discriminator
 
 WIDTH = 7
 SMALL = StyleConfig(hidden=(32, 16), batch=64, replay=300, normaliser_samples=500, penalty_batch=32)
@@ -72,3 +74,10 @@ def make_nothing() -> Mocap:
     from world.errors import ClipError
 
     raise ClipError("no clips in nowhere: give --motions")
+
+
+SPEC = ServiceSpec(mocap="tests.support.style_cases:make_mocap", style=SMALL)
+
+
+def local() -> Discriminator:
+    return Discriminator(SMALL, Mocap(), 0)

@@ -9,14 +9,15 @@ from torch import Tensor
 from world.character import features
 from world.character.features import Body
 from world.config import TrackConfig, WorldConfig
-from world.initial.track import TrackStarter
 from world.motions.clip import Clip, mirrored
 from world.motions.library import MotionLibrary
-from world.motions.reference import Reference, reference
 from world.motions.synthetic import library
 from world.motions.synthetic.carries import carrying
-from world.objects.track_bank import TrackBank
-from world.tasks.track import Track, TrackPlace
+from world.tasks.track import Track
+from world.tracking.bank import TrackBank
+from world.tracking.reference import Reference, reference
+from world.tracking.sampler import TrackSampler
+from world.tracking.target import TrackTarget
 
 WORLD = WorldConfig(task="track", episode_s=10.0, track=TrackConfig(boxes=2))
 
@@ -38,7 +39,7 @@ def followed() -> Reference:
 @cache
 def motions() -> MotionLibrary:
     """Them as a library: the mirror images are made there."""
-    return MotionLibrary(clips()[::2], True, Track().affordance)
+    return MotionLibrary(clips()[::2], True, Track().affordance.clips)
 
 
 @cache
@@ -47,21 +48,21 @@ def bank() -> TrackBank:
     return TrackBank(clips(), followed(), WORLD.track)
 
 
-def at(frames: Tensor, world: WorldConfig = WORLD) -> tuple[Body, TrackPlace]:
-    """Characters and places exactly as the reference has them at the frames [n]."""
-    starter = TrackStarter(world, bank(), 0)
-    place = starter.place(starter.at(frames, torch.zeros(len(frames))))
-    if place.box is not None:
-        boxed = place.boxed()[:, None]
-        exact = followed().box[frames, :3] + place.origin
-        place.box.position.copy_(torch.where(boxed, exact, place.box.position))
-    return body(frames, place), place
+def at(frames: Tensor, world: WorldConfig = WORLD) -> tuple[Body, TrackTarget]:
+    """Characters and targets exactly as the reference has them at the frames [n]."""
+    sampler = TrackSampler(world, bank(), 0)
+    target = sampler.target(sampler.at(frames, torch.zeros(len(frames))))
+    if target.box is not None:
+        boxed = target.boxed()[:, None]
+        exact = followed().box[frames, :3] + target.origin
+        target.box.position.copy_(torch.where(boxed, exact, target.box.position))
+    return body(frames, target), target
 
 
-def body(frames: Tensor, place: TrackPlace) -> Body:
-    """Characters in the poses of the frames [n], in the scenes of `place`."""
+def body(frames: Tensor, target: TrackTarget) -> Body:
+    """Characters in the poses of the frames [n], in the scenes of `target`."""
     qpos = followed().qpos[frames].clone()
-    qpos[:, :3] += place.origin
+    qpos[:, :3] += target.origin
     return features.body(qpos, followed().qvel[frames])
 
 

@@ -1,7 +1,7 @@
-"""The named tables of what the policy and the discriminator see: state (114), and each task's goal.
+"""The named feature tables of policy and discriminator: the state (114), and each task's goal.
 
-One function builds the state for simulation, mocap and serving alike. Everything but the root's
-height and rotation is in the heading frame: origin at the root, x along the root's heading, z up
+One function computes the state for simulation, mocap and serving. All but the root's height and
+rotation is in the heading frame: origin at the root, x along the root's heading, z up
 (paper, section 4).
 """
 
@@ -24,6 +24,12 @@ class Feature:
     width: int
     frame: str
     unit: str
+    formula: str = ""
+    """A numpy expression over the quantities of world.character.formulas. The reference page prints
+    it, and a test compares it with the package's features."""
+    meaning: str = ""
+    """What the feature is, where no such expression gives it, as it needs a reference motion. The
+    reference page prints it in place of a formula."""
 
 
 class Table:
@@ -40,14 +46,14 @@ class Table:
         self.width = start
 
     def slice(self, name: str) -> slice:
-        """Where the feature `name` stands; KeyError if the table has none of that name."""
+        """The slice of the feature `name`; KeyError for an unknown name."""
         return self._slices[name]
 
     def __iter__(self) -> Iterator[Feature]:
         return iter(self.features)
 
     def layout(self) -> list[list[str | int]]:
-        """[[name, width], ...]: what a checkpoint records and compares."""
+        """[[name, width], ...], which a checkpoint records and compares."""
         return [[f.name, f.width] for f in self.features]
 
 
@@ -60,20 +66,29 @@ _KEY_IDS = [character.BODIES.index(b) for b in KEY_BODIES]
 
 STATE = Table(
     "state",
-    Feature("root_height", 1, "world", "m"),
-    Feature("root_rotation", 6, _HEADING, "x and z axes"),
-    Feature("root_linear_velocity", 3, _HEADING, "m/s"),
-    Feature("root_angular_velocity", 3, _HEADING, "rad/s"),
-    *(Feature(f"rotation_{name}", 6, "parent body", "x and z axes") for name in _BALLS),
-    *(Feature(f"angle_{name}", 1, "parent body", "rad") for name in _HINGES),
-    Feature("joint_velocity", 28, "joint", "rad/s"),
-    *(Feature(f"position_{name}", 3, _HEADING, "m") for name in KEY_BODIES),
-    Feature("object_position", 3, _HEADING, "m"),
-    Feature("object_rotation", 6, _HEADING, "x and z axes"),
+    Feature("root_height", 1, "world", "m", "p[2]"),
+    Feature("root_rotation", 6, _HEADING, "x and z axes", "six(H @ R)"),
+    Feature("root_linear_velocity", 3, _HEADING, "m/s", "H @ v"),
+    Feature("root_angular_velocity", 3, _HEADING, "rad/s", "H @ R @ w"),
+    *(
+        Feature(f"rotation_{name}", 6, "parent body", "x and z axes", f"six(matrix(Q_{name}))")
+        for name in _BALLS
+    ),
+    *(Feature(f"angle_{name}", 1, "parent body", "rad", f"a_{name}") for name in _HINGES),
+    Feature(
+        "joint_velocity",
+        28,
+        "joint",
+        "rad/s",
+        f"np.hstack([{', '.join(f'w_{joint.name}' for joint in character.JOINTS)}])",
+    ),
+    *(Feature(f"position_{name}", 3, _HEADING, "m", f"H @ (P_{name} - p)") for name in KEY_BODIES),
+    Feature("object_position", 3, _HEADING, "m", "H @ (o - p)"),
+    Feature("object_rotation", 6, _HEADING, "x and z axes", "six(H @ O)"),
 )
 assert STATE.width == 114, STATE.width
 
-#: How many of the leading features describe the character alone.
+#: Number of the leading features that describe the character alone.
 BODY_WIDTH = STATE.slice("object_position").start
 #: Features of the object, which an ablation hides from the discriminator.
 OBJECT = slice(BODY_WIDTH, STATE.width)
@@ -84,13 +99,13 @@ _BALL_BODIES = [
     if joint.is_ball
 ]
 _HINGE_Q = torch.tensor(character.HINGE_QPOS)
-#: The head's sphere: its body, and how far above the neck joint its centre is, m (humanoid.xml).
+#: The head's sphere: its body, and the height of its centre above the neck joint, m (humanoid.xml).
 _HEAD, _HEAD_UP_M = character.BODIES.index("head"), 0.175
 
 
 @dataclass(frozen=True)
 class Body:
-    """The character's own features and the poses that rewards need of it."""
+    """Features and poses of n characters."""
 
     features: Tensor
     """[n, 105]: the state without the object."""
@@ -125,7 +140,7 @@ def body(qpos: Tensor, qvel: Tensor) -> Body:
     root = local[:, 0]
     angular = (root @ qvel[:, 3:6, None])[..., 0]
     key = position[:, _KEY_IDS] - position[:, :1]
-    # the root's x and z axes, both velocities and the key bodies, turned in one go
+    # the root's x and z axes, both velocities and the key bodies are turned in one operation
     world = torch.cat((root[:, None, :, 0], root[:, None, :, 2], qvel[:, None, 0:3]), dim=1)
     world = torch.cat((world, angular[:, None], key), dim=1)
     local_frame = rotations.turn_back(heading[:, None], world)
@@ -171,6 +186,6 @@ def posed_object_features(
 
 
 def state(own: Body, object_position: Tensor, object_facing: Tensor) -> Tensor:
-    """The 114 features, [n, 114]: the character's own and those of its object."""
+    """State features [n, 114]: those of the character, then those of its object."""
     around = object_features(own.root, own.heading, object_position, object_facing)
     return torch.cat((own.features, around), dim=1)

@@ -1,7 +1,7 @@
 """Forward kinematics of the character in torch, level by level of its tree, from qpos alone.
 
-MuJoCo's own body poses are one substep behind after a step; features built from qpos by one routine
-are the same for simulation, mocap and serving.
+MuJoCo's own body poses are one substep old after a step; features computed from qpos are the same
+for simulation, mocap and serving.
 """
 
 from functools import cache
@@ -31,7 +31,7 @@ def offsets(device: torch.device | str = "cpu") -> Tensor:
 
 
 def _gather_index() -> Tensor:
-    """Where each body's local quaternion stands in (qpos, cosines, signed sines, 0, 1): [15, 4]."""
+    """[15, 4]: index of each body's local quaternion in (qpos, cosines, signed sines, 0, 1)."""
     zero, one = character.NQ + 8, character.NQ + 9
     index = torch.tensor([[one, zero, zero, zero]] * 15)
     index[0] = torch.arange(3, 7)
@@ -54,8 +54,8 @@ _HINGES = torch.tensor(character.HINGE_QPOS)
 
 
 def local_rotations(qpos: Tensor) -> Tensor:
-    """Each body's rotation in its parent's frame (the root's in the world): qpos [n, 43] ->
-    [n, 15, 4].
+    """Rotations [n, 15, 4] of the bodies in their parents' frames (the root's in the world) at qpos
+    [n, 43].
     """
     half = qpos[:, _HINGES] * _HALF_SIGN.to(qpos)
     constants = qpos.new_tensor((0.0, 1.0)).expand(len(qpos), 2)
@@ -64,18 +64,18 @@ def local_rotations(qpos: Tensor) -> Tensor:
 
 
 def _level_parents() -> tuple[Tensor, ...]:
-    """For each level, the places of its bodies' parents in the level above."""
+    """For each level, indices of its bodies' parents in the level above."""
     above: tuple[int, ...] = (0,)
-    places = []
+    parents = []
     for level in _LEVELS:
-        places.append(torch.tensor([above.index(character.PARENTS[body]) for body in level]))
+        parents.append(torch.tensor([above.index(character.PARENTS[body]) for body in level]))
         above = level
-    return tuple(places)
+    return tuple(parents)
 
 
-_PARENT_PLACES = _level_parents()
+_PARENT_INDICES = _level_parents()
 _LEVEL_IDS = tuple(torch.tensor(level) for level in _LEVELS)
-#: Bodies in order of their levels, and where each body stands in that order.
+#: Bodies in order of their levels, and index of each body in that order.
 _BY_LEVEL = [0, *(body for level in _LEVELS for body in level)]
 _BACK = torch.tensor([_BY_LEVEL.index(body) for body in range(15)])
 
@@ -88,9 +88,9 @@ def forward(root_position: Tensor, local: Tensor) -> tuple[Tensor, Tensor]:
     offset = offsets(local.device).to(local.dtype)[..., None]
     position, rotation = root_position[:, None, :, None], local[:, :1]
     positions, matrices = [position], [rotation]
-    for level, places in zip(_LEVEL_IDS, _PARENT_PLACES, strict=True):
-        parent = rotation.index_select(1, places)
-        position = position.index_select(1, places) + parent @ offset[level]
+    for level, parents in zip(_LEVEL_IDS, _PARENT_INDICES, strict=True):
+        parent = rotation.index_select(1, parents)
+        position = position.index_select(1, parents) + parent @ offset[level]
         rotation = parent @ local.index_select(1, level)
         positions.append(position)
         matrices.append(rotation)

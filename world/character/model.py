@@ -1,8 +1,7 @@
-"""The simulated human: its skeleton, servos, target bounds and action scaling, read from
-humanoid.xml.
+"""The simulated human: skeleton, servos, set-point bounds and action 0, from humanoid.xml.
 
-The servos are added here, in joint order, from one table: three a ball joint (they drive its
-rotation vector), one a hinge. Source: the AMP humanoid of IsaacGymEnvs and ASE, method.md's table.
+The servos are added here, in joint order, from one table: three per ball joint (for its rotation
+vector), one per hinge. Source: the AMP humanoid of IsaacGymEnvs and ASE, method.md's table.
 """
 
 from dataclasses import dataclass
@@ -33,7 +32,7 @@ BODIES = (
     "left_foot",
 )
 PARENTS = (-1, 0, 1, 1, 3, 4, 1, 6, 7, 0, 9, 10, 0, 12, 13)
-#: Body whose joint it is, for each of the 12 joints, in qpos order.
+#: Body of each of the 12 joints, in qpos order.
 JOINT_BODIES = (1, 2, 3, 4, 6, 7, 9, 10, 11, 12, 13, 14)
 #: Left and right partner of each body (itself for the trunk).
 MIRROR_BODIES = (0, 1, 2, 6, 7, 8, 3, 4, 5, 12, 13, 14, 9, 10, 11)
@@ -51,8 +50,7 @@ class Joint:
     limit_nm: float
     """Largest torque of each servo, N·m (see world.character.servos)."""
     range_deg: tuple[tuple[float, float], ...]
-    """Bounds of the targets: x, y, z of the rotation vector of a ball joint, or a hinge's
-    flexion."""
+    """Bounds of the set-points: x, y, z of a ball joint's rotation vector, or a hinge's flexion."""
 
     @property
     def is_ball(self) -> bool:
@@ -120,8 +118,8 @@ BALL_QPOS, HINGE_QPOS, BALL_DOF, HINGE_DOF = _addresses()
 HINGE_SIGN = tuple(-1.0 if "elbow" in j.name else 1.0 for j in JOINTS if not j.is_ball)
 
 
-def target_bounds() -> tuple[np.ndarray, np.ndarray]:
-    """Lower and upper bound of the 28 servo targets, rad: two arrays [28]."""
+def set_point_bounds() -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper bound of the 28 set-points, rad: two arrays [28]."""
     ranges = np.array([r for joint in JOINTS for r in joint.range_deg], dtype=np.float64)
     return np.deg2rad(ranges[:, 0]), np.deg2rad(ranges[:, 1])
 
@@ -138,8 +136,8 @@ def effort_limits() -> np.ndarray:
 
 
 def spec() -> mujoco.MjSpec:
-    """A fresh MjSpec of the character alone, servos included, for any simulator: targets bounded
-    by ctrlrange, torques by forcerange."""
+    """A new MjSpec of the character alone with its servos, for any simulator: set-points bounded by
+    ctrlrange, torques by forcerange."""
     text = resources.files("world.character").joinpath("humanoid.xml").read_text()
     result = mujoco.MjSpec.from_string(text)
     for joint in JOINTS:
@@ -161,9 +159,9 @@ def spec() -> mujoco.MjSpec:
     return result
 
 
-#: Servo targets of action 0, rad: about the mean pose of people who walk and sit (upper limbs
-#: relaxed, legs half-way between standing and sitting). A constant, so that an action means the
-#: same in every policy.
+#: Set-points of action 0, rad: about the mean pose of walking and sitting people (upper limbs
+#: relaxed, legs half-way between standing and sitting). A constant, so that actions are the same
+#: for every policy.
 _NEUTRAL_RAD = {
     "abdomen": (0.0, 0.3, 0.0),
     "neck": (0.0, 0.05, 0.0),
@@ -180,8 +178,8 @@ _NEUTRAL_RAD = {
 }
 
 
-def neutral_targets() -> np.ndarray:
-    """Servo targets of action 0, rad: [28]."""
+def neutral_set_points() -> np.ndarray:
+    """Set-points of action 0, rad: [28]."""
     return np.array([angle for joint in JOINTS for angle in _NEUTRAL_RAD[joint.name]])
 
 

@@ -1,11 +1,10 @@
-"""The 28 servos: what they measure, and targets that keep them within their effort.
+"""The 28 servos: their coordinates, and set-points that keep them within their effort limits.
 
-A servo pulls with kp (target − q) − kd q̇. Where MuJoCo itself clamps that force, it leaves the
-servo out of its implicit integration for as long: a limb of 0.01 kg m² on a servo of
-50 N m s/rad is then thrown to and fro by 60 rad/s a substep, until a scene that nobody ends blows
-up (docs/recipe.md, "Random actions"). So the effort is limited where a servo is told what to do, at
-each control step, by moving its target: from there the force falls as the joint follows, and
-damping stays implicit.
+A servo pulls with kp (set-point − q) − kd q̇. Where MuJoCo clamps that force, it excludes the servo
+from its implicit integration: a limb of 0.01 kg m² on a servo of 50 N m s/rad then oscillates by
+60 rad/s a substep, until the scene diverges (docs/explanation/physics.md). The effort is therefore
+limited at each control step by the set-point: from there the force falls as the joint follows, and
+the damping stays implicit.
 """
 
 import torch
@@ -17,23 +16,22 @@ from world.character import model as character
 _BALLS = torch.tensor([range(address, address + 4) for address in character.BALL_QPOS])
 _HINGES = torch.tensor(character.HINGE_QPOS)
 _BALL_DOFS = [first + axis for first in character.BALL_DOF for axis in range(3)]
-#: Where each servo's coordinate stands in (vectors of all balls, angles of all hinges).
+#: Index of each servo's coordinate in (vectors of all balls, angles of all hinges).
 _ORDER = torch.tensor([*_BALL_DOFS, *character.HINGE_DOF]).argsort()
 _KP, _KD = (torch.from_numpy(gain) for gain in character.gains())
 _LIMIT = torch.from_numpy(character.effort_limits())
 
 
 def coordinates(qpos: Tensor) -> Tensor:
-    """What the 28 servos measure at qpos [n, 43]: rotation vectors of balls, hinge angles, rad [n,
-    28]; MuJoCo's actuator_length."""
+    """Coordinates [n, 28] rad of the servos at qpos [n, 43]: rotation vectors of balls, angles of
+    hinges; MuJoCo's actuator_length."""
     vectors = rotations.to_rotation_vector(qpos[:, _BALLS])
     return torch.cat((vectors.flatten(1), qpos[:, _HINGES]), dim=1)[:, _ORDER]
 
 
 def limited(target: Tensor, qpos: Tensor, qvel: Tensor) -> Tensor:
-    """Targets [n, 28] rad, moved to where servos at qpos [n, 43] and qvel [n, 34] pull with no
-    more than the character's table allows; float64. They may lie outside the bounds that policies
-    have."""
+    """Set-points [n, 28] rad, float64, moved so that servos at qpos [n, 43] and qvel [n, 34] pull
+    within the effort limits of the character. They may lie outside the set-point bounds."""
     here, damping = coordinates(qpos), _KD * qvel[:, 6:]
     force = _KP * (target - here) - damping
     held = torch.maximum(torch.minimum(force, _LIMIT), -_LIMIT)

@@ -1,8 +1,8 @@
-"""Patience: an episode in which nothing comes about any more need not go on.
+"""The stall time-out: ends an episode in which neither character nor box moves any more.
 
-To stand still is safe, and near the goal it pays at every step, so that training may settle for it:
-standing before a box, or with the box in hand, is a local optimum that a discount only softens.
-Ended like a fall after some seconds, it is worth little more than trying.
+Standing in front of a box, or with the box in hand, is safe and rewarded at every step: a local
+optimum of the return. The time-out ends such an episode as a fall, so that it returns little more
+than a failed attempt.
 """
 
 import torch
@@ -11,30 +11,35 @@ from torch import Tensor
 from world.character import model as character
 from world.character.features import Body
 from world.errors import ConfigError
-from world.tasks import Place
+from world.scene.target import Target
 
-#: The character gets on when its root moves by the first of these horizontally, m, or the box that
-#: it is to carry by the second, from where they were when it last did.
+#: The stall clock restarts when the root moves horizontally by the first of these, m, or the box by
+#: the second, from their positions at the last restart.
 _ROOT_M, _BOX_M = 0.25, 0.10
 
 
-class Patience:
-    """With n scenes."""
+class StallTimeout:
+    """The stall clocks of n scenes."""
 
-    def __init__(self, n: int, patience_s: float | None) -> None:
-        if patience_s is not None and not patience_s * character.CONTROL_HZ >= 1.0:
-            raise ConfigError(f"patience_s {patience_s}: at least a control step, 1/30 s, or none")
-        self._limit = None if patience_s is None else round(patience_s * character.CONTROL_HZ)
+    def __init__(self, n: int, stall_s: float | None) -> None:
+        if stall_s is not None and not stall_s * character.CONTROL_HZ >= 1.0:
+            raise ConfigError(
+                f"--world.stall-s {stall_s}: choose none or at least a control step, 1/30 s"
+            )
+        self._limit = None if stall_s is None else round(stall_s * character.CONTROL_HZ)
         self._root = torch.zeros(n, 2)
         self._box = torch.zeros(n, 3)
         self._still = torch.zeros(n, dtype=torch.int64)
 
-    def ends(self, body: Body, place: Place, done: Tensor) -> Tensor:
-        """[n] bool: who has not got on for too long, and is not done [n] bool. One control step."""
+    def ends(self, body: Body, target: Target, done: Tensor) -> Tensor:
+        """Return [n] bool: the scenes whose clock has expired; done [n] bool holds the clock at 0.
+
+        Must be called once in each control step.
+        """
         root = body.root[:, :2]
         moves = (root - self._root).norm(dim=1) > _ROOT_M
-        if place.box is not None:
-            box = place.box.position
+        if target.box is not None:
+            box = target.box.position
             moves |= (box - self._box).norm(dim=1) > _BOX_M
             self._box = torch.where(moves[:, None], box, self._box)
         self._root = torch.where(moves[:, None], root, self._root)
@@ -43,17 +48,17 @@ class Patience:
             return torch.zeros_like(moves)
         return self._still >= self._limit
 
-    def reset(self, ids: Tensor, body: Body, place: Place) -> None:
-        """Begin anew in the scenes `ids` [m], as body and place [m] are now."""
+    def reset(self, ids: Tensor, body: Body, target: Target) -> None:
+        """Restart the clocks of the scenes `ids` [m] at body and target [m]."""
         self._root[ids], self._still[ids] = body.root[:, :2], 0
-        if place.box is not None:
-            self._box[ids] = place.box.position
+        if target.box is not None:
+            self._box[ids] = target.box.position
 
-    def memory(self) -> dict[str, Tensor]:
-        """All that is kept from step to step, by name."""
+    def state_dict(self) -> dict[str, Tensor]:
+        """Return the state between steps, by name."""
         return {"root": self._root, "box": self._box, "still": self._still}
 
-    def remember(self, memory: dict[str, Tensor]) -> None:
-        """Go on from what `memory` gave."""
-        for name, value in self.memory().items():
-            value.copy_(memory[name])
+    def load_state_dict(self, state: dict[str, Tensor]) -> None:
+        """Restore what `state_dict` gave."""
+        for name, value in self.state_dict().items():
+            value.copy_(state[name])

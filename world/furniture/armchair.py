@@ -13,7 +13,7 @@ import numpy as np
 from world.errors import ChoiceError
 from world.furniture import seat as seats
 from world.furniture.bands import Range, Split, choose, draw
-from world.furniture.piece import Box, Piece, Place, assemble
+from world.furniture.piece import Box, Piece, SeatTarget, assemble
 
 RANGES: dict[str, Range] = {
     "seat_height_m": (0.36, 0.46),
@@ -31,16 +31,16 @@ RANGES: dict[str, Range] = {
     "pelvis_from_back_m": (0.16, 0.20),
     "mass_kg": (9.0, 25.0),
 }
-"""What is drawn, before any scaling; bands.py deals each range out to train and test."""
+"""Ranges of the drawn dimensions, before scaling; bands.py splits each into train and test."""
 
 _FIRST = ("open", "club", "tub")
 
 STYLES: dict[Split, tuple[str, ...]] = {
-    # the first pieces stay what earlier policies were trained on; more of them show more
+    # the first pieces are those that earlier policies were trained on; later ones vary more
     "train": (*_FIRST, *_FIRST, *_FIRST, *_FIRST, *_FIRST, "wing"),
     "test": ("open", "club", "swivel", "wing"),
 }
-"""Frames of each split; swivel armchairs are never trained on."""
+"""Frames of each split; swivel armchairs are in no training split."""
 
 FRAMES = ("open", "club", "tub", "swivel", "wing")
 """open: arm pads on front legs that run up to them; club: walls from the seat up, on four legs;
@@ -50,7 +50,7 @@ wing: as a tub, and ears beside the back up to its top."""
 
 @dataclass(frozen=True)
 class Dimensions:
-    """Everything that determines an armchair; the defaults are an ordinary one."""
+    """The dimensions of an armchair; the defaults are an ordinary one."""
 
     seat_height_m: float = 0.42
     """At the front edge."""
@@ -74,7 +74,7 @@ class Dimensions:
     leg_m: float = 0.04
     """Width of a leg."""
     pelvis_from_back_m: float = 0.18
-    """Of the pelvis' centre, in front of the back's front face at seat level."""
+    """Distance of the pelvis's centre from the back's front face at seat level."""
     mass_kg: float = 12.0
     style: str = "open"
     """One of FRAMES."""
@@ -106,7 +106,7 @@ def build(dimensions: Dimensions) -> Piece:
         math.radians(d.recline_deg),
     )
     boxes = [seat.box(), back, *_frame(d, seat, surface + d.arm_height_m)]
-    return assemble("armchair", boxes, Place((x, 0.0, surface)), d.mass_kg)
+    return assemble("armchair", boxes, SeatTarget((x, 0.0, surface)), d.mass_kg)
 
 
 def _frame(d: Dimensions, seat: seats.Seat, top_m: float) -> list[Box]:

@@ -1,8 +1,8 @@
-"""Which values of a dimension belong to training pieces and which to test pieces.
+"""The split of drawn dimensions between training and test pieces.
 
-A range is cut into five cells, dealt in turn: train, test, train, test, train. A tenth of a cell is
-left out at each end of a cell, so no test piece shares a value of any drawn dimension with a
-training piece, and yet lies within the range that training covers.
+A range has five cells: train, test, train, test, train. A tenth of a cell is left out at each of
+its ends, so that a test piece has no drawn dimension in common with a training piece, but is within
+the range of training.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,11 +19,12 @@ T = TypeVar("T")
 SPLITS: tuple[Split, ...] = ("train", "test")
 CELLS = 5
 MARGIN = 0.1
-"""Share of a cell left out at each of its ends."""
+"""Fraction of a cell that is left out at each of its ends."""
 
 
 def cells(span: Range, split: Split) -> tuple[Range, ...]:
-    """The stretches of `span` that belong to `split`. Raises ChoiceError for an unknown split."""
+    """The cells of `span` of a split, without their margins. Raises ChoiceError for an unknown
+    split."""
     if split not in SPLITS:
         raise ChoiceError("split", split, list(SPLITS))
     low, high = span
@@ -35,7 +36,7 @@ def cells(span: Range, split: Split) -> tuple[Range, ...]:
 
 
 def draw(rng: np.random.Generator, split: Split, ranges: Mapping[str, Range]) -> dict[str, float]:
-    """A value for each named range, uniform over the cells of the split, independent."""
+    """A value for each named range, independent and uniform over the cells of the split."""
     values: dict[str, float] = {}
     for name, span in ranges.items():
         own = cells(span, split)
@@ -45,5 +46,6 @@ def draw(rng: np.random.Generator, split: Split, ranges: Mapping[str, Range]) ->
 
 
 def choose(rng: np.random.Generator, options: Sequence[T], turn: int | None) -> T:
-    """The option whose turn it is, so that a few pieces show them all; without a turn, any."""
+    """The option number `turn` in rotation, so that a few pieces have them all; None: a random
+    one."""
     return options[int(rng.integers(len(options))) if turn is None else turn % len(options)]

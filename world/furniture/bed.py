@@ -13,7 +13,7 @@ import numpy as np
 from world.errors import ChoiceError
 from world.furniture import seat as seats
 from world.furniture.bands import Range, Split, choose, draw
-from world.furniture.piece import HIP_TO_HEAD_M, Box, Lying, Piece, Place, assemble
+from world.furniture.piece import HIP_TO_HEAD_M, Box, Lying, Piece, SeatTarget, assemble
 
 RANGES: dict[str, Range] = {
     "height_m": (0.36, 0.62),
@@ -27,7 +27,7 @@ RANGES: dict[str, Range] = {
     "leg_m": (0.05, 0.10),
     "mass_kg": (35.0, 110.0),
 }
-"""What is drawn, before any scaling; bands.py deals each range out to train and test."""
+"""Ranges of the drawn dimensions, before scaling; bands.py splits each into train and test."""
 
 STYLES: dict[Split, tuple[tuple[str, str], ...]] = {
     "train": (
@@ -40,7 +40,7 @@ STYLES: dict[Split, tuple[tuple[str, str], ...]] = {
     ),
     "test": (("head", "legs"), ("both", "panels"), ("none", "panels"), ("head", "plinth")),
 }
-"""Boards and base of each split; beds on two panels are never trained on."""
+"""Boards and base of each split; beds on two panels are in no training split."""
 
 BOARDS = ("none", "head", "both")
 BASES = ("legs", "plinth", "panels", "boards")
@@ -48,18 +48,18 @@ BASES = ("legs", "plinth", "panels", "boards")
 footboard carry the frame, as a sled bed's."""
 
 _PILLOW_M = 0.25
-"""From the mattress' head end to the centre of a head, m."""
+"""Distance of the centre of the head from the mattress's head end, m."""
 _SINGLE_M = 1.20
-"""Wider beds are for two: one lies on a side of one's own, m."""
+"""Wider beds are double beds: the target is on one half, m."""
 _OWN_M = 0.45
-"""Half of one's own side, and how far from the edge the middle of a body is, m."""
+"""Distance of the lying target from the long edge of a double bed, m."""
 _SIT_M = 0.18
-"""From the long edge to the pelvis' centre of who sits there, m."""
+"""Distance of the centre of a sitting character's pelvis from the long edge, m."""
 
 
 @dataclass(frozen=True)
 class Dimensions:
-    """Everything that determines a bed; the defaults are an ordinary single one."""
+    """The dimensions of a bed; the defaults are an ordinary single one."""
 
     height_m: float = 0.48
     """Of the mattress' upper face."""
@@ -70,7 +70,7 @@ class Dimensions:
     mattress_m: float = 0.20
     """Thickness of the mattress."""
     rim_m: float = 0.02
-    """How far the frame stands out on each side."""
+    """Width of the frame beyond the mattress on each side."""
     headboard_m: float = 0.45
     """Its height above the mattress."""
     footboard_m: float = 0.15
@@ -100,11 +100,11 @@ def build(dimensions: Dimensions) -> Piece:
     boxes = [mattress, *carried, *_boards(d, frame)]
     own = half_y - _OWN_M if d.width_m > _SINGLE_M else 0.0
     lie = Lying((_PILLOW_M + HIP_TO_HEAD_M, own, d.height_m), (_PILLOW_M, own, d.height_m))
-    places = [
-        Place((half_x, side * (half_y - _SIT_M), d.height_m), side * math.pi / 2)
+    targets = [
+        SeatTarget((half_x, side * (half_y - _SIT_M), d.height_m), side * math.pi / 2)
         for side in (1, -1)
     ]
-    return assemble("bed", boxes, places, d.mass_kg, lie)
+    return assemble("bed", boxes, targets, d.mass_kg, lie)
 
 
 def _boards(d: Dimensions, frame: seats.Seat) -> list[Box]:

@@ -1,4 +1,4 @@
-"""The furniture that characters train and are tested on, found by class, split and number."""
+"""The catalogue of the package's own furniture, by class, split and number."""
 
 import re
 import zlib
@@ -11,10 +11,11 @@ import numpy as np
 from world.errors import ChoiceError, PieceError
 from world.furniture import armchair, bed, chair, sofa, stool, table
 from world.furniture.bands import SPLITS, Split
-from world.furniture.piece import Affordance, Piece
+from world.furniture.piece import Piece
+from world.furniture.usage import usage
 
 Sampler = Callable[[np.random.Generator, Split, int], Piece]
-"""(random stream, split, turn: which of its constructions, in rotation) -> piece."""
+"""(random stream, split, turn: number of the construction, in rotation) -> piece."""
 
 REGISTRY: dict[str, Sampler] = {
     "chair": chair.sample,
@@ -28,23 +29,16 @@ REGISTRY: dict[str, Sampler] = {
 """Class -> generator. A new class is one file and one line here."""
 
 SEATS = ("chair", "armchair", "low-stool", "high-stool")
-"""The classes of `catalogue` where the caller does not say."""
+"""Default classes of `catalogue`."""
 
 COUNTS: dict[Split, int] = {"train": 60, "test": 12}
-"""Pieces of each split where the caller does not say."""
+"""Default number of pieces of each split."""
 
 WHOLE: dict[Split, int] = {"train": 350, "test": 60}
-"""Pieces of each split of `whole`."""
+"""Number of pieces of each split of `whole`."""
 
-AFFORDING: dict[Affordance, tuple[str, ...]] = {
-    "sit": (*SEATS, "sofa"),
-    "lie": ("sofa", "bed", "table"),
-}
-"""Classes that can be sat or lain on: every piece of them, and of tables the long ones."""
-
-
-_MOST_PASSED = 200
-"""Pieces of a class in a row without an affordance after which it has none."""
+_MOST_SKIPPED = 200
+"""Consecutive pieces of a class without an affordance after which the class has none."""
 
 
 def catalogue(
@@ -52,32 +46,31 @@ def catalogue(
     count: int | None = None,
     seed: int = 0,
     classes: tuple[str, ...] | None = None,
-    affordance: Affordance | None = None,
+    affordance: str | None = None,
 ) -> tuple[Piece, ...]:
-    """The first `count` pieces of a split, the classes taking turns, so that any count is balanced.
+    """The first `count` pieces of a split, with the classes in rotation, so that any count is
+    balanced.
 
-    The classes are those given, or all that afford to sit or lie, or SEATS; with an affordance,
-    pieces without it are passed over. Piece i of a class depends on (seed, class, split, i) alone:
+    The classes are those given, else those of the affordance, else SEATS; pieces without the
+    affordance are skipped. Piece i of a class depends on (seed, class, split, i) alone:
     a longer catalogue begins with a shorter one. Raises ChoiceError for an unknown class, split or
     affordance, PieceError for a class of which none has the affordance.
     """
-    if affordance is not None:
-        _known("affordance", affordance, list(AFFORDING))
-    names = classes or (SEATS if affordance is None else AFFORDING[affordance])
+    names = classes or (SEATS if affordance is None else usage(affordance).classes)
     total = COUNTS.get(split, 0) if count is None else count
-    _known("split", split, list(SPLITS))
+    _check_choice("split", split, list(SPLITS))
     turns = [_affording(name, split, seed, affordance) for name in names]
     return tuple(next(turns[i % len(names)]) for i in range(total))
 
 
 def whole(split: Split, seed: int = 0) -> tuple[Piece, ...]:
     """All WHOLE pieces of a split, of all seven classes."""
-    _known("split", split, list(SPLITS))
+    _check_choice("split", split, list(SPLITS))
     return catalogue(split, WHOLE[split], seed, tuple(REGISTRY))
 
 
 def find(name: str, seed: int = 0) -> Piece:
-    """The piece called, say, `chair-train-007`.
+    """The piece of a name such as `chair-train-007`.
 
     Raises ChoiceError for an unknown class or split, PieceError for a name of another form.
     """
@@ -88,33 +81,30 @@ def find(name: str, seed: int = 0) -> Piece:
             f"choose a class of {', '.join(sorted(REGISTRY))} and a split of {', '.join(SPLITS)}"
         )
     category, split, index = parts.groups()
-    _known("split", split, list(SPLITS))
+    _check_choice("split", split, list(SPLITS))
     return _piece(category, "train" if split == "train" else "test", int(index), seed)
 
 
-def _affording(
-    category: str, split: Split, seed: int, affordance: Affordance | None
-) -> Iterator[Piece]:
-    """The pieces of a class in turn, only those with the affordance where one is asked for."""
-    passed = 0
+def _affording(category: str, split: Split, seed: int, affordance: str | None) -> Iterator[Piece]:
+    """The pieces of a class in order, with an affordance only those that have it."""
+    skipped = 0
     for index in counting():
         piece = _piece(category, split, index, seed)
-        wanted = {None: True, "sit": bool(piece.sit), "lie": piece.lie is not None}
-        if wanted[affordance]:
-            passed = 0
+        if affordance is None or usage(affordance).use_points(piece):
+            skipped = 0
             yield piece
-        elif (passed := passed + 1) > _MOST_PASSED:
+        elif (skipped := skipped + 1) > _MOST_SKIPPED:
             raise PieceError(f"no {category} has a place to {affordance}")
 
 
 def _piece(category: str, split: Split, index: int, seed: int) -> Piece:
-    _known("furniture class", category, list(REGISTRY))
+    _check_choice("furniture class", category, list(REGISTRY))
     # The class enters by its name, so that adding one changes no piece of another.
     key = (seed, zlib.crc32(category.encode()), SPLITS.index(split), index)
     piece = REGISTRY[category](np.random.default_rng(key), split, index)
     return replace(piece, name=f"{category}-{split}-{index:03d}", seed=seed)
 
 
-def _known(kind: str, name: str, choices: list[str]) -> None:
+def _check_choice(kind: str, name: str, choices: list[str]) -> None:
     if name not in choices:
         raise ChoiceError(kind, name, choices)

@@ -13,7 +13,7 @@ import numpy as np
 from world.errors import ChoiceError
 from world.furniture import seat as seats
 from world.furniture.bands import Range, Split, choose, draw
-from world.furniture.piece import Piece, Place, assemble
+from world.furniture.piece import Piece, SeatTarget, assemble
 
 RANGES: dict[str, Range] = {
     "seat_height_m": (0.38, 0.48),
@@ -28,7 +28,7 @@ RANGES: dict[str, Range] = {
     "pelvis_from_back_m": (0.16, 0.20),
     "mass_kg": (4.0, 9.0),
 }
-"""What is drawn, before any scaling; bands.py deals each range out to train and test."""
+"""Ranges of the drawn dimensions, before scaling; bands.py splits each into train and test."""
 
 _FIRST = (
     ("legs", "solid"),
@@ -39,7 +39,7 @@ _FIRST = (
 )
 
 STYLES: dict[Split, tuple[tuple[str, str], ...]] = {
-    # the first pieces stay what earlier policies were trained on; more of them show more
+    # the first pieces are those that earlier policies were trained on; later ones vary more
     "train": (
         *_FIRST,
         *_FIRST,
@@ -58,7 +58,7 @@ STYLES: dict[Split, tuple[tuple[str, str], ...]] = {
         ("sled", "solid"),
     ),
 }
-"""Base and back of each split; cantilevers, and ladders on panels, are never trained on."""
+"""Base and back of each split; cantilevers, and ladders on panels, are in no training split."""
 
 BACKS = ("solid", "splat", "ladder", "spindles")
 """solid: one slab; splat: a narrow upright that carries a wide rail; ladder: two posts and three
@@ -67,7 +67,7 @@ slats across; spindles: a wide rail on three thin uprights."""
 
 @dataclass(frozen=True)
 class Dimensions:
-    """Everything that determines a chair; the defaults are an ordinary one."""
+    """The dimensions of a chair; the defaults are an ordinary one."""
 
     seat_height_m: float = 0.43
     """At the front edge."""
@@ -85,7 +85,7 @@ class Dimensions:
     leg_m: float = 0.04
     """Width of a leg."""
     pelvis_from_back_m: float = 0.18
-    """Of the pelvis' centre, in front of the back's front face at seat level."""
+    """Distance of the pelvis's centre from the back's front face at seat level."""
     mass_kg: float = 6.0
     base: str = "legs"
     """One of seat.BASES."""
@@ -115,7 +115,7 @@ def build(dimensions: Dimensions) -> Piece:
     ]
     x = d.pelvis_from_back_m
     boxes = [seat.box(), *back, *seats.support(d.base, seat, d.leg_m)]
-    return assemble("chair", boxes, Place((x, 0.0, seat.surface_m(x))), d.mass_kg)
+    return assemble("chair", boxes, SeatTarget((x, 0.0, seat.surface_m(x))), d.mass_kg)
 
 
 def _slabs(d: Dimensions, foot: float, top: float) -> list[tuple[float, float, float, float]]:

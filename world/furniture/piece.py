@@ -1,5 +1,4 @@
-"""A piece of furniture: collision boxes in its own frame, and the places where one can sit or
-lie."""
+"""A piece of furniture: collision shapes in its own frame, and targets for sitting and lying."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -11,13 +10,13 @@ from numpy.typing import NDArray
 from world.errors import PieceError
 
 SLOTS = 8
-"""Collision boxes that every piece's model reserves; a piece may use fewer, never more."""
+"""Collision boxes of every piece's model; a piece may use fewer."""
 
 MOST_HULLS = 16
-"""Convex hulls that a piece may have instead of boxes."""
+"""Greatest number of convex hulls of a piece, instead of boxes."""
 
-TRIED = (0.8, 1.0, 1.2)
-"""Scales of a piece at which a ragdoll is let down on its places."""
+TEST_SCALES = (0.8, 1.0, 1.2)
+"""Scales of a piece at which its seat targets are drop-tested."""
 
 Affordance = Literal["sit", "lie"]
 Vector = tuple[float, float, float]
@@ -41,7 +40,7 @@ class Box:
     """Rotation from the box's axes to the piece's, unit quaternion w, x, y, z."""
 
     def corners(self) -> NDArray[np.float64]:
-        """Its corners in the piece's frame, [8, 3] in m."""
+        """Corners in the piece's frame, [8, 3] in m."""
         return self.centre_m + (_SIGNS * self.half_m) @ rotation(self.quat).T
 
 
@@ -50,27 +49,27 @@ class Hull:
     """A solid convex hull."""
 
     vertices_m: tuple[Vector, ...]
-    """Its corners in the piece's frame."""
+    """Corners in the piece's frame."""
     faces: tuple[tuple[int, int, int], ...]
-    """Triangles that close it, by number of vertex, anticlockwise from outside."""
+    """Triangles of its surface, as indices of vertices, anticlockwise from outside."""
 
 
 @dataclass(frozen=True)
-class Place:
-    """Where a character can sit."""
+class SeatTarget:
+    """A target for sitting."""
 
     point_m: Vector
-    """Centre, on the seat's surface, of where the pelvis rests; piece frame."""
+    """Point on the seat's surface below the pelvis; piece frame."""
     facing_rad: float = 0.0
     """Heading of a seated character about +z; 0 is +x, the piece's front."""
     rests_at: tuple[float, ...] | None = None
-    """Those of TRIED at which a ragdoll let down here came to rest; None: not tried, as of the
-    package's own pieces, whose tests do that."""
+    """The TEST_SCALES at which a dropped ragdoll rests here; None: not tested, as for the package's
+    own pieces, whose unit tests do that."""
 
 
 @dataclass(frozen=True)
 class Lying:
-    """Where a character can lie: two points on the upholstery's surface, piece frame."""
+    """A target for lying: two points on the surface, piece frame."""
 
     hip_m: Vector
     """Below the hip."""
@@ -89,17 +88,17 @@ class Piece:
     name: str
     category: str
     boxes: tuple[Box, ...]
-    sit: tuple[Place, ...]
+    sit: tuple[SeatTarget, ...]
     mass_kg: float
     seed: int = 0
-    """Seed of the catalogue that it was drawn in; with the name it identifies the piece."""
+    """Seed of its catalogue; with the name it identifies the piece."""
     licence: str = "Apache-2.0"
     lie: Lying | None = None
-    """Where one can lie, if anywhere."""
+    """Target for lying, if any."""
     hulls: tuple[Hull, ...] = ()
-    """What it collides as, if not as its boxes, which are then those around each hull."""
+    """Collision shapes instead of the boxes, which are then the bounding boxes of the hulls."""
     credit: str = ""
-    """Who made it, as its licence asks to say."""
+    """Author, where the licence requires attribution."""
 
     def __post_init__(self) -> None:
         most = MOST_HULLS if self.hulls else SLOTS
@@ -131,8 +130,8 @@ class Piece:
         return np.where(_SIGNS > 0, high, low)
 
     def scaled(self, scale: float) -> "Piece":
-        """The piece enlarged about its origin; its mass grows with its volume, and what was tried
-        at other scales is left behind.
+        """The piece scaled about its origin; its mass scales with the volume, and results of drop
+        tests are dropped.
 
         Raises PieceError unless scale > 0.
         """
@@ -144,7 +143,7 @@ class Piece:
                 Box(_vector(scale * _of(b.centre_m)), _vector(scale * _of(b.half_m)), b.quat)
                 for b in self.boxes
             ),
-            sit=tuple(Place(_vector(scale * _of(p.point_m)), p.facing_rad) for p in self.sit),
+            sit=tuple(SeatTarget(_vector(scale * _of(p.point_m)), p.facing_rad) for p in self.sit),
             lie=None if self.lie is None else _lying_scaled(self.lie, scale),
             hulls=tuple(
                 replace(h, vertices_m=tuple(_vector(scale * _of(v)) for v in h.vertices_m))
@@ -173,19 +172,19 @@ class Piece:
 def assemble(
     category: str,
     boxes: list[Box],
-    places: Place | Sequence[Place],
+    targets: SeatTarget | Sequence[SeatTarget],
     mass_kg: float,
     lie: Lying | None = None,
 ) -> Piece:
-    """A piece from boxes in any frame with z up: moved until its origin is where it belongs."""
-    sit = (places,) if isinstance(places, Place) else tuple(places)
+    """A piece of boxes in any frame with z up, moved to the piece's frame."""
+    sit = (targets,) if isinstance(targets, SeatTarget) else tuple(targets)
     piece = Piece(category, category, tuple(boxes), sit, mass_kg, lie=lie)
     low, high = piece.bounds()
     return moved(piece, -np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]]))
 
 
 def moved(piece: Piece, offset_m: NDArray[np.float64]) -> Piece:
-    """The piece with everything of it shifted by offset_m [3] in its frame."""
+    """The piece with shapes and targets shifted by offset_m [3] in its frame."""
     lie = piece.lie
 
     def shifted(vector: Vector) -> Vector:
@@ -203,8 +202,8 @@ def moved(piece: Piece, offset_m: NDArray[np.float64]) -> Piece:
 
 
 def _lying_scaled(lie: Lying, scale: float) -> Lying:
-    """The place of a piece enlarged about its origin: the head stays on its pillow, and the hip as
-    far from it as it was, for who lies there does not grow."""
+    """The lying target of a scaled piece: the head moves with its pillow, and the hip keeps its
+    distance from it, since the character does not scale."""
     hip, head = scale * _of(lie.hip_m), scale * _of(lie.head_m)
     along = (hip - head)[:2] / scale
     return Lying(_vector(np.append(head[:2] + along, hip[2])), _vector(head))

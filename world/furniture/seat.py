@@ -1,4 +1,4 @@
-"""What sits of all classes share: the seat, its backrest, and what carries it.
+"""Common parts of seats of all classes: the seat, its backrest, and its base.
 
 Frame while building: x = 0 where the backrest's front face meets the seat (a stool's rear edge),
 +x front, y = 0 in the middle, z = 0 on the floor. `piece.assemble` moves the origin afterwards.
@@ -27,7 +27,7 @@ class Seat:
     tilt_rad: float = 0.0
     """Slope; positive is lower at the back."""
     rear_m: float = 0.0
-    """How far the slab runs on behind the backrest's front face."""
+    """Length of the slab behind the backrest's front face."""
 
     def surface_m(self, x_m: float) -> float:
         """Height of the surface at x."""
@@ -95,7 +95,7 @@ def backrest(
 
 
 def beside(box: Box, across_m: float) -> Box:
-    """The box moved across by so much, to the left."""
+    """The box moved by across_m to the left."""
     x, y, z = box.centre_m
     return replace(box, centre_m=(x, y + across_m, z))
 
@@ -170,7 +170,7 @@ BASES = {
     "braced": braced,
     "sled": sled,
 }
-"""What can carry a seat: (seat, width of a leg in m) -> boxes."""
+"""Bases of a seat: (seat, width of a leg in m) -> boxes."""
 
 
 def support(base: str, seat: Seat, leg_m: float) -> list[Box]:

@@ -13,7 +13,7 @@ import numpy as np
 from world.errors import ChoiceError
 from world.furniture import seat as seats
 from world.furniture.bands import Range, Split, choose, draw
-from world.furniture.piece import HIP_TO_HEAD_M, Box, Lying, Piece, Place, assemble
+from world.furniture.piece import HIP_TO_HEAD_M, Box, Lying, Piece, SeatTarget, assemble
 
 RANGES: dict[str, Range] = {
     "seat_height_m": (0.36, 0.46),
@@ -31,7 +31,7 @@ RANGES: dict[str, Range] = {
     "pelvis_from_back_m": (0.17, 0.21),
     "mass_kg": (30.0, 75.0),
 }
-"""What is drawn, before any scaling; bands.py deals each range out to train and test."""
+"""Ranges of the drawn dimensions, before scaling; bands.py splits each into train and test."""
 
 STYLES: dict[Split, tuple[tuple[str, str], ...]] = {
     "train": (
@@ -44,23 +44,24 @@ STYLES: dict[Split, tuple[tuple[str, str], ...]] = {
     ),
     "test": (("both", "legs"), ("both", "plinth"), ("one", "legs"), ("corner", "panels")),
 }
-"""Arms and base of each split; one arm on legs and corners on panels are never trained on."""
+"""Arms and base of each split; one arm on legs and corners on panels are in no training split."""
 
 ARMS = ("both", "one", "none", "corner")
 """corner: two arms, and at one end the seat runs on to the front, as a chaise longue."""
 
 _PLACE_M = 0.62
-"""Width of a place to sit, m (Panero & Zelnik: 0.61 to 0.71)."""
+"""Width of a seat, m (Panero & Zelnik: 0.61 to 0.71)."""
 _CHAISE_WIDTH_M = 0.68
 _THIGH_M = 0.38
 """From the hip to the hollow of the knee, m (humanoid.xml: 0.42 less the shin's radius)."""
 _PILLOW_M = 0.22
-"""From the end of the seat to the centre of a head, m: the head's radius and a cushion's edge."""
+"""Distance of the centre of the head from the end of the seat, m: its radius and a cushion's
+edge."""
 
 
 @dataclass(frozen=True)
 class Dimensions:
-    """Everything that determines a sofa; the defaults are an ordinary one."""
+    """The dimensions of a sofa; the defaults are an ordinary one."""
 
     seat_height_m: float = 0.42
     """At the front edge."""
@@ -80,11 +81,11 @@ class Dimensions:
     """Of the arms' upper face above the seat where the pelvis rests."""
     arm_width_m: float = 0.14
     chaise_m: float = 0.60
-    """How far a corner runs on in front of the seat."""
+    """Length of a corner's chaise in front of the seat."""
     leg_m: float = 0.05
     """Width of a leg."""
     pelvis_from_back_m: float = 0.19
-    """Of the pelvis' centre, in front of the back's front face at seat level."""
+    """Distance of the pelvis's centre from the back's front face at seat level."""
     mass_kg: float = 45.0
     arms: str = "both"
     """One of ARMS."""
@@ -114,7 +115,7 @@ def build(dimensions: Dimensions) -> Piece:
         math.radians(d.recline_deg),
     )
     boxes = [seat.box(), back, *_ends(d, seat), *seats.support(d.base, seat, d.leg_m)]
-    return assemble("sofa", boxes, _places(d, seat), d.mass_kg, _lying(d, seat))
+    return assemble("sofa", boxes, _seat_targets(d, seat), d.mass_kg, _lying(d, seat))
 
 
 def _ends(d: Dimensions, seat: seats.Seat) -> list[Box]:
@@ -136,20 +137,20 @@ def _ends(d: Dimensions, seat: seats.Seat) -> list[Box]:
     return boxes
 
 
-def _places(d: Dimensions, seat: seats.Seat) -> list[Place]:
-    """Where to sit, the middle-most first; a corner's chaise takes none in front of its legs."""
+def _seat_targets(d: Dimensions, seat: seats.Seat) -> list[SeatTarget]:
+    """The seat targets, the middle one first; there is none on a corner's chaise."""
     low = -d.clear_width_m / 2 + (_CHAISE_WIDTH_M if d.arms == "corner" else 0.0)
     high = d.clear_width_m / 2
     count = max(1, int((high - low) / _PLACE_M))
     step = (high - low) / count
     centres = sorted((low + (i + 0.5) * step for i in range(count)), key=lambda y: (abs(y), y))
-    # in a deep seat one sits forward, so that the knees come over its edge
+    # in a deep seat the target is further forward, so that the knees are over the edge
     x = max(d.pelvis_from_back_m, d.seat_depth_m - _THIGH_M)
-    return [Place((x, y, seat.surface_m(x))) for y in centres]
+    return [SeatTarget((x, y, seat.surface_m(x))) for y in centres]
 
 
 def _lying(d: Dimensions, seat: seats.Seat) -> Lying:
-    """Along the seat, the head at its left end (+y), where there is an arm if there is only one."""
+    """The lying target along the seat: head at the left end (+y), where a single arm is."""
     x = 0.5 * d.seat_depth_m
     head = d.clear_width_m / 2 - _PILLOW_M
     z = seat.surface_m(x)

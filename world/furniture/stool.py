@@ -11,7 +11,7 @@ import numpy as np
 
 from world.furniture import seat as seats
 from world.furniture.bands import Range, Split, choose, draw
-from world.furniture.piece import Piece, Place, assemble
+from world.furniture.piece import Piece, SeatTarget, assemble
 
 LOW: dict[str, Range] = {
     "seat_height_m": (0.30, 0.45),
@@ -21,7 +21,7 @@ LOW: dict[str, Range] = {
     "leg_m": (0.03, 0.06),
     "mass_kg": (3.0, 8.0),
 }
-"""What is drawn for a low stool, before any scaling."""
+"""Ranges of the drawn dimensions of a low stool, before scaling."""
 
 HIGH: dict[str, Range] = {
     "seat_height_m": (0.50, 0.68),
@@ -31,12 +31,12 @@ HIGH: dict[str, Range] = {
     "leg_m": (0.03, 0.05),
     "mass_kg": (4.0, 9.0),
 }
-"""What is drawn for a high stool, before any scaling."""
+"""Ranges of the drawn dimensions of a high stool, before scaling."""
 
 _FIRST_LOW = ("legs", "plinth", "panels", "braced")
 _FIRST_HIGH = ("legs", "pedestal", "panels")
 
-# the first pieces stay what earlier policies were trained on; more of them show more
+# the first pieces are those that earlier policies were trained on; later ones vary more
 LOW_BASES: dict[Split, tuple[str, ...]] = {
     "train": (*_FIRST_LOW, *_FIRST_LOW, *_FIRST_LOW, *_FIRST_LOW, "sled"),
     "test": ("legs", "plinth", "pedestal", "sled"),
@@ -52,7 +52,7 @@ HIGH_BASES: dict[Split, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class Dimensions:
-    """Everything that determines a stool; the defaults are an ordinary low one."""
+    """The dimensions of a stool; the defaults are an ordinary low one."""
 
     seat_height_m: float = 0.42
     seat_depth_m: float = 0.36
@@ -66,14 +66,16 @@ class Dimensions:
 
 
 def build(dimensions: Dimensions, category: str = "low-stool") -> Piece:
-    """The stool with these dimensions; one sits in the middle of its seat.
+    """The stool with these dimensions; its target is the centre of its seat.
 
     Raises ChoiceError for an unknown base.
     """
     d = dimensions
     seat = seats.Seat(d.seat_height_m, d.seat_depth_m, d.seat_width_m, d.seat_thickness_m)
     boxes = [seat.box(), *seats.support(d.base, seat, d.leg_m)]
-    return assemble(category, boxes, Place((d.seat_depth_m / 2, 0.0, d.seat_height_m)), d.mass_kg)
+    return assemble(
+        category, boxes, SeatTarget((d.seat_depth_m / 2, 0.0, d.seat_height_m)), d.mass_kg
+    )
 
 
 def low_dimensions(rng: np.random.Generator, split: Split, turn: int | None = None) -> Dimensions:

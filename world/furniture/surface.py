@@ -1,4 +1,4 @@
-"""The surface of a piece as polygons and triangles: for pictures, and to look for places on it."""
+"""The surface of a piece as polygons and triangles, for pictures and for finding targets."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ def polygons(piece: Piece) -> list[NDArray[np.float64]]:
 
 
 def triangles(piece: Piece) -> NDArray[np.float64]:
-    """The same in triangles, [n, 3, 3] m."""
+    """The surface in triangles, [n, 3, 3] m."""
     return np.array(
         [
             [face[0], face[k], face[k + 1]]

@@ -1,4 +1,4 @@
-"""Tables: dining tables and coffee tables; nobody sits on them, and the long ones can be lain on.
+"""Tables: dining and coffee tables, without seats; long ones have a lying target.
 
 The ranges are ours, set around what these give: dining tables, EN 1729-1 and Neufert, "Architects'
 Data" (0.70-0.78 m high, 0.70 m and more deep); coffee tables, Panero & Zelnik, "Human Dimension and
@@ -21,7 +21,7 @@ DINING: dict[str, Range] = {
     "leg_m": (0.04, 0.10),
     "mass_kg": (15.0, 60.0),
 }
-"""What is drawn for a dining table, before any scaling."""
+"""Ranges of the drawn dimensions of a dining table, before scaling."""
 
 COFFEE: dict[str, Range] = {
     "height_m": (0.34, 0.52),
@@ -31,12 +31,12 @@ COFFEE: dict[str, Range] = {
     "leg_m": (0.03, 0.08),
     "mass_kg": (8.0, 30.0),
 }
-"""What is drawn for a coffee table, before any scaling."""
+"""Ranges of the drawn dimensions of a coffee table, before scaling."""
 
 LONG_M, DEEP_M = 1.60, 0.70
-"""A top from this size on carries a person, 1.62 m tall, from head to calf."""
+"""Least size of a top that carries a person of 1.62 m from head to calf."""
 _HEAD_M = 0.25
-"""From the end of the top to below the head's centre."""
+"""Distance of the head's centre from the end of the top."""
 
 STYLES: dict[Split, tuple[tuple[str, str], ...]] = {
     "train": (
@@ -49,12 +49,12 @@ STYLES: dict[Split, tuple[tuple[str, str], ...]] = {
     ),
     "test": (("dining", "legs"), ("coffee", "panels"), ("dining", "panels"), ("coffee", "legs")),
 }
-"""Kind and base of each split; tables on two panels are never trained on."""
+"""Kind and base of each split; tables on two panels are in no training split."""
 
 
 @dataclass(frozen=True)
 class Dimensions:
-    """Everything that determines a table; the defaults are an ordinary one to dine at."""
+    """The dimensions of a table; the defaults are an ordinary dining table."""
 
     height_m: float = 0.74
     """Of the top's upper face."""
@@ -83,7 +83,7 @@ def build(dimensions: Dimensions) -> Piece:
 
 
 def _lying(d: Dimensions) -> Lying | None:
-    """Where one lies along the top, in the middle of its depth; None on a smaller one."""
+    """The lying target along the top, in the middle of its depth; None on a small table."""
     if d.width_m < LONG_M or d.depth_m < DEEP_M:
         return None
     head = d.width_m / 2 - _HEAD_M

@@ -1,7 +1,7 @@
-"""How an episode of carrying starts: from a clip's own state with its box, or upright with the box
-on a stand anywhere near.
+"""Initial states of carrying: reference states with the clip's box, and upright states with the box
+on a stand anywhere.
 
-A start is a pure function of (seed, scene, episode).
+An initial state is a pure function of (seed, scene, episode).
 """
 
 from dataclasses import dataclass
@@ -11,33 +11,33 @@ from torch import Tensor
 
 from world import random_streams, rotations
 from world.config import WorldConfig
-from world.initial.reference import LIFT_M, Drawn, States, course, unit
+from world.initial.reference import LIFT_M, CharacterSampler, CharacterStates, course, unit
 from world.motions.library import MotionLibrary
-from world.motions.use import CONTACT, BoxFrames
+from world.motions.uses.use import CONTACT, BoxFrames
 from world.objects import grasp
 from world.objects.box_bank import BoxBank, Layout
 from world.scene.batch import Scenes
 from world.scene.box import FRICTION
-from world.tasks.task import BoxState, Place
+from world.scene.target import BoxState, Target
 
-#: The box' least distance from a standing character: its edge is this far from the root, m.
+#: Least distance of the box's edge from the root of a standing character, m.
 _CLEAR_M = 0.35
-#: Its target's, from where the character starts, m.
+#: Least distance of its target from the character's initial position, m.
 _TARGET_CLEAR_M = 0.8
-#: A stand that is not to be in the way is this far behind the character, m.
+#: An unused stand is this far behind the character, m.
 _AWAY_M = 6.0
-#: How far above its stand a box is set down, m: contacts start unloaded.
+#: Initial height of a box above its stand, m: contacts begin unloaded.
 _BOX_LIFT_M = 0.001
 _GRAVITY_M_S2 = 9.81
-#: A hand presses this many times as hard as the weight needs, and so many N more.
+#: A hand presses with this multiple of the force that the weight needs, plus so many N.
 _GRIP, _GRIP_N = 3.0, 15.0
-#: Of a clip that puts its box down: from this near to where, m, it is about to, or has.
+#: A clip that puts its box down is doing so within this of the final position, m.
 _PUTTING_M = 0.6
 
 
 @dataclass(frozen=True)
-class BoxStarts:
-    """First states of m episodes, the character above the origin."""
+class BoxInitialStates:
+    """Initial states of m episodes, the character above the origin."""
 
     qpos: Tensor
     """[m, 43]."""
@@ -46,27 +46,28 @@ class BoxStarts:
     variant: Tensor
     """[m] int64: the box, by number in the bank."""
     kind: Tensor
-    """[m] int64: index into world.initial.furniture.KINDS."""
+    """[m] int64: index into world.initial.reference.KINDS."""
     frame: Tensor
     """[m] int64: the state's frame in the motion library; −1 for the rest pose."""
     layout: Layout
+    """Of the boxes and their stands."""
 
 
-class BoxStarter:
-    """Draws the starts of a shard's episodes of carrying."""
+class BoxSampler:
+    """Draws the initial states of carrying; an InitialStateSampler."""
 
     def __init__(
         self, config: WorldConfig, library: MotionLibrary, bank: BoxBank, seed: int
     ) -> None:
-        """Raises ClipError where clip starts are wanted and no clip carries a box, ConfigError
-        where the shares make no sense."""
+        """Raises ClipError where reference states are configured and no clip carries a box,
+        ConfigError for invalid fractions."""
         self._config, self._library, self._bank, self._seed = config, library, bank, seed
-        self._states = States(config, library)
+        self._character = CharacterSampler(config, library)
 
-    def draw(self, scenes: Tensor, episodes: Tensor) -> BoxStarts:
-        """The starts of the given scene ids [m] and episode numbers [m] (int64 both)."""
+    def draw(self, scenes: Tensor, episodes: Tensor) -> BoxInitialStates:
+        """Initial states for scene ids [m] and episode numbers [m] (int64 both)."""
         u = random_streams.uniform(self._seed, random_streams.EPISODE, scenes, episodes, 16)
-        drawn = self._states.draw(u)
+        drawn = self._character.draw(u)
         from_clip, box = drawn.kind == 0, self._library.box
         variant = (u[:, 4] * len(self._bank)).long().clamp_max(len(self._bank) - 1)
         if box is not None:
@@ -81,39 +82,41 @@ class BoxStarter:
         if bool(in_hand.any()):
             held = self._in_hand(qpos, qvel, self._bank.half[variant], u)
             layout = _where(in_hand, held, layout)
-            bent = grasp.holding(qpos, _box(self._bank.place(variant, layout)))
+            bent = grasp.holding_pose(qpos, _box(self._bank.target(variant, layout)))
             qpos = torch.where(in_hand[:, None], bent, qpos)
-        return BoxStarts(qpos, qvel, variant, drawn.kind, drawn.named_frame(), layout)
+        return BoxInitialStates(qpos, qvel, variant, drawn.kind, drawn.named_frame(), layout)
 
-    def place(self, starts: BoxStarts) -> Place:
-        """What the task knows of the boxes of `starts`."""
-        return self._bank.place(starts.variant, starts.layout)
+    def target(self, states: BoxInitialStates) -> Target:
+        """Targets of the boxes of `states`."""
+        return self._bank.target(states.variant, states.layout)
 
-    def put(self, scenes: Scenes, ids: Tensor, starts: BoxStarts) -> None:
-        """Set the scenes `ids` [m] up as `starts` has them; their models are there already."""
-        layout = starts.layout
-        scenes.set_down(ids, starts.qpos, starts.qvel, layout.start, layout.start_yaw)
-        self._bank.put(scenes, ids, starts.variant, layout)
+    def apply(self, scenes: Scenes, ids: Tensor, states: BoxInitialStates) -> None:
+        """Write `states` into the scenes `ids` [m], which have their models already."""
+        layout = states.layout
+        scenes.set_state(ids, states.qpos, states.qvel, layout.start, layout.start_yaw)
+        self._bank.apply(scenes, ids, states.variant, layout)
 
-    def load_n(self, starts: BoxStarts) -> tuple[Tensor, Tensor]:
-        """What each hand presses on the box with, and what the box weighs, N: [m] each; 0 where it
-        is not in hand."""
+    def load_n(self, states: BoxInitialStates) -> tuple[Tensor, Tensor]:
+        """Force of each hand on the box, and weight of the box, N: [m] each; 0 where it is not in
+        hand."""
         box = self._library.box
-        held = torch.zeros(len(starts.frame), dtype=torch.bool)
+        held = torch.zeros(len(states.frame), dtype=torch.bool)
         if box is not None:
-            held = (starts.kind == 0) & (starts.frame >= 0) & box.held[starts.frame]
-        weight = torch.where(held, self._bank.mass[starts.variant] * _GRAVITY_M_S2, 0.0)
+            held = (states.kind == 0) & (states.frame >= 0) & box.held[states.frame]
+        weight = torch.where(held, self._bank.mass[states.variant] * _GRAVITY_M_S2, 0.0)
         return _GRIP * weight / (2.0 * FRICTION) + torch.where(held, _GRIP_N, 0.0), weight
 
-    def _on_stands(self, drawn: Drawn, variant: Tensor, u: Tensor) -> Layout:
-        """Boxes on stands about a standing character: near or far, at any bearing and yaw."""
-        config, half, kind = self._config, self._bank.half[variant], drawn.kind
-        low = torch.where(kind == 1, config.near_m[0], config.far_m[0])
-        high = torch.where(kind == 1, config.near_m[1], config.far_m[1])
+    def _on_stands(self, drawn: CharacterStates, variant: Tensor, u: Tensor) -> Layout:
+        """Layouts with the boxes on stands about the characters: near or far, any bearing and
+        yaw."""
+        initial, half, kind = self._config.initial, self._bank.half[variant], drawn.kind
+        low = torch.where(kind == 1, initial.near_m[0], initial.far_m[0])
+        high = torch.where(kind == 1, initial.near_m[1], initial.far_m[1])
         distance = low + (high - low) * u[:, 5]
         distance = distance.maximum(half[:, :2].norm(dim=1) + _CLEAR_M)
         onwards = rotations.turn(course(drawn.qpos, drawn.qvel), unit((u[:, 6] - 0.5) / 4))
-        ahead = ((kind == 2) & (u[:, 8] < config.ahead)) | ((kind == 1) & (u[:, 8] < config.front))
+        ahead = (kind == 2) & (u[:, 8] < initial.ahead_fraction)
+        ahead |= (kind == 1) & (u[:, 8] < initial.front_fraction)
         bearing = torch.where(ahead[:, None], onwards, unit(u[:, 6]))
         here = distance[:, None] * bearing
         start = torch.cat((here, self._rest_height(half, u[:, 9])), dim=1)
@@ -125,22 +128,22 @@ class BoxStarter:
         )
 
     def _rest_height(self, half: Tensor, u: Tensor) -> Tensor:
-        """[m, 1]: height of a box' centre on a stand, m."""
+        """[m, 1]: height of a box's centre on a stand, m."""
         low, high = self._config.carry.stand_m
         return half[:, 2:] + (low + (high - low) * u)[:, None]
 
     def _target(self, start: Tensor, half: Tensor, u: Tensor) -> Tensor:
-        """[m, 3]: a target at any bearing from the box, but not where the character stands."""
+        """[m, 3]: targets at any bearing from the box, clear of the character, m."""
         low, high = self._config.carry.target_m
         offset = (low + (high - low) * u[:, :1]) * unit(u[:, 1])
         there = start[:, :2] + offset
         blocked = there.norm(dim=1) < _TARGET_CLEAR_M
-        # the mirrored place is clear: the box is not at the character's feet
+        # the mirrored point is clear, since the box is away from the character
         there = torch.where(blocked[:, None], start[:, :2] - offset, there)
         return torch.cat((there, self._rest_height(half, u[:, 2])), dim=1)
 
     def _ahead(self, heading: Tensor, half: Tensor, u: Tensor) -> Tensor:
-        """[m, 3]: targets of a box in hand, ahead of the character, some of them within reach."""
+        """[m, 3]: targets of a box in hand, ahead of the character, some of them near, m."""
         carry = self._config.carry
         reach = u[:, 13] < carry.near_target
         low = torch.where(reach, carry.near_target_m[0], carry.target_m[0])
@@ -151,17 +154,19 @@ class BoxStarter:
         return torch.cat((ahead, self._rest_height(half, u[:, 12])), dim=1)
 
     def _in_hand(self, qpos: Tensor, qvel: Tensor, half: Tensor, u: Tensor) -> Layout:
-        """Boxes held before upright characters, moving along with them; the stands that they were
-        picked up from are behind."""
+        """Layouts with the boxes in hand, moving with upright characters; the initial stands are
+        far behind them."""
         heading = rotations.heading(qpos[:, 3:7])
-        position = grasp.before(qpos[:, :3], heading, half[:, 0])
+        position = grasp.held_centre(qpos[:, :3], heading, half[:, 0])
         behind = torch.cat((-_AWAY_M * heading, self._rest_height(half, u[:, 9])), dim=1)
         velocity = torch.cat((qvel[:, :3], torch.zeros_like(qvel[:, :3])), dim=1)
         rotation = rotations.from_heading(heading)
         return Layout(position, rotation, velocity, behind, heading, self._ahead(heading, half, u))
 
-    def _from_clips(self, drawn: Drawn, box: BoxFrames, variant: Tensor, u: Tensor) -> Layout:
-        """The boxes of the clips' frames; what is not known of a clip is drawn."""
+    def _from_clips(
+        self, drawn: CharacterStates, box: BoxFrames, variant: Tensor, u: Tensor
+    ) -> Layout:
+        """Layouts of the clips' frames; what a clip does not show is drawn."""
         half, frame, held = self._bank.half[variant], drawn.frame, drawn.stage == CONTACT
         root = drawn.frames.qpos[:, :3]
         origin = torch.cat((root[:, :2], torch.zeros_like(root[:, :1])), dim=1)
@@ -172,7 +177,7 @@ class BoxStarter:
         from_start = (position - picked)[:, :2].norm(dim=1)
         putting = box.has_put[frame] & ((position - put)[:, :2].norm(dim=1) < _PUTTING_M)
         putting &= ~box.has_picked[frame] | (from_start > _PUTTING_M)
-        # a stand of which the clip knows nothing, or that the box has left, is out of the way
+        # a stand that the clip does not show, or that the box has left, is moved away
         unknown = ~box.has_picked[frame] | (putting & (from_start < 1.0))
         heading = rotations.heading(drawn.frames.qpos[:, 3:7])
         behind = -_AWAY_M * heading
@@ -189,9 +194,9 @@ class BoxStarter:
         return Layout(raised, box.rotation[frame], velocity, start, yaw, target)
 
 
-def _box(place: Place) -> BoxState:
-    assert place.box is not None, "a bank of boxes places boxes"
-    return place.box
+def _box(target: Target) -> BoxState:
+    assert target.box is not None, "the targets of a bank of boxes have boxes"
+    return target.box
 
 
 def _where(condition: Tensor, yes: Layout, no: Layout) -> Layout:

@@ -1,5 +1,4 @@
-"""What the starts of all tasks share: the mixture of kinds, and the state that a character starts
-in, from a clip or at rest."""
+"""Initial states of the character, drawn from the clips or the rest pose."""
 
 from dataclasses import dataclass
 
@@ -12,73 +11,73 @@ from world.config import WorldConfig
 from world.errors import ClipError, ConfigError
 from world.motions.library import Frames, MotionLibrary
 
-#: Names of the kinds of start, by number.
-KINDS = ("clip", "near", "far")
-#: How far above the clip's own height a character is set down, m: contacts start unloaded.
+#: Categories of initial states, by number.
+KINDS = ("reference", "near", "far")
+#: Initial height of a character above the clip's own, m: contacts begin unloaded.
 LIFT_M = 0.002
-_NO_USE = {
-    "sit": "no clip uses a seat: set starts.clip to 0 or add clips that sit down",
-    "lie": "no clip uses a bed: set starts.clip to 0 or add clips that lie down",
-    "carry": "no clip carries a box: set starts.clip to 0 or add clips that do",
-}
 
 
 @dataclass(frozen=True)
-class Drawn:
-    """States of m characters before they are placed, in their clips' worlds."""
+class CharacterStates:
+    """Initial states of m characters in the world frames of their clips."""
 
     kind: Tensor
     """[m] int64: index into KINDS."""
     stage: Tensor
-    """[m] int64: of a start from a clip, its stage (world.motions.use)."""
+    """[m] int64: stage of a reference state (world.motions.uses.use)."""
     frame: Tensor
-    """[m] int64: in the motion library; of the rest pose, any."""
+    """[m] int64: frame in the motion library; arbitrary for the rest pose."""
     frames: Frames
+    """The frames themselves [m]."""
     rest: Tensor
-    """[m] bool: in the rest pose instead."""
+    """[m] bool: the character is in the rest pose instead."""
     qpos: Tensor
     """[m, 43]."""
     qvel: Tensor
     """[m, 34]."""
 
     def above_origin(self) -> Tensor:
-        """[m, 43]: qpos with the root above the world's origin, a little higher."""
+        """[m, 43]: qpos with the root above the world's origin, LIFT_M higher."""
         level = torch.zeros_like(self.qpos[:, :2])
         return torch.cat((level, self.qpos[:, 2:3] + LIFT_M, self.qpos[:, 3:]), dim=1)
 
     def named_frame(self) -> Tensor:
-        """[m] int64: the frame, −1 for the rest pose."""
+        """[m] int64: frame in the motion library, −1 for the rest pose."""
         return torch.where(self.rest, -1, self.frame)
 
 
-class States:
-    """Draws the characters' states."""
+class CharacterSampler:
+    """Draws the initial states of characters."""
 
     def __init__(self, config: WorldConfig, library: MotionLibrary) -> None:
-        """Raises ConfigError where the shares make no sense, ClipError where clips are to be
-        started from and none does what the task needs."""
-        shares = [config.starts.clip, config.starts.near, config.starts.far]
-        if min(shares) < 0 or sum(shares) <= 0:
-            raise ConfigError(f"starts {shares}: shares must be 0 or more, and not all 0")
-        if config.starts.clip > 0 and not any(len(stage) for stage in library.start_stages):
-            raise ClipError(_NO_USE[library.affordance])
-        self._standing_share, self._library = config.standing, library
-        edges = torch.tensor(shares, dtype=torch.float64).cumsum(0) / sum(shares)
+        """Raises ConfigError for invalid fractions, ClipError where reference states are configured
+        and no clip has the task's use."""
+        initial = config.initial
+        fractions = [initial.reference, initial.near, initial.far]
+        if min(fractions) < 0 or sum(fractions) <= 0:
+            raise ConfigError(
+                f"--world.initial.reference, near and far are {fractions}: each must be 0 or more,"
+                " and not all 0"
+            )
+        if initial.reference > 0 and not any(len(stage) for stage in library.start_stages):
+            raise ClipError(library.use.missing)
+        self._standing_fraction, self._library = initial.standing_fraction, library
+        edges = torch.tensor(fractions, dtype=torch.float64).cumsum(0) / sum(fractions)
         self._edges = edges[:-1].to(torch.float32)
         stages = [
-            share if len(pool) else 0.0
-            for share, pool in zip(config.clip_stages, library.start_stages, strict=True)
+            fraction if len(pool) else 0.0
+            for fraction, pool in zip(initial.reference_stages, library.start_stages, strict=True)
         ]
         self._stage_edges = (
             torch.tensor(stages, dtype=torch.float64).cumsum(0) / max(sum(stages), 1e-9)
         )[:-1].to(torch.float32)
         self._standing = torch.from_numpy(character.standing_qpos()).to(torch.float32)
 
-    def draw(self, u: Tensor, close: Tensor | None = None) -> Drawn:
-        """The states of uniform draws u [m, 4 or more]: kind, stage, frame, whether at rest.
+    def draw(self, u: Tensor, close: Tensor | None = None) -> CharacterStates:
+        """Return the states of uniform numbers u [m, 4 or more]: category, stage, frame, rest pose.
 
-        close [m] bool: of the near starts, those with furniture so close that who walks would run
-        into it.
+        close [m] bool: near states whose object is so close that a walking character would
+        collide with it; these are drawn from slow frames.
         """
         library = self._library
         kind = torch.bucketize(u[:, 0].contiguous(), self._edges, right=True)
@@ -91,21 +90,22 @@ class States:
             if len(pool):
                 frame = torch.where(from_clip & (stage == s), _pick(pool, u[:, 2]), frame)
         frames = library.at(frame)
-        rest = ~from_clip & (u[:, 3] < self._standing_share)
+        rest = ~from_clip & (u[:, 3] < self._standing_fraction)
         qpos = torch.where(rest[:, None], self._standing, frames.qpos)
         qvel = torch.where(rest[:, None], torch.zeros_like(frames.qvel), frames.qvel)
-        return Drawn(kind, stage, frame, frames, rest, qpos, qvel)
+        return CharacterStates(kind, stage, frame, frames, rest, qpos, qvel)
 
 
 def course(qpos: Tensor, qvel: Tensor) -> Tensor:
-    """Unit vectors [m, 2]: where the root moves, or faces where it hardly moves."""
+    """Return unit vectors [m, 2]: the root's direction of motion, or its heading where it hardly
+    moves."""
     speed = qvel[:, :2].norm(dim=1, keepdim=True)
     moving = qvel[:, :2] / speed.clamp_min(1e-6)
     return torch.where(speed > 0.3, moving, rotations.heading(qpos[:, 3:7]))
 
 
 def unit(u: Tensor) -> Tensor:
-    """Unit vectors [m, 2] at the angles 2π u."""
+    """Return the unit vectors [m, 2] at the angles 2π u."""
     angle = (2 * torch.pi) * u
     return torch.stack((torch.cos(angle), torch.sin(angle)), dim=1)
 

@@ -1,4 +1,4 @@
-"""What the servos of the arms must be told so that two hands press on a box between them."""
+"""Set-point offsets of the arms by which both hands press on a box between them."""
 
 import torch
 from torch import Tensor
@@ -8,18 +8,18 @@ from world.character import kinematics
 from world.character import model as character
 
 _SIDES = ("right", "left")
-#: A step of a joint, rad, for the slope of a hand's position; single precision resolves 1e-6 m.
+#: Step of a joint for finite differences, rad; single precision resolves 1e-6 m.
 _STEP_RAD = 1e-2
-#: Servo targets move by no more than this, rad.
+#: Greatest offset of a set-point, rad.
 _LARGEST_RAD = 0.5
 
 
 def squeeze(qpos: Tensor, press_n: Tensor, weight_n: Tensor) -> Tensor:
-    """Offsets [m, 28] rad of the servo targets by which each hand presses towards the other with
-    press_n [m] N and both bear a weight of weight_n [m] N.
+    """Set-point offsets [m, 28] rad by which each hand presses towards the other with press_n [m] N
+    and both bear a weight of weight_n [m] N.
 
-    A servo that is held off its target by Δ pulls with kp Δ, so that Δ = Jᵀ F / kp, with J the
-    slope of the hand's position in the arm's joint coordinates (by finite differences).
+    A servo at Δ from its set-point pulls with kp Δ, so that Δ = Jᵀ F / kp, with J the Jacobian of
+    the hand's position in the arm's joint coordinates (by finite differences).
     """
     hands = [character.BODIES.index(f"{side}_hand") for side in _SIDES]
     here = _positions(qpos)[:, hands]
@@ -42,7 +42,7 @@ def _positions(qpos: Tensor) -> Tensor:
 
 
 def _bent(qpos: Tensor, side: str) -> list[tuple[int, Tensor]]:
-    """Each control of an arm, and qpos [m, 43] with its joint a step further."""
+    """The controls of an arm, each with qpos [m, 43] in which its joint is one step further."""
     found = []
     address, control = 7, 0
     for joint in character.JOINTS:

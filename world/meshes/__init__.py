@@ -1,1 +1,1 @@
-"""Furniture from meshes: read, set upright, cut into convex hulls, looked at for places, kept."""
+"""Furniture from meshes: reading, normalisation, decomposition into hulls, targets, storage."""

@@ -1,4 +1,4 @@
-"""From a mesh to a piece: upright, cut into hulls, with the places found on it."""
+"""Builds a piece from a mesh: upright, decomposed into hulls, with the targets found on it."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -10,53 +10,52 @@ from world.errors import PieceError
 from world.furniture import affordance
 from world.furniture.affordance import lying, seats
 from world.furniture.affordance.relief import Relief, relief
-from world.furniture.affordance.seats import Zone, seen
-from world.furniture.piece import Hull, Lying, Piece, Place
+from world.furniture.affordance.seats import Zone, zone_heights
+from world.furniture.piece import Hull, Lying, Piece, SeatTarget
 from world.meshes import decompose, resting
-from world.meshes.classes import DENSITY_KG_M3, settled
+from world.meshes.classes import DENSITY_KG_M3, category_of
 from world.meshes.source import Source
 from world.meshes.upright import Frame, upright
 from world.objects.drop_test import slips_at
 
 MOST_OFF_M = 0.05
-"""A place's height follows the hulls up to this far from the mesh; farther off, it is no longer the
-surface that was found."""
+"""Greatest distance of the hulls from the mesh at which a target's height follows the hulls."""
 
 COARSE_M = 0.02
-"""A seat that the hulls put farther off than this is cut again with a finer grain."""
+"""Error of a seat's height beyond which the mesh is decomposed again with more voxels."""
 FINER = 4
-"""Times as many voxels for that."""
+"""Factor of the number of voxels for that."""
 BULGE_M = 0.07
-"""Hulls that stand no higher above a seat than this are the seat's own, and are cut level with
-it."""
+"""Hulls up to this height above a seat belong to it and are cut level with it."""
 
 SHIFTED_M = 0.14
-"""A place moves along its facing up to this far to where the hulls leave room and carry."""
+"""Greatest shift of a target along its facing to where the hulls leave room and carry."""
 ROOM, CARRYING = Zone((-0.14, 0.10), (-0.12, 0.12)), Zone((0.04, 0.20), (-0.12, 0.12))
-"""Where nothing of the hulls may stand above the seat, and where they must carry the thighs."""
+"""Zones where no hull may be above the seat, and where hulls must carry the thighs."""
 STEP_M, RISEN_M, UNEVEN_M = 0.02, 0.045, 0.025
-"""Of such a move; what stands, and how far from level what carries may be."""
+"""Step of such a shift; height above the seat that blocks; tolerance of a carrying surface."""
 
 _SAT_ON = ("chair", "armchair", "low-stool", "high-stool", "sofa", "bed")
 _LAIN_ON = ("sofa", "bed")
 
 
 @dataclass(frozen=True)
-class Told:
-    """What the importer is told about a mesh."""
+class ImportOptions:
+    """Options of the import of a mesh."""
 
     frame: Frame = field(default_factory=Frame)
+    """Axes and size."""
     category: str | None = None
     """A class, or `stool`; None: by the piece's shape."""
     licence: str = "unknown"
     credit: str = ""
     sit: tuple[float, float, float, float] | None = None
-    """x, y, z (m) and yaw (degrees) of the place to sit, instead of looking for one."""
+    """x, y, z (m) and yaw (degrees) of the seat target; None: found from the geometry."""
 
 
 @dataclass(frozen=True)
 class Built:
-    """A piece and what was measured while it was made."""
+    """A piece with measures of its build."""
 
     piece: Piece
     centre_of_mass_m: NDArray[np.float64]
@@ -64,19 +63,19 @@ class Built:
     inertia_kg_m2: NDArray[np.float64]
     """[3, 3], about the centre of mass."""
     seat_error_m: float | None
-    """How much higher the hulls are than the mesh where one sits; None without a seat."""
+    """Height of the hulls above the mesh at the first seat target; None without one."""
 
 
-def build(source: Source, told: Told) -> Built:
-    """The piece of a mesh. Raises PieceError where it is none, or no one could use it."""
-    triangles = upright(source, told.frame)
-    piece, error = _cut(source.name, triangles, told, decompose.VOXELS)
+def build(source: Source, options: ImportOptions) -> Built:
+    """The piece of a mesh. Raises PieceError where it is no furniture or has no target."""
+    triangles = upright(source, options.frame)
+    piece, error = _cut(source.name, triangles, options, decompose.VOXELS)
     if _faults(piece, error):
-        # a hull bulges over the seat, or a ragdoll does not stay: a finer grain often mends it
-        fine = _cut(source.name, triangles, told, FINER * decompose.VOXELS)
+        # a hull bulges over the seat, or a ragdoll slides off: more voxels often help
+        fine = _cut(source.name, triangles, options, FINER * decompose.VOXELS)
         found = [(piece, error), fine]
         piece, error = min(found, key=lambda cut: (_faults(*cut), abs(cut[1] or 0.0)))
-    if told.sit is None:
+    if options.sit is None:
         resting.require(piece)
     density = DENSITY_KG_M3[piece.category]
     mass, centre, inertia = decompose.mass_properties(piece.hulls, density)
@@ -84,42 +83,43 @@ def build(source: Source, told: Told) -> Built:
 
 
 def _cut(
-    name: str, triangles_m: NDArray[np.float64], told: Told, voxels: int
+    name: str, triangles_m: NDArray[np.float64], options: ImportOptions, voxels: int
 ) -> tuple[Piece, float | None]:
-    """The piece cut with so many voxels, a ragdoll let down on its places, and how far the first
-    seat found was moved up by the cut."""
+    """The piece decomposed with so many voxels and drop-tested, and the upward shift of its first
+    seat by the decomposition, m."""
     parts = decompose.hulls(triangles_m, name, voxels)
-    piece, error = located(name, triangles_m, parts, told)
-    if told.sit is not None:
-        return resting.told(piece), error
+    piece, error = located(name, triangles_m, parts, options)
+    if options.sit is not None:
+        return resting.tested(piece), error
     return resting.confirmed(piece, _solid(piece.hulls)), error
 
 
 def _faults(piece: Piece, error: float | None) -> int:
-    """At how many scales nobody stays on the first seat; one more where it is off its height."""
-    missed = sum(len(slips_at(place)) for place in piece.sit[:1])
+    """Number of scales at which the ragdoll does not rest on the first seat, plus 1 where the error
+    of its height is above COARSE_M."""
+    missed = sum(len(slips_at(target)) for target in piece.sit[:1])
     return missed + int(error is not None and abs(error) > COARSE_M)
 
 
 def located(
-    name: str, triangles_m: NDArray[np.float64], parts: tuple[Hull, ...], told: Told
+    name: str, triangles_m: NDArray[np.float64], parts: tuple[Hull, ...], options: ImportOptions
 ) -> tuple[Piece, float | None]:
-    """The piece of these hulls with the places of its mesh (triangles [m, 3, 3] m), put on the
-    surface of the hulls, and how far the first seat was moved up for that."""
+    """The piece of these hulls with the targets of its mesh (triangles [m, 3, 3] m), moved onto the
+    surface of the hulls, and the upward shift of the first seat by that, m."""
     surface = relief(triangles_m)
-    open_class = told.category not in DENSITY_KG_M3
-    sit = seats.find(surface) if open_class or told.category in _SAT_ON else ()
-    lie = lying.find(surface) if open_class or told.category in _LAIN_ON else None
+    open_class = options.category not in DENSITY_KG_M3
+    sit = seats.find(surface) if open_class or options.category in _SAT_ON else ()
+    lie = lying.find(surface) if open_class or options.category in _LAIN_ON else None
     low, high = triangles_m.min(axis=(0, 1)), triangles_m.max(axis=(0, 1))
     size = decompose.vector(high - low)
-    category = settled(told.category, size, sit, lie)
+    category = category_of(options.category, size, sit, lie)
     if category not in DENSITY_KG_M3:
         raise PieceError(f"{name}: unknown class '{category}'; choose {', '.join(DENSITY_KG_M3)}")
     if category == "bed" and lie is not None:
         sit = lying.edges(surface, lie) or sit
-    if told.sit is not None:
-        x, y, z, yaw = told.sit
-        sit = (Place((x, y, z), math.radians(yaw)),)
+    if options.sit is not None:
+        x, y, z, yaw = options.sit
+        sit = (SeatTarget((x, y, z), math.radians(yaw)),)
     elif category not in _SAT_ON:
         sit = ()
     elif not sit:
@@ -127,21 +127,21 @@ def located(
             f"{name}: no place to sit on this {category} "
             f"({' x '.join(f'{x:.2f}' for x in size)} m); check --up, --unit, or give --sit"
         )
-    if told.sit is None:
+    if options.sit is None:
         parts = _levelled(parts, sit)
     solid = _solid(parts)
-    settled_on = tuple(_onto(solid, place) for place in _fitting(solid, sit))
-    error = settled_on[0].point_m[2] - sit[0].point_m[2] if sit else None
+    levelled_sit = tuple(_onto(solid, target) for target in _fitting(solid, sit))
+    error = levelled_sit[0].point_m[2] - sit[0].point_m[2] if sit else None
     piece = Piece(
         name,
         category,
         tuple(decompose.around(hull) for hull in parts),
-        settled_on if told.sit is None else sit,
+        levelled_sit if options.sit is None else sit,
         1.0,
-        licence=told.licence,
+        licence=options.licence,
         lie=None if lie is None or category not in _LAIN_ON else _lying_onto(solid, lie),
         hulls=parts,
-        credit=told.credit,
+        credit=options.credit,
     )
     return piece, error
 
@@ -151,9 +151,9 @@ def _solid(parts: tuple[Hull, ...]) -> Relief:
     return relief(np.array([np.array(h.vertices_m)[list(f)] for h in parts for f in h.faces]))
 
 
-def _levelled(parts: tuple[Hull, ...], sit: tuple[Place, ...]) -> tuple[Hull, ...]:
-    """The hulls, those below a place to sit cut off at its height: a hull spans the hollow of a
-    dished seat and the crown of a cushion, and a person would sit on air."""
+def _levelled(parts: tuple[Hull, ...], sit: tuple[SeatTarget, ...]) -> tuple[Hull, ...]:
+    """The hulls, cut off at the height of the seat above them: a hull spans the hollow of a dished
+    seat or cushion, and a character would sit above its surface."""
     result = []
     for hull in parts:
         points = np.array(hull.vertices_m)
@@ -168,43 +168,44 @@ def _levelled(parts: tuple[Hull, ...], sit: tuple[Place, ...]) -> tuple[Hull, ..
     return tuple(hull for hull in result if hull is not None)
 
 
-def _fitting(solid: Relief, sit: tuple[Place, ...]) -> tuple[Place, ...]:
-    """The places that the hulls leave room for, and the first in any case: a piece has one."""
-    found = [_moved(solid, place) for place in sit]
+def _fitting(solid: Relief, sit: tuple[SeatTarget, ...]) -> tuple[SeatTarget, ...]:
+    """The targets that the hulls leave room for, and always the first one."""
+    found = [_moved(solid, target) for target in sit]
     return tuple(
-        moved or place
-        for index, (place, moved) in enumerate(zip(sit, found, strict=True))
+        moved or target
+        for index, (target, moved) in enumerate(zip(sit, found, strict=True))
         if moved is not None or index == 0
     )
 
 
-def _moved(solid: Relief, place: Place) -> Place | None:
-    """The place, moved along its facing as little as gives the pelvis room before the hulls of a
-    back, and the thighs hulls to lie on; None where nothing does."""
-    x, y, z = place.point_m
-    cos, sin = math.cos(place.facing_rad), math.sin(place.facing_rad)
+def _moved(solid: Relief, target: SeatTarget) -> SeatTarget | None:
+    """The target with the least shift along its facing by which the pelvis is clear of the hulls of
+    a back and the thighs are carried; None without one."""
+    x, y, z = target.point_m
+    cos, sin = math.cos(target.facing_rad), math.sin(target.facing_rad)
     steps = round(SHIFTED_M / STEP_M)
     for step in sorted(range(-steps, steps + 1), key=lambda k: (abs(k), -k)):
-        spot = (x + STEP_M * step * cos, y + STEP_M * step * sin)
-        height = affordance.level(solid, spot, place.facing_rad, z)
-        at = np.array([spot])
-        behind = seen(solid, at, ROOM, place.facing_rad)[0] - height
-        below = seen(solid, at, CARRYING, place.facing_rad)[0] - height
+        point = (x + STEP_M * step * cos, y + STEP_M * step * sin)
+        height = affordance.level(solid, point, target.facing_rad, z)
+        at = np.array([point])
+        behind = zone_heights(solid, at, ROOM, target.facing_rad)[0] - height
+        below = zone_heights(solid, at, CARRYING, target.facing_rad)[0] - height
         carried = (np.abs(below) < UNEVEN_M).mean()
         if abs(height - z) <= MOST_OFF_M and behind.max() < RISEN_M and carried > 0.85:
-            return replace(place, point_m=(*spot, z))
+            return replace(target, point_m=(*point, z))
     return None
 
 
-def _onto(solid: Relief, place: Place) -> Place:
-    """The place at the height of the hulls' surface, where that is near."""
-    x, y, z = place.point_m
-    level = affordance.level(solid, (x, y), place.facing_rad, z)
-    return replace(place, point_m=(x, y, level if abs(level - z) <= MOST_OFF_M else z))
+def _onto(solid: Relief, target: SeatTarget) -> SeatTarget:
+    """The target at the height of the hulls' surface, where that is near."""
+    x, y, z = target.point_m
+    level = affordance.level(solid, (x, y), target.facing_rad, z)
+    return replace(target, point_m=(x, y, level if abs(level - z) <= MOST_OFF_M else z))
 
 
 def _lying_onto(solid: Relief, lie: Lying) -> Lying:
-    """The same of both ends of a body."""
+    """The lying target with hip and head at the height of the hulls' surface, where that is
+    near."""
     ends = []
     for x, y, z in (lie.hip_m, lie.head_m):
         level = affordance.level(solid, (x, y), 0.0, z)

@@ -1,9 +1,9 @@
-"""The class of an imported piece: from what its file, folder or catalogue call it, else from its
+"""The class of an imported piece: by the name of its file, folder or catalogue entry, else by its
 shape."""
 
 import re
 
-from world.furniture.piece import Lying, Place
+from world.furniture.piece import Lying, SeatTarget
 
 CLASSES = ("chair", "armchair", "low-stool", "high-stool", "sofa", "bed", "table")
 
@@ -18,7 +18,7 @@ _WORDS: tuple[tuple[str, str], ...] = (
     (r"stool", "stool"),
 )
 _HIGH_M = 0.55
-"""Seats of stools from here on are high ones, m."""
+"""Least seat height of a high stool, m."""
 
 DENSITY_KG_M3 = {
     "chair": 450.0,
@@ -29,12 +29,13 @@ DENSITY_KG_M3 = {
     "bed": 70.0,
     "table": 700.0,
 }
-"""Of the hulls together, ours: what makes pieces of ordinary size weigh what those of the package
-do; upholstery and frames are mostly air."""
+"""Mean density of the hulls by class, ours: ordinary pieces then have the mass of the package's
+own; upholstery and frames are mostly air."""
 
 
-def named(*names: str) -> str | None:
-    """The class that the first telling name tells; `stool` for one of unknown height."""
+def category_of_names(*names: str) -> str | None:
+    """The class by the first name that contains a known word; `stool` for unknown height; None
+    without one."""
     for name in names:
         for pattern, category in _WORDS:
             if re.search(pattern, name, re.IGNORECASE):
@@ -42,17 +43,17 @@ def named(*names: str) -> str | None:
     return None
 
 
-def settled(
-    told: str | None,
+def category_of(
+    category: str | None,
     size_m: tuple[float, float, float],
-    sit: tuple[Place, ...],
+    sit: tuple[SeatTarget, ...],
     lie: Lying | None,
 ) -> str:
-    """The class told, or that of the shape: size (x, y, z) m and places."""
-    if told is not None and told != "stool":
-        return told
+    """The given category, or that of the shape: size (x, y, z) m and targets."""
+    if category is not None and category != "stool":
+        return category
     seat = sit[0].point_m[2] if sit else 0.0
-    if told == "stool":
+    if category == "stool":
         return "high-stool" if seat >= _HIGH_M else "low-stool"
     if lie is not None and size_m[0] > 1.7:
         return "bed"

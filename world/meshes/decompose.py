@@ -1,4 +1,4 @@
-"""Cuts a mesh into convex hulls, which is what the simulator collides with."""
+"""Decomposition of a mesh into convex hulls, the simulator's collision shapes."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,21 +7,21 @@ from world.errors import PieceError
 from world.furniture.piece import Box, Hull, Vector
 
 PARTS = 10
-"""Hulls that a mesh is cut into at most: 16 carry no better, and each costs every step of every
-scene, also of those on other pieces (docs/furniture.md)."""
+"""Greatest number of hulls of a mesh: 16 carry no better, and each costs time in every step of
+every scene, also with other pieces (docs/results/furniture.md)."""
 MOST_VERTICES = 24
-"""Of a hull."""
+"""Greatest number of vertices of a hull."""
 VOXELS = 100_000
-"""Grain of the decomposition: about 1 cm on a chair, 2.5 cm on a sofa, before it is shrunk onto the
-mesh again."""
+"""Voxels of the decomposition: edges of about 1 cm on a chair, 2.5 cm on a sofa, before the hulls
+are shrunk onto the mesh."""
 THINNEST_M = 0.004
-"""Flatter hulls are made this thick: a sheet has no inside to be pushed out of."""
+"""Least thickness of a hull; flatter ones are thickened, since contacts need a volume."""
 
 Points = NDArray[np.float64]
 
 
 def hulls(triangles_m: Points, name: str = "piece", voxels: int = VOXELS) -> tuple[Hull, ...]:
-    """At most PARTS hulls of triangles [m, 3, 3] m, by V-HACD (Mamou 2016, as in vhacdx)."""
+    """At most PARTS hulls of triangles [m, 3, 3] m, by V-HACD (Mamou 2016, vhacdx)."""
     import vhacdx
 
     vertices, index = np.unique(triangles_m.reshape(-1, 3).round(6), axis=0, return_inverse=True)
@@ -45,8 +45,7 @@ def hulls(triangles_m: Points, name: str = "piece", voxels: int = VOXELS) -> tup
 
 
 def closed(points: Points) -> Hull | None:
-    """The convex hull of points [n, 3] m, its faces outwards; None for fewer than four or all in
-    one line."""
+    """The convex hull of points [n, 3] m, faces outwards; None for degenerate points."""
     from scipy.spatial import ConvexHull, QhullError
 
     if len(points) < 3:
@@ -72,21 +71,21 @@ def closed(points: Points) -> Hull | None:
 
 
 def lowered(hull: Hull, top_m: float) -> Hull | None:
-    """A hull with what is above top_m cut off or, where nothing is below it, pressed down to it: a
-    seat keeps its whole extent. None where that is nothing solid."""
+    """A hull cut at top_m, with its upper points projected down to that height, so that a seat
+    keeps its extent. None where nothing solid is left."""
     points = np.array(hull.vertices_m)
     above = points[:, 2] > top_m
     if not above.any():
         return hull
     upper, lower = points[above], points[~above]
-    share = (top_m - lower[:, None, 2]) / (upper[None, :, 2] - lower[:, None, 2])
-    cut = lower[:, None] + share[..., None] * (upper[None] - lower[:, None])
+    fraction = (top_m - lower[:, None, 2]) / (upper[None, :, 2] - lower[:, None, 2])
+    cut = lower[:, None] + fraction[..., None] * (upper[None] - lower[:, None])
     pressed = np.column_stack((upper[:, :2], np.full(len(upper), top_m)))
     return closed(np.concatenate((lower, cut.reshape(-1, 3), pressed)))
 
 
 def _thickened(points: Points) -> Points:
-    """The points, moved apart along their thinnest direction where it is under THINNEST_M."""
+    """The points, thickened along their thinnest direction where it is below THINNEST_M."""
     centre = points.mean(axis=0)
     _, _, axes = np.linalg.svd(points - centre, full_matrices=True)
     along = (points - centre) @ axes[2]
@@ -116,7 +115,7 @@ def _box(points: Points, axes: Points) -> Box:
 
 
 def vector(array: Points) -> Vector:
-    """Three coordinates, to a tenth of a millimetre."""
+    """Three coordinates, rounded to 0.1 µm."""
     x, y, z = (round(float(v), 7) for v in array)
     return x, y, z
 

@@ -1,57 +1,57 @@
-"""Imports many meshes: each in a process of its own with bounded time and memory, all cores busy,
-what was made before taken from the cache."""
+"""Import of many meshes, each in its own process with bounded time and memory, with a cache."""
 
 import contextlib
 import hashlib
 import json
-import multiprocessing
 import os
-import resource
-import signal
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
-from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
 
-from world.errors import InhabitError, PieceError
+from world import bounded
+from world.errors import PieceError
 from world.furniture.piece import Piece
 from world.meshes import notes, source, store, sweethome
-from world.meshes.build import Told, build
-from world.meshes.classes import CLASSES, named
+from world.meshes.build import ImportOptions, build
+from world.meshes.classes import CLASSES, category_of_names
 from world.meshes.notes import Note
+from world.refusals import refusing
 
 CPU_S = 120
-"""Processor time that one piece may take, s."""
+"""Greatest processor time of one piece, s."""
+WALL_S = 600
+"""Greatest wall-clock time of one piece, s."""
 MEMORY_BYTES = 8 * 1024**3
-"""Address space that one piece may take."""
+"""Greatest address space of one piece."""
+ADVICE = "repair or decimate the mesh"
 MAKER = 4
-"""Number of the way pieces are made; a new one makes cached pieces again."""
+"""Version of the build; a new one invalidates cached pieces."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """One mesh to be made a piece of."""
+    """One mesh to import."""
 
     name: str
     file_name: str
-    told: Told
+    options: ImportOptions
     path: Path | None = None
-    """Its file; None where `entry` has it."""
+    """File of the mesh; None where `entry` has it."""
     entry: sweethome.Entry | None = None
     refused: str = ""
-    """Why it cannot be tried at all."""
+    """Reason why it cannot be imported; empty without one."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a mesh."""
+    """Result of an import."""
 
     name: str
     document: dict[str, Any] | None
-    """The content of its piece's file, or None."""
+    """Content of the piece file; None where refused."""
     refused: str
-    """Why there is none; empty otherwise."""
+    """Reason of the refusal; empty without one."""
     cached: bool = False
 
     def piece(self) -> Piece | None:
@@ -65,8 +65,8 @@ def cache_folder() -> Path:
     return Path(base) / "inhabit" / "objects"
 
 
-def jobs(paths: Sequence[Path], told: Told) -> list[Job]:
-    """The meshes of files and folders, libraries opened. Raises PieceError for a path with none."""
+def jobs(paths: Sequence[Path], options: ImportOptions) -> list[Job]:
+    """The jobs of files, folders and libraries. Raises PieceError for a path without meshes."""
     found: list[Job] = []
     for path in paths:
         if path.is_dir():
@@ -75,9 +75,9 @@ def jobs(paths: Sequence[Path], told: Told) -> list[Job]:
                 raise PieceError(f"{path}: no meshes; choose files of {', '.join(_READ)}")
             known = notes.of_folder(path)
             for file in files:
-                found += _of_file(file, told, known.get(file.stem, Note()))
+                found += _of_file(file, options, known.get(file.stem, Note()))
         elif path.exists():
-            found += _of_file(path, told, notes.of_folder(path.parent).get(path.stem, Note()))
+            found += _of_file(path, options, notes.of_folder(path.parent).get(path.stem, Note()))
         else:
             raise PieceError(f"no such file or folder: {path}")
     return _distinct(found)
@@ -87,61 +87,72 @@ _READ = (*source.SUFFIXES, ".sh3f")
 
 
 def run(
-    work: Sequence[Job], workers: int, done: Callable[[Outcome], None] = lambda outcome: None
+    work: Sequence[Job],
+    workers: int,
+    done: Callable[[Outcome], None] = lambda outcome: None,
+    stopped: Callable[[], bool] = lambda: False,
 ) -> list[Outcome]:
-    """What becomes of each job, in their order; `done` is told of each as it ends."""
+    """Outcomes of the jobs, in their order; `done` is called with each as it ends.
+
+    Raises PieceError where `stopped` returns true before all are done.
+    """
     outcomes: dict[int, Outcome] = {}
     waiting: list[tuple[int, Job, str]] = []
     for index, job in enumerate(work):
-        ready, digest = _known(job)
+        ready, digest = _cached_outcome(job)
         if ready is None:
             waiting.append((index, job, digest))
         else:
             outcomes[index] = ready
             done(ready)
-    for index, outcome in _processes(waiting, workers):
+    for index, outcome in _processes(waiting, workers, stopped):
         outcomes[index] = outcome
         done(outcome)
+    if len(outcomes) < len(work):
+        raise PieceError("the import was given up")
     return [outcomes[index] for index in range(len(work))]
 
 
 def make(job: Job, digest: str) -> dict[str, Any]:
-    """The document of a job's piece. Raises InhabitError where it is none."""
+    """The document of a job's piece. Raises InhabitError where it is refused."""
     if job.entry is not None:
         mesh = sweethome.source(job.entry)
     elif job.path is not None:
         mesh = source.read(job.path)
     else:
         raise PieceError(f"{job.name}: nothing to read")
-    told = replace(job.told, credit=job.told.credit or mesh.credit)
-    return store.document(build(replace(mesh, name=job.name), told), digest, job.file_name)
+    options = replace(job.options, credit=job.options.credit or mesh.credit)
+    return store.document(build(replace(mesh, name=job.name), options), digest, job.file_name)
 
 
-def _of_file(path: Path, told: Told, note: Note) -> list[Job]:
+def _of_file(path: Path, options: ImportOptions, note: Note) -> list[Job]:
     if path.suffix.lower() == ".sh3f":
-        return _of_library(path, told)
+        with refusing(PieceError, path, "library of furniture"):
+            return _of_library(path, options)
     folder = path.parent.name.replace("_", "-").lower()
-    category = told.category or (folder if folder in CLASSES else named(path.stem))
-    licence = note.licence or told.licence
-    credit = told.credit or note.credit
-    own = replace(told, category=category, licence=licence, credit=credit)
+    category = options.category or (folder if folder in CLASSES else category_of_names(path.stem))
+    licence = note.licence or options.licence
+    credit = options.credit or note.credit
+    own = replace(options, category=category, licence=licence, credit=credit)
     return [Job(_tidy(path.stem), path.name, own, path)]
 
 
-def _of_library(path: Path, told: Told) -> list[Job]:
-    """A library's furniture; what is none (a lamp, a door) is left out, not refused."""
+def _of_library(path: Path, options: ImportOptions) -> list[Job]:
+    """The jobs of a library's furniture; other objects (a lamp, a door) are left out."""
     found = []
     for entry in sweethome.entries(path):
-        category = told.category or named(entry.title) or named(entry.name)
+        category = (
+            options.category or category_of_names(entry.title) or category_of_names(entry.name)
+        )
         if category is None:
             continue
-        licence = told.licence if told.licence != "unknown" else entry.licence or "unknown"
+        licence = options.licence if options.licence != "unknown" else entry.licence or "unknown"
         own = replace(
-            told,
+            options,
             frame=entry.frame,
             category=category,
             licence=licence,
-            credit=told.credit or entry.credit,
+            credit=options.credit or entry.credit,
         )
         found.append(Job(_tidy(entry.name), path.name, own, None, entry, entry.refused))
     if not found:
@@ -155,7 +166,7 @@ def _tidy(stem: str) -> str:
 
 
 def _distinct(found: list[Job]) -> list[Job]:
-    """The jobs, those of one name numbered."""
+    """The jobs with unique names: repeated ones are numbered."""
     seen: dict[str, int] = {}
     result = []
     for job in found:
@@ -164,8 +175,8 @@ def _distinct(found: list[Job]) -> list[Job]:
     return result
 
 
-def _known(job: Job) -> tuple[Outcome | None, str]:
-    """What is known without work, and the digest of what the piece would be made from."""
+def _cached_outcome(job: Job) -> tuple[Outcome | None, str]:
+    """The outcome where it is refused or cached, else None with the digests of the inputs."""
     if job.refused:
         return Outcome(job.name, None, job.refused), ""
     digest = hashlib.sha256()
@@ -179,7 +190,7 @@ def _known(job: Job) -> tuple[Outcome | None, str]:
     except OSError as error:
         return Outcome(job.name, None, f"cannot read {job.path}: {error.strerror}"), ""
     content = digest.hexdigest()
-    digest.update(json.dumps([MAKER, job.name, asdict(job.told)], default=str).encode())
+    digest.update(json.dumps([MAKER, job.name, asdict(job.options)], default=str).encode())
     try:
         kept = store.read_document(_cached(digest.hexdigest()))
         store.piece_of(kept, job.name)
@@ -192,74 +203,25 @@ def _cached(key: str) -> Path:
     return cache_folder() / f"{key}.json"
 
 
-def _processes(waiting: list[tuple[int, Job, str]], workers: int) -> Iterator[tuple[int, Outcome]]:
-    """Outcomes of the jobs as they end, each made in a process of its own."""
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload([__name__, "trimesh", "vhacdx", "scipy.spatial"])
-    running: dict[Any, tuple[int, Job, Any]] = {}
-    queue = iter(waiting)
-    try:
-        while True:
-            while len(running) < max(1, workers) and (following := next(queue, None)):
-                index, job, digest = following
-                ours, theirs = context.Pipe(duplex=False)
-                bounds = (CPU_S, MEMORY_BYTES)
-                work = (theirs, job, digest, bounds)
-                process = context.Process(target=_child, args=work, daemon=True)
-                process.start()
-                theirs.close()
-                running[ours] = (index, job, process)
-            if not running:
-                return
-            for end in wait(list(running)):
-                assert isinstance(end, Connection)
-                index, job, process = running.pop(end)
-                yield index, _received(end, job, process)
-    finally:
-        for _, _, process in running.values():
-            process.kill()
+def _processes(
+    waiting: list[tuple[int, Job, str]], workers: int, stopped: Callable[[], bool]
+) -> Iterator[tuple[int, Outcome]]:
+    """Outcomes of the jobs as they end, each made in its own process."""
+    bounds = bounded.Bounds(CPU_S, WALL_S, MEMORY_BYTES)
+    tasks = [bounded.Task(job.name, (job, digest), bounds) for _, job, digest in waiting]
+    libraries = ("trimesh", "vhacdx", "scipy.spatial")
+    for position, result in bounded.run(tasks, _made, workers, ADVICE, libraries, stopped):
+        index, job, _ = waiting[position]
+        yield index, Outcome(job.name, result.value, result.refused)
 
 
-def _received(end: Connection, job: Job, process: Any) -> Outcome:
-    try:
-        document, refused = end.recv()
-    except (EOFError, OSError):
-        process.join()
-        document, refused = None, f"{job.name}: {_death(process.exitcode)}"
-    end.close()
-    process.join()
-    return Outcome(job.name, document, refused)
-
-
-def _death(code: int | None) -> str:
-    if code == -signal.SIGXCPU:
-        return f"not done after {CPU_S} s of processor time; decimate the mesh"
-    return f"the decomposition failed (exit {code}); repair or decimate the mesh"
-
-
-def _child(end: Connection, job: Job, digest: str, bounds: tuple[int, int]) -> None:
-    """In the process of a job: make the piece within bounds (processor time s, bytes), keep it, and
-    send it back."""
-    cpu_s, memory_bytes = bounds
-    resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 5))
-    resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
-    # the decomposition writes its progress; the command's output is the parent's alone
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+def _made(job: Job, digest: str) -> dict[str, Any]:
+    """In the process of a job: make the piece's document and cache it."""
     key, content = digest.split(":")
-    document: dict[str, Any] | None = None
-    try:
-        # read back, so that a piece is the same from the cache and from here
-        document, refused = json.loads(json.dumps(make(job, content))), ""
-    except InhabitError as error:
-        refused = " ".join(str(error).split())
-    except MemoryError:
-        refused = f"{job.name}: needs more than {memory_bytes / 2**30:.2g} GiB; decimate the mesh"
-    except Exception as error:
-        refused = f"{job.name}: {type(error).__name__}: {' '.join(str(error).split())}"
-    if document is not None:
-        # a read-only home costs the time again, nothing else
-        with contextlib.suppress(PieceError):
-            store.write(_cached(key), document)
-    # an import that was stopped listens no more
-    with contextlib.suppress(OSError):
-        end.send((document, refused))
+    # a JSON round trip, so that new and cached pieces are the same
+    with refusing(PieceError, Path(job.name), "mesh"):
+        document = json.loads(json.dumps(make(job, content)))
+    # with a read-only home pieces are made again each time
+    with contextlib.suppress(PieceError):
+        store.write(_cached(key), document)
+    return document

@@ -1,5 +1,5 @@
-"""What stands beside mesh files about them: a catalog.csv with a line a file, and the terms of the
-libraries that it names in the folder's README."""
+"""Licences and credits beside mesh files: a catalog.csv with one line per file, and the terms of
+its libraries in the folder's README."""
 
 import csv
 import re
@@ -7,25 +7,25 @@ from dataclasses import dataclass
 from pathlib import Path
 
 CATALOGUE = "catalog.csv"
-#: A line of terms: `Licences: NAME: TERMS, (c) OWNER; NAME: TERMS`, perhaps an item of a list.
+#: A line of terms: `Licences: NAME: TERMS, (c) OWNER; NAME: TERMS`, possibly a list item.
 _LINE = re.compile(r"^\W*licen[cs]es?\W*:\W*(.+)$", re.IGNORECASE)
-#: One library's terms end with a semicolon or a sentence.
+#: The terms of a library end with a semicolon or a sentence.
 _END = re.compile(r";|\.\s+(?=[A-Z])|$")
 _OWNER = re.compile(r"(?:\(c\)|©).*", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
 class Note:
-    """Of one file; empty where nothing is said."""
+    """Licence and credit of one file; empty where not stated."""
 
     licence: str = ""
     credit: str = ""
-    """Its creator, and the owner of its library, whom its licence may ask to name."""
+    """The creator, and the owner of the library, whom the licence may require to be named."""
 
 
 def of_folder(folder: Path) -> dict[str, Note]:
-    """The notes on a folder's files by their names without suffix (columns file, creator, licence;
-    or library, whose licence the README then gives)."""
+    """The notes of a folder's files, by their names without suffix (columns file, creator, and
+    licence or library, whose licence the README gives)."""
     try:
         with (folder / CATALOGUE).open(newline="") as file:
             rows = [row for row in csv.DictReader(file) if row.get("file")]
@@ -41,7 +41,7 @@ def _note(row: dict[str, str], library: Note) -> Note:
 
 
 def _terms(folder: Path, libraries: set[str]) -> dict[str, Note]:
-    """What the README's line of licences says of these libraries."""
+    """The terms of these libraries in the README's lines of licences."""
     try:
         lines = (folder / "README.md").read_text(errors="replace").splitlines()
     except OSError:
@@ -49,8 +49,8 @@ def _terms(folder: Path, libraries: set[str]) -> dict[str, Note]:
     found = {}
     for stated in (match[1] for match in map(_LINE.match, lines) if match):
         for name in libraries:
-            # the whole name: not the end of a longer one
-            start = re.search(rf"(?<![\w-]){re.escape(name)}\s*:\s*", stated)
+            # an item begins with the name: the end of a longer name, as of "Big Lib", is no match
+            start = re.search(rf"(?:^|[;,.]\s)\W*{re.escape(name)}\s*:\s*", stated)
             if start is None:
                 continue
             text = stated[start.end() :]

@@ -1,5 +1,5 @@
-"""Keeps of the places found on a piece those on which a seated ragdoll comes to rest, moved a
-little where that makes it stay: what geometry offers, the physics confirms."""
+"""Drop tests of the seat targets found on a piece: those on which a ragdoll rests are kept, shifted
+a little where that helps."""
 
 import math
 from collections.abc import Iterator
@@ -8,64 +8,64 @@ from dataclasses import replace
 from world.errors import PieceError
 from world.furniture import affordance
 from world.furniture.affordance.relief import Relief
-from world.furniture.piece import Piece, Place
+from world.furniture.piece import Piece, SeatTarget
 from world.objects.drop_test import rests_at, slips_at
 
 MOVES_M = (0.03, 0.06, 0.09, 0.12)
-"""How far a place on which nobody stays is moved, back or forth along its facing or to a side."""
+"""Shifts of a target on which the ragdoll does not rest, along its facing or to a side."""
 SAME_SEAT_M = 0.04
-"""Where a move changes the height by more, it leads off the seat."""
+"""A shift that changes the height by more leaves the seat."""
 
 
 def confirmed(piece: Piece, solid: Relief) -> Piece:
-    """The piece with the places on which a ragdoll rests at every scale, each moved as little as
-    makes it so; where there is none, with the one that does at most scales. `solid`: the relief of
-    its hulls."""
-    tried = [_settled(piece, solid, place) for place in piece.sit]
-    whole = [place for place in tried if not slips_at(place)]
-    best = sorted(tried, key=lambda place: len(slips_at(place)))[:1]  # the first of equals
+    """The piece with the targets on which a ragdoll rests at every scale, each with the least shift
+    needed; without such a target, the one of most scales. `solid`: relief of the hulls."""
+    tried = [_settled(piece, solid, target) for target in piece.sit]
+    whole = [target for target in tried if not slips_at(target)]
+    best = sorted(tried, key=lambda target: len(slips_at(target)))[:1]  # the first of equals
     return replace(piece, sit=tuple(whole or best))
 
 
 def require(piece: Piece) -> None:
-    """Raise PieceError where nobody stays on the piece's places at any scale, nor lies on it."""
-    if piece.sit and piece.lie is None and not any(place.rests_at for place in piece.sit):
+    """Raise PieceError where the ragdoll rests on no seat target at any scale, and there is no
+    lying target."""
+    if piece.sit and piece.lie is None and not any(target.rests_at for target in piece.sit):
         raise PieceError(
             f"{piece.name}: a seated ragdoll slides or tips off this {piece.category} at every "
             "scale, so that it has no place to sit; give --sit for another"
         )
 
 
-def told(piece: Piece) -> Piece:
-    """The piece with its places where they are, and at which scales a ragdoll rests on them."""
-    return replace(piece, sit=tuple(_dropped(piece, place) for place in piece.sit))
+def tested(piece: Piece) -> Piece:
+    """The piece with its targets unmoved, and the scales at which a ragdoll rests on them."""
+    return replace(piece, sit=tuple(_dropped(piece, target) for target in piece.sit))
 
 
-def _settled(piece: Piece, solid: Relief, place: Place) -> Place:
-    """The place or the nearest at which a ragdoll rests at all scales, else the best of them."""
-    best: Place | None = None
-    for moved in _moves(solid, place):
+def _settled(piece: Piece, solid: Relief, target: SeatTarget) -> SeatTarget:
+    """The target with the least shift at which a ragdoll rests at all scales, else the best one."""
+    best: SeatTarget | None = None
+    for moved in _moves(solid, target):
         found = _dropped(piece, moved)
         if not slips_at(found):
             return found
         if best is None or len(slips_at(found)) < len(slips_at(best)):
             best = found
-    assert best is not None  # the place itself is one of its moves
+    assert best is not None  # _moves yields at least the target itself
     return best
 
 
-def _moves(solid: Relief, place: Place) -> Iterator[Place]:
-    """The place, then those about it on the same seat, nearest first."""
-    yield place
-    x, y, z = place.point_m
-    cos, sin = math.cos(place.facing_rad), math.sin(place.facing_rad)
+def _moves(solid: Relief, target: SeatTarget) -> Iterator[SeatTarget]:
+    """The target, then shifted ones on the same seat, nearest first."""
+    yield target
+    x, y, z = target.point_m
+    cos, sin = math.cos(target.facing_rad), math.sin(target.facing_rad)
     for step in MOVES_M:
         for along, across in ((step, 0.0), (-step, 0.0), (0.0, step), (0.0, -step)):
-            spot = (x + along * cos - across * sin, y + along * sin + across * cos)
-            height = affordance.level(solid, spot, place.facing_rad, z)
+            point = (x + along * cos - across * sin, y + along * sin + across * cos)
+            height = affordance.level(solid, point, target.facing_rad, z)
             if abs(height - z) <= SAME_SEAT_M:
-                yield replace(place, point_m=(*spot, height))
+                yield replace(target, point_m=(*point, height))
 
 
-def _dropped(piece: Piece, place: Place) -> Place:
-    return replace(place, rests_at=rests_at(piece, place))
+def _dropped(piece: Piece, target: SeatTarget) -> SeatTarget:
+    return replace(target, rests_at=rests_at(piece, target))

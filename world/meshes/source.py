@@ -1,5 +1,4 @@
-"""Reads one mesh file, within bounds of size, time and memory, and refuses in one line what is
-none."""
+"""Reader of mesh files with bounded size; unreadable ones are refused in one line."""
 
 import io
 import json
@@ -12,16 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from world.errors import ChoiceError, PieceError
+from world.refusals import refusing
 
 SUFFIXES = (".obj", ".glb", ".gltf", ".stl", ".ply")
 MAX_BYTES = 256 * 1024 * 1024
 MAX_TRIANGLES = 500_000
-"""Larger meshes are scans or scenes: their authors can decimate them better than this could."""
+"""Greatest number of triangles: larger meshes are scans or scenes, to be decimated first."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """A mesh as its file has it: any axes, any unit."""
+    """A mesh in the axes and unit of its file."""
 
     name: str
     vertices: NDArray[np.float64]
@@ -29,9 +29,9 @@ class Source:
     faces: NDArray[np.int64]
     """[m, 3]."""
     suffix: str
-    """Of its file, with the dot: some formats say which axis is up."""
+    """Suffix of the file, with the dot: some formats define the upward axis."""
     credit: str = ""
-    """What the file itself says about its author."""
+    """The author that the file states."""
 
     def triangles(self) -> NDArray[np.float64]:
         """[m, 3, 3]."""
@@ -51,11 +51,16 @@ def read(path: Path) -> Source:
 
 
 def parse(content: bytes, file_name: str, folder: Path | None = None) -> Source:
-    """The mesh in the bytes of a file; `folder`: where a .gltf's own files are.
+    """The mesh in the bytes of a file; folder: of the files that a .gltf refers to.
 
     Raises PieceError, ChoiceError for a format that is not read.
     """
     name, suffix = Path(file_name).stem, Path(file_name).suffix.lower()
+    with refusing(PieceError, Path(file_name), f"{suffix} file"):
+        return _parsed(content, file_name, name, suffix, folder)
+
+
+def _parsed(content: bytes, file_name: str, name: str, suffix: str, folder: Path | None) -> Source:
     if suffix not in SUFFIXES:
         raise ChoiceError("mesh format", suffix or file_name, [*SUFFIXES, ".sh3f"])
     if not content.strip():
@@ -66,6 +71,10 @@ def parse(content: bytes, file_name: str, folder: Path | None = None) -> Source:
     vertices, faces, credit = _load(content, file_name, suffix, folder)
     if not len(faces):
         raise PieceError(f"{file_name}: no triangles in it")
+    if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.shape[1] != 3:
+        raise PieceError(f"{file_name}: corners of {vertices.shape[-1]} coordinates, not 3")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise PieceError(f"{file_name}: triangles without their corners; repair the mesh")
     if len(faces) > MAX_TRIANGLES:
         raise PieceError(_too_many(file_name, len(faces)))
     if not np.isfinite(vertices[faces]).all():
@@ -100,7 +109,7 @@ def _load(
         parts = [g for g in scene.dump() if isinstance(g, trimesh.Trimesh)]
         credit = str(scene.metadata.get("copyright") or "")
     except MemoryError:
-        raise  # says nothing of the file
+        raise  # not a fault of the file
     except Exception as error:
         detail = " ".join(str(error).split())[:120] or type(error).__name__
         raise PieceError(f"{file_name}: not a readable {suffix} file ({detail})") from error
@@ -116,7 +125,7 @@ def _load(
 
 
 def _no_way_out(content: bytes, file_name: str) -> None:
-    """Refuse a .gltf that names files outside its own folder."""
+    """Refuse a .gltf that refers to files outside its folder."""
     try:
         named = json.loads(content)
         uris = [e.get("uri", "") for k in ("buffers", "images") for e in named.get(k, [])]
@@ -130,7 +139,7 @@ def _no_way_out(content: bytes, file_name: str) -> None:
 
 
 def _announced(content: bytes, suffix: str) -> int:
-    """Triangles that the file says it has, before any is read; 0 where that is not cheap."""
+    """Number of triangles that the file states, before they are read; 0 where that is expensive."""
     if suffix == ".obj":
         return content.count(b"\nf ") + content.startswith(b"f ")
     if suffix == ".stl":
@@ -153,7 +162,7 @@ def _stl_triangles(content: bytes) -> int:
 
 
 def _gltf_triangles(content: bytes, suffix: str) -> int:
-    """Of all primitives, each counted as often as nodes show its mesh."""
+    """Triangles of all primitives, counted once for each node that uses the mesh."""
     try:
         text = content
         if suffix == ".glb":

@@ -1,4 +1,4 @@
-"""Pieces as JSON files, one a piece: hulls, places, mass and inertia, licence and credit."""
+"""Piece files: JSON with hulls, targets, mass and inertia, licence and credit."""
 
 import contextlib
 import json
@@ -9,17 +9,21 @@ from pathlib import Path
 from typing import Any
 
 from world.errors import PieceError
-from world.furniture.piece import Hull, Lying, Piece, Place, Vector
+from world.furniture.piece import Hull, Lying, Piece, SeatTarget, Vector
 from world.meshes import decompose
 from world.meshes.build import Built
+from world.refusals import refusing
 
 FORMAT = "inhabit-piece"
 VERSION = 1
 SUFFIX = ".piece.json"
+MAX_MASS_KG = 10_000.0
+MAX_REACH_M = 100.0
+"""Greatest coordinate."""
 
 
 def document(built: Built, digest: str, file_name: str) -> dict[str, Any]:
-    """What a piece's file holds; `digest`: SHA-256 of what it was made from."""
+    """The content of a piece file; digest: SHA-256 of the mesh."""
     piece = built.piece
     return {
         "format": FORMAT,
@@ -46,7 +50,12 @@ def document(built: Built, digest: str, file_name: str) -> dict[str, Any]:
 
 
 def piece_of(document: Any, where: str) -> Piece:
-    """The piece of such a document. Raises PieceError, naming `where` it is from."""
+    """The piece of a document. Raises PieceError, which names `where`."""
+    with refusing(PieceError, Path(where), "piece"):
+        return _piece_of(document, where)
+
+
+def _piece_of(document: Any, where: str) -> Piece:
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         raise PieceError(f"{where}: not a piece of this program")
     if document.get("version") != VERSION:
@@ -63,6 +72,8 @@ def piece_of(document: Any, where: str) -> Piece:
             if not all(0 <= i < len(hull.vertices_m) for face in hull.faces for i in face):
                 raise ValueError("a face without its corner")
         lie = document["lie"]
+        if not (0 < float(document["mass_kg"]) < MAX_MASS_KG):
+            raise ValueError(f"a mass of {document['mass_kg']} kg")
         return Piece(
             str(document["name"]),
             str(document["category"]),
@@ -79,7 +90,7 @@ def piece_of(document: Any, where: str) -> Piece:
 
 
 def write(path: Path, content: dict[str, Any]) -> None:
-    """Write a document; it appears whole or not at all. Raises PieceError."""
+    """Write a document atomically. Raises PieceError."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".part")
@@ -96,7 +107,7 @@ def write(path: Path, content: dict[str, Any]) -> None:
 
 
 def read_document(path: Path) -> dict[str, Any]:
-    """The content of a piece's file, not yet judged. Raises PieceError."""
+    """The content of a piece file, not validated. Raises PieceError."""
     try:
         return json.loads(path.read_bytes())
     except OSError as error:
@@ -107,7 +118,8 @@ def read_document(path: Path) -> dict[str, Any]:
 
 def read(path: Path) -> Piece:
     """The piece of a file. Raises PieceError."""
-    return piece_of(read_document(path), str(path))
+    with refusing(PieceError, path, "piece"):
+        return piece_of(read_document(path), str(path))
 
 
 def files(path: Path) -> list[Path]:
@@ -127,14 +139,16 @@ def pieces(path: Path) -> tuple[Piece, ...]:
     return tuple(read(file) for file in files(path))
 
 
-def _place(values: Any) -> Place:
-    tried = values.get("rests_at")  # files of before have none
-    rests_at = None if tried is None else tuple(float(scale) for scale in tried)
-    return Place(_vector(values["point_m"]), float(values["facing_rad"]), rests_at)
+def _place(values: Any) -> SeatTarget:
+    tested = values.get("rests_at")  # absent in older files
+    rests_at = None if tested is None else tuple(float(scale) for scale in tested)
+    return SeatTarget(_vector(values["point_m"]), float(values["facing_rad"]), rests_at)
 
 
 def _vector(values: Any) -> Vector:
     x, y, z = (float(v) for v in values)
     if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
         raise ValueError("a coordinate that is no number")
+    if max(abs(x), abs(y), abs(z)) > MAX_REACH_M:
+        raise ValueError(f"a coordinate beyond {MAX_REACH_M:g} m")
     return x, y, z

@@ -15,6 +15,7 @@ import numpy as np
 from world.errors import ChoiceError, PieceError
 from world.meshes.source import SUFFIXES, Source, parse
 from world.meshes.upright import Frame
+from world.refusals import refusing
 
 CATALOGUE = "PluginFurnitureCatalog.properties"
 MAX_ENTRY_BYTES = 64 * 1024 * 1024
@@ -25,7 +26,7 @@ _CHUNK = 1 << 20
 
 @dataclass(frozen=True)
 class Entry:
-    """One piece of a library, or why there is none."""
+    """One piece of a library, or the reason why it is refused."""
 
     name: str
     title: str
@@ -34,22 +35,26 @@ class Entry:
     credit: str
     frame: Frame
     content: bytes
-    """Of its mesh file, still to be parsed."""
+    """Content of the mesh file, not parsed."""
     rotation: tuple[float, ...]
-    """Nine numbers, row by row: turns the model upright."""
+    """Nine numbers, row by row: rotation of the model to upright."""
     refused: str = ""
+    """Reason of the refusal; empty without one."""
 
 
 def source(entry: Entry) -> Source:
-    """The entry's mesh, turned as its catalogue says. Raises PieceError."""
-    found = parse(entry.content, f"{entry.name}.obj")
-    turn = np.array(entry.rotation).reshape(3, 3)
-    return replace(found, name=entry.name, vertices=found.vertices @ turn.T)
+    """The entry's mesh, turned upright by the catalogue's rotation. Raises PieceError."""
+    with refusing(PieceError, Path(entry.name), "mesh"):
+        found = parse(entry.content, f"{entry.name}.obj")
+        turn = np.array(entry.rotation).reshape(3, 3)
+        return replace(found, name=entry.name, vertices=found.vertices @ turn.T)
 
 
 def entries(path: Path) -> Iterator[Entry]:
-    """The furniture of a library, one by one. Raises PieceError where the library is no sound
-    one; a single piece that cannot be had says so in `refused`."""
+    """Yield the furniture of a library; a piece that cannot be read has `refused` set.
+
+    Raises PieceError for a damaged library.
+    """
     try:
         archive = zipfile.ZipFile(path)
     except (OSError, zipfile.BadZipFile) as error:
@@ -74,7 +79,7 @@ def properties(text: str) -> dict[str, str]:
     result: dict[str, str] = {}
     pending = ""
     for raw in io.StringIO(text):
-        # `#` starts a comment only at the start of a line; keys hold one further on
+        # `#` begins a comment only at the start of a line; keys contain one further on
         if not pending and (not raw.strip() or raw.strip()[0] in "#!"):
             continue
         line, pending = pending + raw.strip(), ""
@@ -94,7 +99,7 @@ def properties(text: str) -> dict[str, str]:
 
 
 def _bounded(archive: zipfile.ZipFile, name: str) -> None:
-    """Refuse more than could be furniture, by what the archive says of itself."""
+    """Refuse archives that state too many files or bytes, or paths outside the library."""
     files = archive.infolist()
     total = sum(file.file_size for file in files)
     if len(files) > MAX_ENTRIES or total > MAX_TOTAL_BYTES:
@@ -109,7 +114,7 @@ def _bounded(archive: zipfile.ZipFile, name: str) -> None:
 
 
 def _content(archive: zipfile.ZipFile, name: str) -> bytes:
-    """An entry's bytes, no more than MAX_ENTRY_BYTES whatever its header says."""
+    """The bytes of an entry, at most MAX_ENTRY_BYTES whatever its header states."""
     parts, size = [], 0
     try:
         with archive.open(name) as stream:
@@ -149,7 +154,7 @@ def _entry(
             raise ValueError("modelRotation has nine numbers")
         if min(width, depth, height) <= 0.0:
             raise ValueError("sizes are above 0")
-        # the front is +z and y is up, so that x of the piece is the depth
+        # the front is +z and y is up: the piece's x is the depth
         frame = Frame("+y", "+z", size_m=(depth, width, height))
         inside = str(PurePosixPath(path.lstrip("/")))
         if ".." in PurePosixPath(inside).parts:

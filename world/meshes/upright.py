@@ -1,5 +1,5 @@
-"""Sets a mesh upright: metres, z up, +x front, origin on the floor below the middle; and refuses
-what no piece of furniture measures."""
+"""Normalisation of a mesh: metres, z up, +x front, origin on the floor below the centre;
+implausible sizes are refused."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -19,23 +19,23 @@ WIDEST_M = 4.5
 """Sizes beyond these are not furniture for one person's use."""
 NARROWEST_M = 0.05
 GAP_M = 0.08
-"""Parts farther apart than this do not belong to one piece."""
+"""Parts farther apart than this belong to different objects."""
 PART_SHARE = 0.3
-"""Detached parts smaller than this share of the largest are its feet or cushions."""
+"""Detached parts smaller than this fraction of the largest are its feet or cushions."""
 MOST_PARTS = 1500
 
 
 @dataclass(frozen=True)
 class Frame:
-    """Which way round a file's mesh is, and how large; None: as its format says."""
+    """Axes and size of a file's mesh; None: the format's convention."""
 
     up: Axis | None = None
     front: Axis | None = None
     unit: Unit | None = None
     height_m: float | None = None
-    """Scale it to this height instead of a unit."""
+    """Scale to this height instead of by a unit."""
     size_m: tuple[float, float, float] | None = None
-    """Scale it to this box (x, y, z in the piece's frame), as a catalogue gives it."""
+    """Scale to this box (x, y, z in the piece's frame), from a catalogue."""
 
 
 def upright(source: Source, frame: Frame) -> NDArray[np.float64]:
@@ -66,7 +66,7 @@ def _turn(suffix: str, frame: Frame) -> NDArray[np.float64]:
     """Rotation [3, 3] from the file's axes to the piece's."""
     y_up = suffix in (".glb", ".gltf")
     up = frame.up or ("+y" if y_up else "+z")
-    # glTF fixes +z as an asset's front; where y is up elsewhere, it is the custom too
+    # glTF defines +z as the front; it is the convention of other formats with y up, too
     front = frame.front or ("+z" if up[1] == "y" else "+x" if up[1] == "z" else "+y")
     if up[1] == front[1]:
         raise ConfigError(f"--up {up} --front {front}: choose two different axes")
@@ -81,7 +81,7 @@ def _axis(name: str) -> NDArray[np.float64]:
 
 
 def _plausible(name: str, size_m: NDArray[np.float64]) -> None:
-    """Raises PieceError for a size that no furniture has, with the unit that would give one."""
+    """Raise PieceError for an implausible size, with the unit that gives a plausible one."""
     if _fits(size_m):
         return
     shown = " x ".join(f"{x:.3g}" for x in size_m)
@@ -97,8 +97,8 @@ def _fits(size_m: NDArray[np.float64]) -> bool:
 
 
 def _pieces(triangles: NDArray[np.float64]) -> int:
-    """How many separate objects there are: groups of parts whose boxes, seen from above, come no
-    nearer to one another than GAP_M (in proportion, in any unit), small ones not counted."""
+    """Number of separate objects: groups of parts whose bounding rectangles on the floor are at
+    least GAP_M apart (in proportion, for any unit); small ones do not count."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -120,7 +120,7 @@ def _pieces(triangles: NDArray[np.float64]) -> int:
         kept = np.argsort(-(high - low).max(axis=1))[:MOST_PARTS]
         low, high = low[kept], high[kept]
     apart = np.maximum(low[:, None, :2] - high[None, :, :2], low[None, :, :2] - high[:, None, :2])
-    # furniture in metres, or anything else in proportion to a piece of 1.5 m
+    # furniture in metres; other units in proportion to a piece of 1.5 m
     grain = 1.0 if extent < WIDEST_M else extent / 6.0
     near = apart.max(axis=2) < GAP_M * grain
     groups, group = connected_components(coo_matrix(near), directed=False)

@@ -1,4 +1,4 @@
-"""More motions out of one: the same clip a little faster or slower."""
+"""Augmentation of clips: other playback speeds."""
 
 from dataclasses import replace
 from typing import TypeVar
@@ -9,42 +9,41 @@ from world.errors import ConfigError
 from world.motions.clip import Clip, continuous
 from world.motions.objects import Bed, BoxTrack, Seat
 
-#: How much faster or slower a motion may be made before it is another one: people walk, sit and
-#: lift at such a range of paces without doing it differently.
-PACES = (0.8, 1.25)
+#: Least and greatest playback speed: people walk, sit and lift the same way in this range.
+SPEEDS = (0.8, 1.25)
 
-Lasting = TypeVar("Lasting", Seat, Bed)
+SeatOrBed = TypeVar("SeatOrBed", Seat, Bed)
 
 
-def paced(clip: Clip, pace: float) -> Clip:
-    """The clip `pace` times as fast, at its own frame rate, its objects with it.
+def at_speed(clip: Clip, speed: float) -> Clip:
+    """The clip at a playback speed, at its own frame rate, with its objects.
 
-    Poses stay as they are, velocities are multiplied by `pace`. ConfigError outside PACES.
+    Poses are unchanged, velocities are multiplied by `speed`. Raises ConfigError outside SPEEDS.
     """
-    low, high = PACES
-    if not low <= pace <= high:
-        raise ConfigError(f"a motion's pace is {pace:g}; small time scaling is {low} to {high}")
-    frames = max(2, int(np.floor((clip.frames - 1) / pace)) + 1)
-    at = np.minimum(np.arange(frames) * pace, clip.frames - 1)
+    low, high = SPEEDS
+    if not low <= speed <= high:
+        raise ConfigError(f"playback speed {speed:g}: choose {low} to {high}")
+    frames = max(2, int(np.floor((clip.frames - 1) / speed)) + 1)
+    at = np.minimum(np.arange(frames) * speed, clip.frames - 1)
     return replace(
         _at(clip, at),
-        name=f"{clip.name}~x{pace:g}",
-        seat=_lasting(clip.seat, pace, frames) if clip.seat else None,
-        bed=_lasting(clip.bed, pace, frames) if clip.bed else None,
+        name=f"{clip.name}~x{speed:g}",
+        seat=_seat_or_bed(clip.seat, speed, frames) if clip.seat else None,
+        bed=_seat_or_bed(clip.bed, speed, frames) if clip.bed else None,
         box=_box(clip.box, at) if clip.box else None,
     )
 
 
 def _at(clip: Clip, at: np.ndarray) -> Clip:
-    """The clip at frames [n] that need not be whole, between its neighbours."""
+    """The clip at fractional frames [n], interpolated."""
     low = np.minimum(at.astype(int), clip.frames - 2)
-    share = (at - low).astype(np.float32)[:, None, None]
+    fraction = (at - low).astype(np.float32)[:, None, None]
 
     def between(values: np.ndarray) -> np.ndarray:
-        return (values[low] * (1 - share) + values[low + 1] * share).astype(np.float32)
+        return (values[low] * (1 - fraction) + values[low + 1] * fraction).astype(np.float32)
 
     rotation = np.stack([continuous(clip.local_rotation[:, b]) for b in range(15)], axis=1)
-    # neighbouring frames are a few degrees apart: the normalised chord is the arc to 1e-5
+    # adjacent frames differ by a few degrees: the normalised chord is the arc to 1e-5
     rotation = between(rotation)
     ghost = clip.ghost
     return replace(
@@ -55,19 +54,19 @@ def _at(clip: Clip, at: np.ndarray) -> Clip:
     )
 
 
-def _lasting(thing: Lasting, pace: float, frames: int) -> Lasting:
-    first = min(round(thing.from_frame / pace), frames - 1)
-    last = min(max(round(thing.to_frame / pace), first + 1), frames)
+def _seat_or_bed(thing: SeatOrBed, speed: float, frames: int) -> SeatOrBed:
+    first = min(round(thing.from_frame / speed), frames - 1)
+    last = min(max(round(thing.to_frame / speed), first + 1), frames)
     return replace(thing, from_frame=first, to_frame=last)
 
 
 def _box(box: BoxTrack, at: np.ndarray) -> BoxTrack:
     low = np.minimum(at.astype(int), len(box.pose) - 2)
-    share = (at - low)[:, None]
+    fraction = (at - low)[:, None]
     here, there = box.pose[low], box.pose[low + 1]
     sign = np.where((here[:, 3:] * there[:, 3:]).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
     there = np.concatenate((there[:, :3], sign * there[:, 3:]), axis=1)
-    pose = here * (1 - share) + there * share
+    pose = here * (1 - fraction) + there * fraction
     pose[:, 3:] /= np.linalg.norm(pose[:, 3:], axis=1, keepdims=True)
     nearest = np.minimum(np.rint(at).astype(int), len(box.held) - 1)
     return replace(box, pose=pose.astype(np.float32), held=box.held[nearest])

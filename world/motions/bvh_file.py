@@ -1,6 +1,6 @@
 """Clips as BVH files (Biovision hierarchy) for animation programs: centimetres, y up, z forward.
 
-A joint for every body of the character, hands too; three angles a joint, turned about z, then the
+A joint for every body of the character, with the hands; three angles per joint, about z, then the
 new x, then the new y, in degrees and without jumps from frame to frame.
 """
 
@@ -14,8 +14,8 @@ from world.character import model as character
 from world.motions.clip import Clip
 
 ORDER = "ZXY"
-#: What has no joint beyond it ends there, in its own frame, m: the crown, the fingertips' sphere,
-#: the front of the sole.
+#: End sites of bodies without children, in the body's frame, m: the crown, the hand's sphere, the
+#: front of the sole.
 ENDS_M = {
     "head": (0.0, 0.0, 0.27),
     "right_hand": (0.0, 0.0, -0.04),
@@ -29,7 +29,7 @@ _CM = 100.0
 
 
 def text(clip: Clip) -> str:
-    """The whole file of a clip."""
+    """The text of a clip's BVH file."""
     lines = ["HIERARCHY", *_joint(0, "")]
     lines += ["MOTION", f"Frames: {clip.frames}", f"Frame Time: {1.0 / clip.fps:.7f}"]
     rows = channels(clip)
@@ -38,13 +38,13 @@ def text(clip: Clip) -> str:
 
 
 def channels(clip: Clip) -> np.ndarray:
-    """[T, 3 + 45]: the root's position (cm), then three angles (degrees) a body, in the order of
-    the hierarchy, which is that of the character's bodies."""
+    """[T, 3 + 45]: the root's position (cm), then three angles (degrees) per body, in the order of
+    the character's bodies."""
     position = _CM * clip.root_position_m[:, _AXES].astype(np.float64)
-    # a rotation in other axes has its axis permuted, and the same angle
+    # in other axes a rotation has a permuted axis and the same angle
     local = clip.local_rotation[..., (0, *(1 + axis for axis in _AXES))].astype(np.float64)
     with warnings.catch_warnings():
-        # where two axes coincide any split between their angles will do
+        # where two axes coincide, any split between their angles is right
         warnings.simplefilter("ignore", UserWarning)
         turned = Rotation.from_quat(local.reshape(-1, 4), scalar_first=True)
         angles = turned.as_euler(ORDER, degrees=True).reshape(clip.frames, -1, 3)
@@ -52,10 +52,10 @@ def channels(clip: Clip) -> np.ndarray:
 
 
 def continuous(angles: np.ndarray) -> np.ndarray:
-    """The same rotations by angles [T, n, 3] (degrees, ORDER) that follow on from one another.
+    """Equivalent angles [T, n, 3] (degrees, ORDER) that are continuous in time.
 
-    (a, b, c) and (a + 180, 180 − b, c + 180) are one rotation, as is every angle and itself plus a
-    turn: of these each frame takes the nearest to the frame before.
+    (a, b, c) and (a + 180, 180 − b, c + 180) are one rotation, as are angles plus full turns: each
+    frame takes the nearest of these to the frame before.
     """
     found = angles.copy()
     for frame in range(1, len(found)):
@@ -68,7 +68,7 @@ def continuous(angles: np.ndarray) -> np.ndarray:
 
 
 def _joint(body: int, indent: str) -> list[str]:
-    """The lines of a body and all below it."""
+    """The lines of a body and its descendants."""
     name, deeper = character.BODIES[body], indent + "\t"
     kind = "JOINT" if body else "ROOT"
     angles = "Zrotation Xrotation Yrotation"

@@ -1,4 +1,4 @@
-"""Clips that were made once, kept on disk: the package's own take seconds to make.
+"""Disk cache of clips: the package's own take seconds to make.
 
 The key is the digest of the code that makes them, so that a change of it makes them again.
 """
@@ -13,12 +13,13 @@ from pathlib import Path
 import numpy as np
 
 from world.errors import ClipError
-from world.motions import clip_file
-from world.motions.clip import Clip
+from world.motions import clip_file, npz
+from world.motions.clip import Clip, validate
+from world.refusals import refusing
 
 
 def folder() -> Path:
-    """Where cached clips are: $XDG_CACHE_HOME/inhabit, or .cache/inhabit in the user's home."""
+    """The cache folder: $XDG_CACHE_HOME/inhabit, or .cache/inhabit in the user's home."""
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(base) / "inhabit"
 
@@ -33,20 +34,20 @@ def code_digest(package: str) -> str:
 
 
 def cached(key: str, make: Callable[[], Sequence[Clip]]) -> tuple[Clip, ...]:
-    """The clips under `key`, made where they are not there, damaged or not writable."""
+    """The clips under `key`; they are made where the cache is missing or damaged."""
     path = folder() / f"clips-{key}.npz"
     try:
         return read(path)
-    except (OSError, ValueError, KeyError, TypeError, EOFError, ClipError):
+    except ClipError:
         clips = tuple(make())
-    # a read-only home costs the time again, nothing else
+    # with a read-only home they are made again each time
     with contextlib.suppress(OSError):
         write(path, clips)
     return clips
 
 
 def write(path: Path, clips: Sequence[Clip]) -> None:
-    """One file for all clips; it appears whole or not at all."""
+    """Write all clips to one file, atomically."""
     content = {"count": np.array(len(clips))}
     for index, clip in enumerate(clips):
         content |= {f"{index}/{key}": value for key, value in clip_file.arrays(clip).items()}
@@ -54,20 +55,23 @@ def write(path: Path, clips: Sequence[Clip]) -> None:
 
 
 def read(path: Path) -> tuple[Clip, ...]:
-    """What `write` wrote; OSError, ValueError, KeyError or ClipError where it is missing or
-    damaged."""
-    with np.load(path, allow_pickle=False) as file:
-        every: dict[int, dict[str, np.ndarray]] = {i: {} for i in range(int(file["count"]))}
-        for name in file.files:
+    """Read what `write` wrote. Raises ClipError where the file is missing or damaged."""
+    with refusing(ClipError, path, "cache of clips"):
+        return _read(path)
+
+
+def _read(path: Path) -> tuple[Clip, ...]:
+    with npz.opened(path) as file:
+        every: dict[int, dict[str, np.ndarray]] = {i: {} for i in range(_count(file))}
+        for name in file:
             index, _, key = name.partition("/")
             if key:
                 every[int(index)][key] = file[name]
-    return tuple(
-        Clip(
-            fps=int(content["fps"]),
-            root_position_m=content["root_position_m"],
-            local_rotation=content["local_rotation_wxyz"],
-            **clip_file.extras(content, str(path)),
-        )
-        for content in every.values()
-    )
+    return tuple(validate(clip_file.clip_of(content, str(path))) for content in every.values())
+
+
+def _count(file: npz.Arrays) -> int:
+    count = int(file["count"])
+    if not 0 < count <= len(file):
+        raise ClipError(f"{count} clips in {len(file)} arrays")
+    return count

@@ -1,4 +1,4 @@
-"""One motion clip on the character, in the simulator's coordinates, and the objects it uses."""
+"""A motion clip of the character, in the simulator's coordinates, with the objects that it uses."""
 
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -11,7 +11,7 @@ from world.character import model as character
 from world.errors import ClipError
 from world.motions.objects import Bed, BoxTrack, Seat, Skeleton
 
-Lasting = TypeVar("Lasting", Seat, Bed)
+SeatOrBed = TypeVar("SeatOrBed", Seat, Bed)
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Clip:
     bed: Bed | None = None
     box: BoxTrack | None = None
     ghost: Skeleton | None = None
-    """The body that the motion was recorded on, where it came from another one."""
+    """The recorded skeleton of a retargeted clip."""
 
     @property
     def frames(self) -> int:
@@ -53,12 +53,12 @@ class Clip:
         return generalised_velocities(self.qpos(), self.fps)
 
     def part(self, start: int, stop: int) -> "Clip":
-        """The frames from `start` to one before `stop`, with the objects as they are there.
+        """The frames from `start` to one before `stop`, with their objects.
 
-        A seat or a bed whose use lies outside stays out; one that is cut ends at the cut.
+        A seat or bed that is used outside is left out; a use across the cut ends there.
         """
 
-        def cut(thing: Lasting) -> Lasting | None:
+        def cut(thing: SeatOrBed) -> SeatOrBed | None:
             first, last = max(thing.from_frame, start), min(thing.to_frame, stop)
             return (
                 None
@@ -78,7 +78,7 @@ class Clip:
 
 
 def validate(clip: Clip) -> Clip:
-    """The clip itself, or ClipError in one line if it does not fit the character."""
+    """Return the clip itself. Raises ClipError if it does not fit the character."""
     shape = clip.local_rotation.shape
     if clip.root_position_m.ndim != 2 or clip.root_position_m.shape[1:] != (3,):
         raise ClipError(
@@ -96,16 +96,61 @@ def validate(clip: Clip) -> Clip:
     length = np.linalg.norm(clip.local_rotation, axis=-1)
     if np.abs(length - 1).max() > 1e-2:
         raise ClipError(f"{clip.name}: rotations are not unit quaternions (w, x, y, z)")
-    if clip.box is not None and clip.box.pose.shape != (clip.frames, 7):
-        raise ClipError(
-            f"{clip.name}: the box's pose must be [{clip.frames}, 7], is {clip.box.pose.shape}"
-        )
+    _check_objects(clip)
     return clip
 
 
+def _check_objects(clip: Clip) -> None:
+    """Raise ClipError where a clip's objects or ghost do not fit its frames."""
+    box, ghost = clip.box, clip.ghost
+    if box is not None:
+        if box.pose.shape != (clip.frames, 7):
+            raise ClipError(
+                f"{clip.name}: the box's pose must be [{clip.frames}, 7], is {box.pose.shape}"
+            )
+        if box.held.shape != (clip.frames,):
+            raise ClipError(
+                f"{clip.name}: the box's held must be [{clip.frames}], is {box.held.shape}"
+            )
+        if not (np.isfinite(box.pose).all() and all(0 < edge < 10 for edge in box.size_m)):
+            raise ClipError(
+                f"{clip.name}: the box's pose and size must be finite, its edges below 10 m"
+            )
+    for word, thing in (("seat", clip.seat), ("bed", clip.bed)):
+        if thing is None:
+            continue
+        first, last = thing.from_frame, thing.to_frame
+        if not (type(first) is int and type(last) is int and 0 <= first < last <= clip.frames):
+            raise ClipError(
+                f"{clip.name}: the {word}'s frames must be within 0 to {clip.frames}, are"
+                f" {str(first)[:20]} to {str(last)[:20]}"
+            )
+        points = (thing.point_m,) if isinstance(thing, Seat) else (thing.hip_m, thing.head_m)
+        flat = [*(x for point in points for x in point), thing.facing_rad]
+        if any(len(point) != 3 for point in points) or not all(_finite(x) for x in flat):
+            raise ClipError(
+                f"{clip.name}: the {word}'s place must be three finite lengths and a yaw"
+            )
+    if ghost is not None:
+        joints = len(ghost.names)
+        if ghost.position_m.shape != (clip.frames, joints, 3) or len(ghost.parents) != joints:
+            raise ClipError(
+                f"{clip.name}: the ghost must be [{clip.frames}, {joints}, 3], is"
+                f" {list(ghost.position_m.shape)}"
+            )
+        if not all(-1 <= parent < index for index, parent in enumerate(ghost.parents)):
+            raise ClipError(f"{clip.name}: the ghost's parents must stand before their children")
+        if not np.isfinite(ghost.position_m).all():
+            raise ClipError(f"{clip.name}: the ghost holds non-finite values")
+
+
+def _finite(value: object) -> bool:
+    return isinstance(value, int | float) and bool(np.isfinite(value))
+
+
 def hinge_angles(local_rotation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Flexion [T, 4] rad of the hinges (elbow, elbow, knee, knee) and what one axis leaves out [T,
-    4] rad."""
+    """Flexion [T, 4] rad of the hinges (elbow, elbow, knee, knee), and the rotation [T, 4] rad that
+    is not about their axes."""
     bodies = [
         b for b, j in zip(character.JOINT_BODIES, character.JOINTS, strict=True) if not j.is_ball
     ]
@@ -136,7 +181,7 @@ def generalised_positions(root_position_m: np.ndarray, local_rotation: np.ndarra
 
 
 def continuous(q: np.ndarray) -> np.ndarray:
-    """Unit quaternions [T, 4] float64 without sign flips from frame to frame, starting with w >=
+    """Unit quaternions [T, 4] float64 without sign flips from frame to frame; the first has w >=
     0."""
     q = q.astype(np.float64) / np.linalg.norm(q, axis=-1, keepdims=True)
     sign = np.sign(np.sum(q[1:] * q[:-1], axis=-1))
@@ -148,7 +193,7 @@ def continuous(q: np.ndarray) -> np.ndarray:
 def generalised_velocities(qpos: np.ndarray, fps: float) -> np.ndarray:
     """qvel [T, 34] float32 of qpos [T, 43]: central differences, one-sided at both ends.
 
-    As the simulator has it: the root's linear velocity in world axes, angular velocities in each
+    As in the simulator, the root's linear velocity is in world axes, angular velocities are in each
     body's own axes.
     """
     q = torch.as_tensor(qpos, dtype=torch.float64)
@@ -174,7 +219,7 @@ def generalised_velocities(qpos: np.ndarray, fps: float) -> np.ndarray:
 
 
 def mirrored(clip: Clip) -> Clip:
-    """The clip reflected left to right (y -> −y), its objects with it."""
+    """The clip reflected left to right (y -> −y), with its objects."""
     position = clip.root_position_m * np.array([1, -1, 1], np.float32)
     swapped = clip.local_rotation[:, list(character.MIRROR_BODIES)]
     rotation = swapped * np.array([1, -1, 1, -1], np.float32)

@@ -1,9 +1,9 @@
-"""Clips as `.npz` files: the motion under the keys of the SAMP conversion, and beside it what it
-uses.
+"""The project's own clip format, `.npz`: its reader and its writer.
 
-Keys: `fps`; `root_position_m` [T, 3]; `local_rotation_wxyz` [T, 15, 4]; `body_names` [15]; `about`,
-JSON: source, licence, seat, bed, the box's size, the ghost's joints; `box_pose` [T, 7], `box_held`
-[T] and `ghost_m` [T, J, 3] where there are any.
+Keys: `fps`; `root_position_m` [T, 3], z up; `local_rotation_wxyz` [T, 15, 4]; `body_names` [15].
+These are the keys of the SAMP conversion, whose character has our bodies and rest pose. Optional
+keys: `about`, JSON: source, licence, seat, bed, the box's size, the ghost's joints; `box_pose`
+[T, 7], `box_held` [T] and `ghost_m` [T, J, 3].
 """
 
 import json
@@ -18,17 +18,39 @@ import numpy as np
 
 from world.character import model as character
 from world.errors import ClipError
-from world.motions.clip import Clip
+from world.motions import npz
+from world.motions.clip import Clip, validate
+from world.motions.licences import licence
 from world.motions.objects import Bed, BoxTrack, Seat, Skeleton
+from world.refusals import refusing
+
+SUFFIX = ".npz"
+KEYS = ("fps", "root_position_m", "local_rotation_wxyz", "body_names")
+"""Keys that a clip must have."""
+
+
+def read(path: Path) -> Clip:
+    """Return the clip in a file, at its own frame rate.
+
+    Raises ClipError in one line where it is not of this format or does not fit the character.
+    """
+    if path.suffix.lower() != SUFFIX:
+        raise ClipError(
+            f"{path}: unknown clip format '{path.suffix}', must be {SUFFIX}"
+            " ('inhabit motions import' makes clips of others)"
+        )
+    about = {"source": path.name, "licence": licence(path.parent)}
+    with refusing(ClipError, path, ".npz clip"), npz.opened(path) as file:
+        return validate(clip_of(file, str(path), about, {"name": path.stem}))
 
 
 def write(path: Path, clip: Clip) -> None:
-    """One clip as one file; it appears whole or not at all."""
+    """Write one clip as one file, atomically."""
     write_arrays(path, arrays(clip))
 
 
 def write_arrays(path: Path, content: Mapping[str, np.ndarray]) -> None:
-    """Arrays as one `.npz` file, written beside it first and then renamed."""
+    """Write arrays as one `.npz` file, atomically by renaming a temporary one."""
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, partial = tempfile.mkstemp(dir=path.parent, suffix=".partial")
     try:
@@ -41,7 +63,7 @@ def write_arrays(path: Path, content: Mapping[str, np.ndarray]) -> None:
 
 
 def arrays(clip: Clip) -> dict[str, np.ndarray]:
-    """What a file holds of a clip, by key."""
+    """Return the arrays of a clip's file by key."""
     about = {
         "name": clip.name,
         "source": clip.source,
@@ -67,30 +89,70 @@ def arrays(clip: Clip) -> dict[str, np.ndarray]:
     return content
 
 
-def extras(content: Mapping[str, np.ndarray], name: str) -> dict[str, Any]:
-    """The fields of a Clip besides the motion, of a file's arrays; none where it has no `about`.
+def clip_of(
+    content: Mapping[str, np.ndarray],
+    where: str,
+    absent: Mapping[str, Any] | None = None,
+    fixed: Mapping[str, Any] | None = None,
+) -> Clip:
+    """Return the clip of a file's arrays, not validated; messages of ClipError begin with `where`.
 
-    ClipError, which starts with `name`, where they are there but are not what `arrays` writes.
+    absent: fields of a clip without `about`; fixed: fields that override `about`.
+    """
+    missing = [key for key in KEYS if key not in content]
+    if missing:
+        raise ClipError(f"{where}: no {', '.join(missing)}; a clip has {', '.join(KEYS)}")
+    fps, position, rotation, names = (content[key] for key in KEYS)
+    rate = float(fps)
+    if not 1 <= rate <= 1000:
+        raise ClipError(f"{where}: fps is {rate}; expected 1 to 1000")
+    if rotation.ndim != 3 or rotation.shape[1] != len(names):
+        raise ClipError(
+            f"{where}: local_rotation_wxyz is {rotation.shape}, not [T, {len(names)}, 4]"
+        )
+    order = _order(where, [str(name) for name in names])
+    return Clip(
+        fps=round(rate),
+        root_position_m=position.astype(np.float32),
+        local_rotation=rotation[:, order].astype(np.float32),
+        **{**(absent or {}), **_extras(content, where), **(fixed or {})},
+    )
+
+
+def _order(where: str, names: list[str]) -> list[int]:
+    missing = [body for body in character.BODIES if body not in names]
+    if missing:
+        raise ClipError(
+            f"{where}: does not fit the character: no {', '.join(missing)} among its bodies "
+            f"({', '.join(names)})"
+        )
+    return [names.index(body) for body in character.BODIES]
+
+
+def _extras(content: Mapping[str, np.ndarray], name: str) -> dict[str, Any]:
+    """Return the fields of a Clip besides the motion; empty without `about`.
+
+    Raises ClipError, which begins with `name`, where they do not have the form of `arrays`.
     """
     if "about" not in content:
         return {}
     try:
         about = json.loads(str(content["about"]))
         return {
-            "name": about["name"],
-            "source": about["source"],
-            "licence": about["licence"],
+            "name": str(about["name"]),
+            "source": str(about["source"]),
+            "licence": str(about["licence"]),
             "seat": _lasting(Seat, about["seat"]),
             "bed": _lasting(Bed, about["bed"]),
             "box": _box(about["box_size_m"], content),
             "ghost": _ghost(about["ghost"], content),
         }
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise ClipError(f"{name}: its 'about' is not that of a clip ({error})") from error
 
 
 def _lasting(kind: type[Seat] | type[Bed], fields: dict[str, Any] | None) -> Any:
-    """A seat or a bed of its JSON, lists made tuples again."""
+    """A seat or bed of its JSON, with tuples for lists."""
     if fields is None:
         return None
     values: dict[str, Any] = {

@@ -1,55 +1,41 @@
-"""Clips from files and folders, or the package's own where none are named."""
+"""Clips from files and folders, or the package's own where none are given."""
 
-from collections.abc import Callable, Sequence
-from functools import cache
+from collections.abc import Sequence
+from functools import cache, lru_cache
 from pathlib import Path
 
-from world import tasks
 from world.errors import ClipError
 from world.motions import cache as disk
-from world.motions import samp
-from world.motions.augment import paced
-from world.motions.clip import Clip, validate
-from world.motions.fit import ground
-from world.motions.library import MotionLibrary, prepare
-
-#: Readers by file suffix. A new format is a file and a line here.
-READERS: dict[str, Callable[[Path], Clip]] = {samp.SUFFIX: samp.read}
+from world.motions.augment import at_speed
+from world.motions.clip import Clip
+from world.motions.clip_file import SUFFIX, read
+from world.motions.library import MotionLibrary
+from world.motions.uses.seat import SEAT
+from world.motions.uses.use import ClipUse
 
 
 def find(paths: Sequence[str]) -> list[Path]:
-    """The clip files among files and folders, sorted; ClipError names a path without any."""
+    """The clip files of files and folders, sorted. Raises ClipError for a path without any."""
     found: list[Path] = []
     for text in paths:
         path = Path(text).expanduser()
         if path.is_dir():
-            here = sorted(p for p in path.rglob("*") if p.suffix.lower() in READERS)
+            here = sorted(p for p in path.rglob("*") if p.suffix.lower() == SUFFIX)
         elif path.is_file():
             here = [path]
         else:
             raise ClipError(f"{path}: no such file or folder of clips")
         if not here:
             raise ClipError(
-                f"{path}: no clips found; formats: {', '.join(sorted(READERS))}"
+                f"{path}: no clips found, they end in {SUFFIX}"
                 " ('inhabit motions import' makes clips of others)"
             )
         found += here
     return found
 
 
-def read(path: Path) -> Clip:
-    """One raw clip, checked; ClipError if no reader knows it or it does not fit the character."""
-    reader = READERS.get(path.suffix.lower())
-    if reader is None:
-        raise ClipError(
-            f"{path}: unknown clip format '{path.suffix}'; formats: {', '.join(sorted(READERS))}"
-            " ('inhabit motions import' makes clips of others)"
-        )
-    return validate(reader(path))
-
-
 def own_clips() -> list[Clip]:
-    """The package's own motions, made by code, licence-free; made once on a machine."""
+    """The package's own motions: synthetic, licence-free, cached on disk."""
     return list(_synthetic())
 
 
@@ -60,24 +46,34 @@ def _synthetic() -> tuple[Clip, ...]:
     return disk.cached(disk.code_digest("world.motions.synthetic"), generate)
 
 
-def clips(paths: Sequence[str] = (), task: str = "sit") -> list[Clip]:
-    """Clips ready to train a task: those of `paths`, or the package's own."""
+def clips(paths: Sequence[str] = (), use: ClipUse = SEAT) -> list[Clip]:
+    """Clips prepared for a use: those of `paths`, or the package's own."""
     if not paths:
-        return [clip for clip in own_clips() if ground.serves(clip, task)]
-    return [part for path in find(paths) for part in prepare(read(path), task)]
+        return [clip for clip in own_clips() if use.accepts(clip)]
+    return [part for path in find(paths) for part in use.prepare(read(path))]
 
 
 def library(
     paths: Sequence[str] = (),
     mirror: bool = True,
-    task: str = "sit",
-    paces: Sequence[float] = (),
+    use: ClipUse = SEAT,
+    playback_speeds: Sequence[float] = (),
 ) -> MotionLibrary:
-    """The motion library of `paths`, or of the package's own clips, for a task.
+    """The motion library of `paths`, or of the package's own clips, for a use.
 
-    Each clip comes again as many times as fast as `paces` say, and with `mirror` all of them
-    reflected.
+    Each clip is added at each playback speed, and with `mirror` the mirror images of all.
     """
-    own_pace = clips(paths, task)
-    every = [*own_pace, *(paced(clip, pace) for pace in paces for clip in own_pace)]
-    return MotionLibrary(every, mirror, tasks.make(task).affordance)
+    own_speed = clips(paths, use)
+    every = [
+        *own_speed,
+        *(at_speed(clip, speed) for speed in playback_speeds for clip in own_speed),
+    ]
+    return MotionLibrary(every, mirror, use)
+
+
+@lru_cache(maxsize=2)
+def cached_library(
+    paths: tuple[str, ...], mirror: bool, use: ClipUse, playback_speeds: tuple[float, ...]
+) -> MotionLibrary:
+    """`library`, read once per process."""
+    return library(paths, mirror, use, playback_speeds)

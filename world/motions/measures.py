@@ -1,7 +1,7 @@
-"""How good a clip is, in numbers: errors, skating, sinking, jerk, joint limits, breaks.
+"""Quality measures of a clip: errors, skating, penetration, jerk, joint limits, discontinuities.
 
-`before` is what was recorded: the clip's ghost where it came from another body, else the clip as it
-came. `after` is what the character does.
+`before` is the recording: the ghost of a retargeted clip, else the clip itself. `after` is the
+character's motion.
 """
 
 import numpy as np
@@ -12,18 +12,18 @@ from world.character import features, servos
 from world.character import model as character
 from world.errors import ClipError
 from world.motions.clip import Clip
-from world.motions.fit import ground
+from world.motions.fit import poses
 from world.motions.objects import Skeleton
 
 Array = np.ndarray
 
-#: A heel or toe joint less than this above its lowest stands on the floor, m.
+#: A foot's joint less than this above its lowest height stands on the floor, m.
 CONTACT_M = 0.02
-#: One that is faster swings by, m/s.
+#: A foot that is faster than this swings, m/s.
 CONTACT_M_S = 0.6
 #: Accelerations beyond these, m/s² and rad/s², are breaks: people reach a third.
 BREAK_M_S2, BREAK_RAD_S2 = 120.0, 900.0
-#: What a joint may be past its range before it counts, rad.
+#: Excess of a joint over its range that does not count, rad.
 _LIMIT_SLACK_RAD = np.deg2rad(1.0)
 _HANDS, _FEET = (5, 8), (11, 14)
 #: The front of the sole, in the foot's frame, m.
@@ -43,7 +43,7 @@ def followed(clip: Clip) -> tuple[Tensor, Tensor]:
 
 
 def ghost_roles(ghost: Skeleton) -> dict[str, int] | None:
-    """Index of the ghost's joint for each part of the body; None where its names do not tell."""
+    """Index of the ghost's joint by part of the body; None where its names are not recognised."""
     from world.motions.formats import landmarks
 
     try:
@@ -55,8 +55,8 @@ def ghost_roles(ghost: Skeleton) -> dict[str, int] | None:
 def key_body_error_m(clip: Clip) -> float:
     """Mean distance of hands and feet from the recorded ones, m.
 
-    Recorded: the ghost's wrists and ankles; where there is none, the clip's own bodies, from which
-    the character's hands and feet differ because its elbows and knees have one axis.
+    The recorded ones are the ghost's wrists and ankles, or without a ghost the clip's own bodies,
+    from which the character's differ because its elbows and knees have one axis.
     """
     position, _ = followed(clip)
     ours = position[:, [*_HANDS, *_FEET]].numpy()
@@ -64,18 +64,17 @@ def key_body_error_m(clip: Clip) -> float:
     if clip.ghost is not None and roles is not None:
         theirs = clip.ghost.position_m[:, [roles[role] for role in _KEY_ROLES]]
     else:
-        theirs = ground.body_poses(clip)[0][:, [*_HANDS, *_FEET]].numpy()
+        theirs = poses.body_poses(clip)[0][:, [*_HANDS, *_FEET]].numpy()
     return float(np.linalg.norm(ours - theirs, axis=-1).mean())
 
 
 def skates_m_s(clip: Clip) -> tuple[float, float]:
-    """Mean slip of standing feet, as recorded and as the character does it, m/s; 0 if none stands.
+    """Mean slip of standing feet, m/s, of the recording and of the character; 0 if none stands.
 
-    Recorded: the ghost's feet, or the clip's own where it has none. When a foot stands is decided
-    on the recorded ones, and is the same for both. By the ankles alone where that is all that was
-    recorded of the feet.
+    The recorded feet are the ghost's, or without a ghost the clip's own; they decide for both when
+    a foot stands. Without recorded toes the ankles alone count.
     """
-    position, rotation = ground.body_poses(clip)
+    position, rotation = poses.body_poses(clip)
     ankles = position[:, list(_FEET)]
     toes = ankles + (rotation[:, list(_FEET)] @ _TOE[:, None])[..., 0]
     ours = np.stack((ankles.numpy(), toes.numpy()))
@@ -93,17 +92,16 @@ def skates_m_s(clip: Clip) -> tuple[float, float]:
 
 
 def slips(ends: Array, fps: float) -> Array:
-    """Horizontal speed [T − 1, 2] m/s of the slower end of feet, ankles and toes [2, T, 2, 3] m:
-    a foot that rolls over its heel or its toes does not slip."""
+    """Horizontal speed [T − 1, 2] m/s of the slower of ankle and toes [2, T, 2, 3] m: a foot that
+    rolls over its heel or toes does not slip."""
     return np.linalg.norm(np.diff(ends[..., :2], axis=1), axis=-1).min(axis=0) * fps
 
 
 def stands(ends: Array, fps: float) -> Array:
-    """Whether each foot stands from frame to frame, [T − 1, 2] bool, of ends [2, T, 2, 3] m.
+    """Whether each foot stands between frames, [T − 1, 2] bool, by its ends [2, T, 2, 3] m.
 
-    It does while its ankle or its toes are within CONTACT_M of where they are when flat (a low
-    percentile of their heights) and one of them is slower than CONTACT_M_S: a foot that swings by
-    close to the floor does not stand.
+    It stands while ankle or toes are within CONTACT_M of their height when flat (a low percentile)
+    and one of them is slower than CONTACT_M_S, so that a low swing does not count.
     """
     low = np.percentile(ends[..., 2], 10, axis=(1, 2))
     down = np.any(ends[..., 2] < low[:, None, None] + CONTACT_M, axis=0)
@@ -111,12 +109,12 @@ def stands(ends: Array, fps: float) -> Array:
 
 
 def slip_m_s(ends: Array, standing: Array, fps: float) -> float:
-    """Mean slip of feet while they stand, m/s; 0 if they never do."""
+    """Mean slip of standing feet, m/s; 0 if none stands."""
     return float(slips(ends, fps)[standing].mean()) if standing.any() else 0.0
 
 
 def penetration_m(clip: Clip) -> float:
-    """Deepest point of any of the character's shapes below z = 0, m."""
+    """Depth of the lowest point of the character's shapes below z = 0, m."""
     from world.motions.retarget.limits import shape_points
 
     bodies, points, radii = shape_points(character.spec().compile())
@@ -128,14 +126,15 @@ def penetration_m(clip: Clip) -> float:
 
 
 def jerk_m_s3(points: Array, fps: float) -> float:
-    """Mean size of the third derivative of points [T, n, 3], m/s³; 0 with fewer than 4 frames."""
+    """Mean magnitude of the third derivative of points [T, n, 3], m/s³; 0 for fewer than 4
+    frames."""
     if len(points) < 4:
         return 0.0
     return float(np.linalg.norm(np.diff(points, 3, axis=0), axis=-1).mean() * fps**3)
 
 
 def jerks_m_s3(clip: Clip) -> tuple[float, float]:
-    """Jerk of hands and feet as recorded and as the character moves them."""
+    """Jerk of hands and feet, m/s³, of the recording and of the character."""
     ours = followed(clip)[0][:, [*_HANDS, *_FEET]].numpy()
     after = jerk_m_s3(ours, clip.fps)
     roles = ghost_roles(clip.ghost) if clip.ghost else None
@@ -146,8 +145,8 @@ def jerks_m_s3(clip: Clip) -> tuple[float, float]:
 
 
 def past_limits(clip: Clip) -> tuple[float, float, str]:
-    """Share of frames with a joint past its range, by how much at most (rad), and which joint."""
-    low, high = character.target_bounds()
+    """Fraction of frames with a joint past its range, greatest excess (rad), and its joint."""
+    low, high = character.set_point_bounds()
     angle = servos.coordinates(torch.from_numpy(clip.qpos())).numpy()
     excess = np.maximum(low - angle, angle - high)
     names = [
@@ -156,18 +155,18 @@ def past_limits(clip: Clip) -> tuple[float, float, str]:
         for axis in range(len(joint.range_deg))
     ]
     worst = int(excess.max(axis=0).argmax())
-    share = float((excess > _LIMIT_SLACK_RAD).any(axis=1).mean())
+    fraction = float((excess > _LIMIT_SLACK_RAD).any(axis=1).mean())
     most = max(0.0, float(excess.max()))
-    return share, most, names[worst] if most > _LIMIT_SLACK_RAD else ""
+    return fraction, most, names[worst] if most > _LIMIT_SLACK_RAD else ""
 
 
 def discontinuities(clip: Clip) -> list[float]:
-    """Times, s, at which velocities jump as no body does; neighbouring ones once."""
+    """Times, s, of jumps of the velocities beyond a human body's; adjacent ones count once."""
     jump = np.abs(np.diff(clip.qvel().astype(np.float64), axis=0)) * clip.fps
     broken = (jump[:, :3] > BREAK_M_S2).any(1) | (jump[:, 3:] > BREAK_RAD_S2).any(1)
     frames = np.flatnonzero(broken)
     runs = np.split(frames, np.flatnonzero(np.diff(frames) > 3) + 1)
-    # a jump between two frames shows in the velocities of both and of their neighbours
+    # a jump between two frames appears in the velocities of both and of the adjacent ones
     return [round(float(run.mean() + 0.5) / clip.fps, 3) for run in runs if len(run)]
 
 

@@ -1,4 +1,4 @@
-"""What a clip's character uses, in the clip's world: a seat, a bed, a box that it carries."""
+"""Objects of clips, in the clip's world: seat, bed, box, and the recorded skeleton."""
 
 from dataclasses import dataclass, replace
 
@@ -9,15 +9,15 @@ Point = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Seat:
-    """Where a clip's character sits: what it sat on, inferred or known."""
+    """The seat of a clip, inferred or given."""
 
     point_m: Point
     """The point on the seat's surface below the pelvis, world."""
     facing_rad: float
-    """Yaw that the sitter faces, world."""
+    """Facing of the seated character, world."""
     from_frame: int
     to_frame: int
-    """The seated stretch, from the first frame to one beyond the last."""
+    """Contact lasts from `from_frame` to one before this frame."""
 
     def mirrored(self) -> "Seat":
         """The seat reflected left to right (y -> −y)."""
@@ -30,18 +30,17 @@ class Seat:
 
 @dataclass(frozen=True)
 class Bed:
-    """Where a clip's character lies: what it lay on, inferred or known."""
+    """The bed of a clip, inferred or given."""
 
     hip_m: Point
     """The point on the surface below the pelvis, world."""
     head_m: Point
     """The point on the surface below the head, world; as high as the hip's."""
     facing_rad: float
-    """Yaw of the side that the character gets on and off by: square to the line from hip to head,
-    world."""
+    """Yaw of the access side, square to the line from hip to head, world."""
     from_frame: int
     to_frame: int
-    """The lying stretch, from the first frame to one beyond the last."""
+    """Contact lasts from `from_frame` to one before this frame."""
 
     @property
     def height_m(self) -> float:
@@ -64,18 +63,18 @@ class Bed:
 
 @dataclass(frozen=True)
 class BoxTrack:
-    """A box that a clip's character carries, frame by frame."""
+    """The box of a clip, frame by frame."""
 
     pose: np.ndarray
     """[T, 7] float32: centre (m) and rotation (unit quaternion w, x, y, z), world. The box's axes:
-    y between the hands, z up, x away from who holds it."""
+    y between the hands, z up, x away from the character."""
     size_m: Point
     """Edge lengths along the box's axes."""
     held: np.ndarray
-    """[T] bool: whether the hands carry it."""
+    """[T] bool: the box is in the hands."""
 
     def mirrored(self) -> "BoxTrack":
-        """The box reflected left to right (y -> −y): itself, a box being its own mirror image."""
+        """The box reflected left to right (y -> −y); its shape is its own mirror image."""
         signs = np.array([1, -1, 1, 1, -1, 1, -1], np.float32)
         return replace(self, pose=self.pose * signs)
 
@@ -86,15 +85,15 @@ class BoxTrack:
 
 @dataclass(frozen=True)
 class Skeleton:
-    """The body that a clip was recorded on, as a player shows it beside the character."""
+    """The recorded skeleton of a retargeted clip, which the player shows beside the character."""
 
     names: tuple[str, ...]
     """Names of the J joints."""
     parents: tuple[int, ...]
     """Each joint's parent, −1 for a root."""
     position_m: np.ndarray
-    """[T, J, 3] float32: the joints in the clip's world, as high as they came, scaled as the clip
-    is."""
+    """[T, J, 3] float32: the joints in the clip's world, scaled as the clip, at their recorded
+    height."""
 
     def mirrored(self) -> "Skeleton":
         """The skeleton reflected left to right (y -> −y)."""

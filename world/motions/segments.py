@@ -1,7 +1,7 @@
-"""The stages of a clip, found without labels, and the ranges of it that are no good to learn from.
+"""Stages of a clip, found without labels, and its frames that are unfit for training.
 
-Contact is the stretch of use that the fitting found; the transition about it is where the body
-leaves its upright height, or turns and slows down right beside the place, or bends to the box.
+Contact is the stretch of use that the fitting found. In the transition about it the body leaves its
+upright height, turns and slows down beside the object, or bends to the box.
 """
 
 from functools import cache
@@ -12,35 +12,35 @@ from torch import Tensor
 
 from world.character import model as character
 from world.motions.clip import Clip
-from world.motions.fit.ground import body_poses, smooth, sole_heights, stretches
+from world.motions.fit.poses import body_poses, smooth, sole_heights, stretches
 from world.objects import clearance
 
 APPROACH, TRANSITION, CONTACT, LEAVE = 0, 1, 2, 3
 NAMES = ("approach", "transition", "contact", "leave")
 
-#: A pelvis above this share of its standing height is upright.
+#: A pelvis above this fraction of its standing height is upright.
 _UPRIGHT = 0.95
-#: Beside the place: this near to it, m, for at most this long, s.
+#: Beside the object: this near to the use point, m, for at most this long, s.
 _BESIDE_M, _BESIDE_S = 0.75, 1.5
 #: Hands this near to a resting box reach for it or have just let go, m.
 _REACH_M = 0.45
-#: A box that is this share of its way up is lifted.
+#: A box is lifted from this fraction of its way up on.
 _LIFTED = 0.9
 
 #: Limbs deeper than this in another limb or the trunk, m; neighbouring bodies always overlap.
 _OVERLAP_M = 0.06
-#: A flat sole on the floor that moves faster than this slides, m/s, if it does so for this long, s.
+#: A flat sole on the floor that is faster than this for this long slides, m/s, s.
 _SLIDE_M_S, _SLIDE_S = 0.5, 0.1
 _FLAT_M = 0.015
 #: Accelerations beyond these are breaks, m/s² and rad/s²: people reach a third.
 _BREAK_M_S2, _BREAK_RAD_S2 = 120.0, 900.0
-#: Frames about a bad one that go with it.
+#: Frames before and after an unfit one that are unfit too.
 _MARGIN = 2
 
 
 def stages(clip: Clip) -> np.ndarray:
-    """APPROACH, TRANSITION, CONTACT or LEAVE of each frame: [T] int64. A clip that uses nothing
-    only approaches."""
+    """APPROACH, TRANSITION, CONTACT or LEAVE of each frame: [T] int64; APPROACH throughout without
+    an object."""
     stage = np.full(clip.frames, APPROACH, np.int64)
     if clip.box is not None and clip.box.held.any():
         contact, transition = _of_box(clip)
@@ -64,7 +64,7 @@ def stages(clip: Clip) -> np.ndarray:
 def _of_place(
     clip: Clip, point_m: tuple[float, float, float], start: int, stop: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Frames [T] bool on a seat or bed, and on the way down to it or up from it."""
+    """Contact [T] bool with a seat or bed, and transition [T] bool to and from it."""
     frames = np.arange(clip.frames)
     contact = (frames >= start) & (frames < stop)
     height = clip.root_position_m[:, 2]
@@ -75,7 +75,7 @@ def _of_place(
     while last < clip.frames and down[last]:
         last += 1
     away = np.linalg.norm(clip.root_position_m[:, :2] - np.array(point_m[:2]), axis=1)
-    # the clip's own walk up: nearer than _BESIDE_M for the last time before it goes down
+    # the end of the approach: within _BESIDE_M for the last time before the descent
     limit = round(_BESIDE_S * clip.fps)
     begin, end = first, last
     while begin > max(0, first - limit) and away[begin - 1] < _BESIDE_M:
@@ -86,7 +86,8 @@ def _of_place(
 
 
 def _of_box(clip: Clip) -> tuple[np.ndarray, np.ndarray]:
-    """Frames [T] bool that carry a box, and that reach for it, lift it, lower it or let it go."""
+    """Contact [T] bool, which is carrying, and transition [T] bool: reaching for the box, lifting,
+    lowering, letting go."""
     box = clip.box
     assert box is not None
     position, _ = body_poses(clip)
@@ -116,14 +117,13 @@ def _of_box(clip: Clip) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _passed(height: np.ndarray, carried_m: float) -> int:
-    """How many frames a box takes from the first height to (nearly) the carried one."""
+    """Number of frames from the first height of a box to (nearly) the carried one."""
     there = np.abs(height - carried_m) <= (1 - _LIFTED) * abs(float(height[0]) - carried_m) + 0.01
     return int(np.argmax(there)) if there.any() else 0
 
 
 def usable(clip: Clip) -> np.ndarray:
-    """[T] bool: False where limbs stand in one another, a sole slides over the floor, or the motion
-    breaks."""
+    """[T] bool: False where limbs overlap, a sole slides, or velocities jump."""
     bad = overlapping(clip) | sliding(clip) | broken(clip)
     padded = np.pad(bad, _MARGIN)
     windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * _MARGIN + 1)
@@ -131,7 +131,7 @@ def usable(clip: Clip) -> np.ndarray:
 
 
 def overlapping(clip: Clip) -> np.ndarray:
-    """[T] bool: a limb is deeper than 6 cm in another one, or in the trunk."""
+    """[T] bool: a limb penetrates another one or the trunk by more than 6 cm."""
     centres = clearance.points(torch.from_numpy(clip.qpos()))
     first, second = _pairs()
     touch = clearance.RADII[first] + clearance.RADII[second]
@@ -141,7 +141,7 @@ def overlapping(clip: Clip) -> np.ndarray:
 
 @cache
 def _pairs() -> tuple[Tensor, Tensor]:
-    """Spheres that should not be in one another: of bodies that no joint joins."""
+    """Pairs of spheres that should not overlap: of bodies that no joint connects."""
     bodies = clearance.BODIES.tolist()
     first, second = torch.triu_indices(len(bodies), len(bodies), 1)
     apart = torch.tensor(
@@ -154,7 +154,7 @@ def _pairs() -> tuple[Tensor, Tensor]:
 
 
 def _joints_between(first: int, second: int) -> int:
-    """Joints on the way from one body to another."""
+    """Number of joints between two bodies."""
 
     def to_root(body: int) -> list[int]:
         way = [body]
@@ -168,7 +168,7 @@ def _joints_between(first: int, second: int) -> int:
 
 
 def sliding(clip: Clip) -> np.ndarray:
-    """[T] bool: a sole lies flat on the floor and moves over it."""
+    """[T] bool: a sole is flat on the floor and slides."""
     position, rotation = body_poses(clip)
     low = sole_heights(position, rotation) < _FLAT_M
     up = rotation[:, [11, 14], 2, 2].numpy() > np.cos(np.deg2rad(10.0))
@@ -185,7 +185,7 @@ def sliding(clip: Clip) -> np.ndarray:
 
 
 def broken(clip: Clip) -> np.ndarray:
-    """[T] bool: velocities jump as no body's do."""
+    """[T] bool: velocities jump by more than a human body's can."""
     jump = np.abs(np.diff(clip.qvel().astype(np.float64), axis=0)) * clip.fps
     breaks = (jump[:, :3] > _BREAK_M_S2).any(axis=1) | (jump[:, 3:] > _BREAK_RAD_S2).any(axis=1)
     return np.concatenate((breaks, [False])) | np.concatenate(([False], breaks))

@@ -1,4 +1,4 @@
-"""A bank of scenes with a box to be carried, and how its box and stands are set up."""
+"""A bank of scenes with a box to carry, and the layouts of boxes and stands."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,15 +14,16 @@ from world.furniture.piece import Piece
 from world.scene import box as box_scene
 from world.scene.batch import Scenes
 from world.scene.model import Ball, compile_scene
-from world.tasks.task import Affordance, BoxState, Place
+from world.scene.target import BoxState, Target
 
-#: A box is moved with its stand while its centre is this near to its place on it, m.
+#: A box rests on its initial stand, and moves with it, while its centre is this near to its start,
+#: m.
 _ON_STAND_M = 0.1
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the boxes of m scenes are, stand, and should go; world, m."""
+    """Boxes of m scenes with their stands and targets; world, m."""
 
     position: Tensor
     """[m, 3]: the box's centre."""
@@ -31,11 +32,11 @@ class Layout:
     velocity: Tensor
     """[m, 6]: of the centre, m/s, and angular, in the box's own axes, rad/s."""
     start: Tensor
-    """[m, 3]: the box's centre on the stand that it is picked up from."""
+    """[m, 3]: the box's centre on the initial stand."""
     start_yaw: Tensor
-    """[m, 2]: cosine and sine of that stand's yaw."""
+    """[m, 2]: cosine and sine of the initial stand's yaw."""
     target: Tensor
-    """[m, 3]: where the centre should be put."""
+    """[m, 3]: target of the centre."""
 
     def rows(self, ids: Tensor) -> "Layout":
         """The scenes of the given indices."""
@@ -50,25 +51,23 @@ class Layout:
 
 
 def resting(position: Tensor, yaw: Tensor, target: Tensor) -> Layout:
-    """Boxes at rest on their stands: centres [m, 3], yaw [m, 2] (cosine, sine), targets [m, 3]."""
+    """Layout of boxes at rest: centres [m, 3], yaw [m, 2] (cosine, sine), targets [m, 3]."""
     rotation = rotations.from_heading(yaw)
     return Layout(position, rotation, position.new_zeros(len(position), 6), position, yaw, target)
 
 
 class BoxBank:
-    """V boxes (a size and a weight each): their models, and what the task knows of them."""
-
-    affordance: Affordance = "carry"
+    """V boxes, each of a size and a mass, with the models of their scenes; an ObjectBank."""
 
     def __init__(self, boxes: Sequence[Piece], balls: Sequence[Ball] = ()) -> None:
-        """Raises PieceError where there is no box, or a piece that is none.
+        """balls: projectiles of every scene.
 
-        balls: projectiles that every scene has beside its box.
+        Raises PieceError without boxes, and for a piece that is no box.
         """
         if not boxes:
             raise PieceError("no boxes: choose at least one")
         for piece in boxes:
-            if piece.category != "box" or len(piece.boxes) != 1:
+            if not box_scene.is_box(piece):
                 raise PieceError(f"{piece.name}: is no box to carry")
         self.pieces = tuple(boxes)
         self.models: list[mujoco.MjModel] = [
@@ -82,8 +81,8 @@ class BoxBank:
         return len(self.models)
 
     def of_width(self, width_m: Tensor, u: Tensor) -> Tensor:
-        """Boxes whose long side, between the hands, is about width_m: one of the three nearest, by
-        u in [0, 1); [n]."""
+        """Variants [n] whose long side, between the hands, is about width_m [n]: one of the three
+        nearest, chosen by u [n] in [0, 1)."""
         order = self._by_width
         window = min(3, len(order))
         widths = (2.0 * self.half[order, 1]).contiguous()
@@ -91,8 +90,9 @@ class BoxBank:
         first = (at - 1).clamp(0, len(order) - window)
         return order[first + (u * window).long().clamp_max(window - 1)]
 
-    def put(self, scenes: Scenes, ids: Tensor, variant: Tensor, layout: Layout) -> None:
-        """Set up stands and boxes `variant` [m] of the scenes `ids` [m]."""
+    def apply(self, scenes: Scenes, ids: Tensor, variant: Tensor, layout: Layout) -> None:
+        """Write the layout of the boxes `variant` [m] and their stands into the scenes `ids`
+        [m]."""
         down = torch.zeros_like(layout.start)
         down[:, 2] = self.half[variant, 2]
         scenes.move_furniture(ids, layout.start - down, layout.start_yaw)
@@ -109,8 +109,9 @@ class BoxBank:
         point: Tensor,
         facing: Tensor,
     ) -> Layout:
-        """Put the first stands of the scenes `ids` [m] at floor points [m, 2] with yaws facing
-        [m, 2] (cosine, sine), boxes `variant` [m] that rest on them too; the layout [m] then."""
+        """Move the initial stands of the scenes `ids` [m] to floor points [m, 2] with yaws facing
+        [m, 2] (cosine, sine), with the boxes `variant` [m] that rest on them; returns the new
+        layout [m]."""
         start = torch.cat((point, layout.start[:, 2:]), dim=1)
         down = torch.zeros_like(start)
         down[:, 2] = self.half[variant, 2]
@@ -122,8 +123,8 @@ class BoxBank:
         scenes.set_free(ids[on_it], 0, still, moved.velocity[on_it])
         return moved
 
-    def place(self, variant: Tensor, layout: Layout) -> Place:
-        """What the task knows of boxes `variant` [m]; the point of use is the target."""
+    def target(self, variant: Tensor, layout: Layout) -> Target:
+        """Targets of the boxes `variant` [m]; the use point is the target of the box."""
         state = BoxState(
             layout.position,
             layout.rotation,
@@ -133,12 +134,12 @@ class BoxBank:
             layout.target,
         )
         facing = rotations.heading(layout.rotation)
-        return Place(layout.target, facing, state.corners(), layout.target, state)
+        return Target(layout.target, facing, state.corners(), layout.target, state)
 
 
 def boxes(config: CarryConfig) -> tuple[Piece, ...]:
-    """The training boxes of a configuration: sizes evenly over its scales, each with a weight of
-    the range, if there is one, spread by the golden ratio so that size and weight are independent.
+    """The training boxes of a configuration: sizes evenly over its scales. A configured range of
+    masses is spread by the golden ratio, so that size and mass are independent.
 
     Raises ConfigError for an empty range.
     """
@@ -156,7 +157,7 @@ def boxes(config: CarryConfig) -> tuple[Piece, ...]:
                     f"carry.weight-kg {lightest} {heaviest}: choose weights above 0 kg, the "
                     "lighter first"
                 )
-            share = (index * 0.6180339887498949) % 1.0
-            mass = lightest + (heaviest - lightest) * share
+            fraction = (index * 0.6180339887498949) % 1.0
+            mass = lightest + (heaviest - lightest) * fraction
         found.append(box_scene.box(scale, mass))
     return tuple(found)

@@ -1,8 +1,7 @@
-"""How deep the character stands in the furniture: spheres along its limbs against the pieces'
-boxes.
+"""Penetration of the furniture by the character: spheres along its limbs against the pieces' boxes.
 
-Used to choose furniture that a clip's state fits into: the clips' own chairs were not recorded, and
-a start inside a backrest is thrown out of it.
+Used to choose furniture that fits a reference state: the chairs of the clips were not recorded, and
+contacts throw a character out of a backrest that it penetrates.
 """
 
 import torch
@@ -11,7 +10,7 @@ from torch import Tensor
 from world import rotations
 from world.character import kinematics
 from world.character import model as character
-from world.objects.furniture_bank import Bank
+from world.objects.furniture_bank import FurnitureBank
 
 #: Body, centre in its frame (z alone, m) and radius, m: the collision shapes as spheres.
 _SPHERES = (
@@ -30,7 +29,7 @@ BODIES = torch.tensor([character.BODIES.index(b) for b, zs, _ in _SPHERES for _ 
 _HEIGHTS = torch.tensor([z for _, zs, _ in _SPHERES for z in zs])
 RADII = torch.tensor([r for _, zs, r in _SPHERES for _ in zs])
 
-#: Rows measured at a time: each takes 7 kB on the way, and regression on the clips asks for 70,000.
+#: Rows computed at a time: each takes 7 kB, and behaviour cloning from the clips has 70,000.
 _ROWS = 2048
 
 
@@ -41,7 +40,9 @@ def points(qpos: Tensor) -> Tensor:
     return position[:, BODIES] + rotation[:, BODIES, :, 2] * _HEIGHTS[:, None]
 
 
-def depth(centres: Tensor, origin: Tensor, yaw: Tensor, bank: Bank, variant: Tensor) -> Tensor:
+def depth(
+    centres: Tensor, origin: Tensor, yaw: Tensor, bank: FurnitureBank, variant: Tensor
+) -> Tensor:
     """Deepest penetration of the spheres into a piece, m, negative for clearance: [n].
 
     Args: centres [n, P, 3] world, m; origin [n, 3] m and yaw [n, 2] (cosine, sine) of the piece;

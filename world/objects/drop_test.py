@@ -1,4 +1,4 @@
-"""A seated ragdoll let down on a place: where it comes to rest, and how deep it sinks in."""
+"""Drop test: whether a seated ragdoll that is dropped on a seat target comes to rest on it."""
 
 from dataclasses import dataclass, replace
 
@@ -6,42 +6,42 @@ import mujoco
 import numpy as np
 import torch
 
-from world.furniture.piece import TRIED, Piece, Place, rotation
+from world.furniture.piece import TEST_SCALES, Piece, SeatTarget, rotation
 from world.objects import clearance, seated_pose
 from world.scene.model import FURNITURE_BODY, compile_scene
 
-#: A pose that stands no deeper in the piece than this can be let down, m.
+#: Greatest penetration of the piece by a pose before the drop, m.
 _FREE_M = 0.005
-#: Where the centre of mass should be ahead of the hips, m: above the thighs, behind any edge.
+#: Wanted distance of the centre of mass ahead of the hips, m: above the thighs, behind any edge.
 _BALANCED_M = 0.075
 HIGHEST_M = 0.90
-"""Seats that a scale makes higher are left out: training shrinks those pieces."""
-#: When a ragdoll has to be at rest, s: soon, and still long after; some creep or sway off.
+"""Greatest height of a scaled seat that is tested: training shrinks higher ones."""
+#: Durations after which a ragdoll must be at rest, s: on some seats it creeps or sways off later.
 _SOON_S, _LONG_S = 3.0, 10.0
-#: What counts as rest on the place: of the height, of penetration, of speed, of the way from it.
+#: Bounds of rest: error of the height, penetration, speed, horizontal distance.
 RAISED_M, DEEPEST_M, SPEED_M_S, OFF_M = 0.03, 0.015, 0.1, 0.25
 
 
 @dataclass(frozen=True)
 class Rest:
-    """What a drop came to."""
+    """Result of a drop."""
 
     height_error_m: float
-    """Of the surface that carries it above the place, as its root's height tells."""
+    """Height of the root, less the thigh's radius, above the seat target."""
     off_m: float
-    """Of the root from above the place, horizontally."""
+    """Horizontal distance of the root from the seat target."""
     speed_m_s: float
-    """Of the root at the end."""
+    """Speed of the root at the end."""
     deepest_m: float
-    """Penetration of the furniture in the last second."""
+    """Greatest penetration of the furniture in the last second."""
     fastest_m_s: float
-    """Of the root at any time after it landed."""
+    """Greatest speed of the root after it landed."""
     finite: bool
-    """Whether every number stayed one, and MuJoCo warned of nothing."""
+    """Whether the state stayed finite, without a MuJoCo warning."""
 
     @property
     def rests(self) -> bool:
-        """Whether it came to rest on the place, at its height."""
+        """Whether the ragdoll rests on the seat target, at its height."""
         return (
             self.finite
             and abs(self.height_error_m) < RAISED_M
@@ -51,39 +51,38 @@ class Rest:
         )
 
 
-def scales(place: Place) -> tuple[float, ...]:
-    """Those of TRIED that a piece is tried at, by the height of its place."""
-    return tuple(scale for scale in TRIED if scale * place.point_m[2] <= HIGHEST_M)
+def scales(target: SeatTarget) -> tuple[float, ...]:
+    """The TEST_SCALES at which a piece is tested, by the height of its seat target."""
+    return tuple(scale for scale in TEST_SCALES if scale * target.point_m[2] <= HIGHEST_M)
 
 
-def slips_at(place: Place) -> tuple[float, ...]:
-    """Those at which it was tried in vain; none of a place that was not tried."""
-    tried = () if place.rests_at is None else scales(place)
-    return tuple(scale for scale in tried if scale not in (place.rests_at or ()))
+def slips_at(target: SeatTarget) -> tuple[float, ...]:
+    """The tested scales at which the ragdoll does not rest; empty for an untested seat target."""
+    tried = () if target.rests_at is None else scales(target)
+    return tuple(scale for scale in tried if scale not in (target.rests_at or ()))
 
 
-def rests_at(piece: Piece, place: Place) -> tuple[float, ...]:
-    """The scales at which a ragdoll let down on this place of the piece is at rest on it after 3 s,
-    and still after 10."""
+def rests_at(piece: Piece, target: SeatTarget) -> tuple[float, ...]:
+    """The scales at which a ragdoll rests on this seat target after 3 s and after 10 s."""
     found = []
-    for scale in scales(place):
-        sized = replace(piece, sit=(place,)).scaled(scale)
+    for scale in scales(target):
+        sized = replace(piece, sit=(target,)).scaled(scale)
         if all(drop(sized, seconds).rests for seconds in (_SOON_S, _LONG_S)):
             found.append(scale)
     return tuple(found)
 
 
 def drop(piece: Piece, seconds: float = 3.0, above_m: float = 0.02, which: int = 0) -> Rest:
-    """Let the ragdoll, its joints held seated by their servos, down on a place of the piece."""
+    """Drop the ragdoll, held seated by its servos, on the seat target number `which` of a piece."""
     model = compile_scene(piece)
-    # nobody tells its servos anything new: MuJoCo holds them to their limits
+    # the set-points are constant: MuJoCo's own force limits apply
     model.actuator_forcelimited[:] = True
     data = mujoco.MjData(model)
     furniture = model.body(FURNITURE_BODY).id
-    place = piece.sit[which]
-    pose = _balanced(model, data, piece, place, above_m)
-    data.qpos[:] = seated_pose.qpos(place, above_m, pose)
-    data.ctrl[:] = seated_pose.targets(place, pose)
+    target = piece.sit[which]
+    pose = _balanced(model, data, piece, target, above_m)
+    data.qpos[:] = seated_pose.qpos(target, above_m, pose)
+    data.ctrl[:] = seated_pose.set_points(target, pose)
     steps = round(seconds / model.opt.timestep)
     deepest = fastest = 0.0
     for step in range(steps):
@@ -94,7 +93,7 @@ def drop(piece: Piece, seconds: float = 3.0, above_m: float = 0.02, which: int =
             deepest = max(deepest, _deepest(model, data, furniture))
     deepest = max(deepest, _inside(data, piece))
     finite = bool(np.isfinite(data.qpos).all()) and int(data.warning.number.sum()) == 0
-    x, y, z = place.point_m
+    x, y, z = target.point_m
     root = data.qpos[:3]
     return Rest(
         float(root[2] - seated_pose.THIGH_M - z),
@@ -107,15 +106,14 @@ def drop(piece: Piece, seconds: float = 3.0, above_m: float = 0.02, which: int =
 
 
 def _balanced(
-    model: mujoco.MjModel, data: mujoco.MjData, piece: Piece, place: Place, above_m: float
+    model: mujoco.MjModel, data: mujoco.MjData, piece: Piece, target: SeatTarget, above_m: float
 ) -> seated_pose.Pose:
-    """The pose that stands in nothing and has its centre of mass above the thighs, as anyone's is
-    who sits without holding on."""
+    """The pose of least penetration whose centre of mass is above the thighs, for balance."""
     furniture = model.body(FURNITURE_BODY).id
-    ahead = np.array([np.cos(place.facing_rad), np.sin(place.facing_rad)])
+    ahead = np.array([np.cos(target.facing_rad), np.sin(target.facing_rad)])
     found: list[tuple[float, seated_pose.Pose]] = []
     for pose in seated_pose.poses():
-        data.qpos[:] = seated_pose.qpos(place, above_m, pose)
+        data.qpos[:] = seated_pose.qpos(target, above_m, pose)
         mujoco.mj_forward(model, data)
         within = max(_deepest(model, data, furniture), _inside(data, piece))
         inside = max(0.0, within - _FREE_M)
@@ -125,7 +123,7 @@ def _balanced(
 
 
 def _deepest(model: mujoco.MjModel, data: mujoco.MjData, furniture: int) -> float:
-    """Deepest penetration of the furniture by any contact, m; 0 for none."""
+    """Deepest penetration of the furniture by contacts, m; 0 without one."""
     depths = [
         -float(contact.dist)
         for contact in data.contact[: data.ncon]
@@ -135,10 +133,10 @@ def _deepest(model: mujoco.MjModel, data: mujoco.MjData, furniture: int) -> floa
 
 
 def _inside(data: mujoco.MjData, piece: Piece) -> float:
-    """Deepest penetration of the piece's boxes by the spheres that fill the body, m; 0 for none,
-    and for hulls, whose contacts are sound.
+    """Deepest penetration of the piece's boxes by the spheres that fill the body, m; 0 without one,
+    and for hulls, whose contacts are reliable.
 
-    MuJoCo's contacts of a capsule with a box overlook a limb that runs through a thin board.
+    MuJoCo's capsule-box contacts miss a limb that passes through a thin board.
     """
     if piece.hulls:
         return 0.0

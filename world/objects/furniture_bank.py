@@ -1,5 +1,4 @@
-"""A bank of compiled scenes: every piece of furniture in several sizes, ready to be swapped into a
-shard."""
+"""A bank of scenes with furniture: every piece in several sizes, compiled."""
 
 from collections.abc import Sequence
 
@@ -10,49 +9,47 @@ from torch import Tensor
 
 from world import rotations
 from world.errors import PieceError
-from world.furniture.piece import TRIED, Affordance, Piece
-from world.objects.targets import spots
+from world.furniture.piece import TEST_SCALES, Piece
+from world.furniture.usage import usage, use_points
 from world.scene import slots
 from world.scene.model import Ball, compile_scene
-from world.tasks.task import Place
+from world.scene.target import Target
 
 
-class Bank:
-    """V variants (a piece at a size each): their models, and what the tasks know of them as
-    tensors."""
+class FurnitureBank:
+    """V variants, each a piece at a size, with models and geometry as tensors; an ObjectBank."""
 
     def __init__(
         self,
         variants: Sequence[Piece],
-        affordance: Affordance = "sit",
+        affordance: str = "sit",
         balls: Sequence[Ball] = (),
     ) -> None:
-        """Raises PieceError where there is no piece, or one without the affordance asked for.
+        """balls: projectiles of every scene.
 
-        balls: projectiles that every scene has beside its piece.
+        Raises PieceError without pieces, and for a piece without the affordance.
         """
         if not variants:
             raise PieceError("no furniture: choose at least one piece")
-        self.affordance: Affordance = affordance
-        # a piece with two sides is used from both in turn
-        places = [spots(piece, affordance) for piece in variants]
-        chosen = [found[i % len(found)] for i, found in enumerate(places)]
+        self.affordance = affordance
+        # a piece with two use points has them in turn
+        offered = [use_points(piece, affordance) for piece in variants]
+        chosen = [found[i % len(found)] for i, found in enumerate(offered)]
         self.pieces = tuple(variants)
         shared = slots.common(variants)
         self.models: list[mujoco.MjModel] = [
             compile_scene(piece, balls, shared=shared) for piece in variants
         ]
-        #: The place of use, in the piece's frame: the point below the pelvis [V, 3] m, where its
-        #: user faces [V, 2] (cosine, sine), and the point below the head [V, 3] m (of a seat, the
-        #: point itself).
+        #: The use points, in the pieces' frames: the point below the pelvis [V, 3] m, the facing
+        #: [V, 2] (cosine, sine), and the point below the head [V, 3] m (of a seat, the same point).
         self.point = torch.tensor([s.point_m for s in chosen], dtype=torch.float32)
         yaw = torch.tensor([s.facing_rad for s in chosen], dtype=torch.float32)
         self.facing = torch.stack((torch.cos(yaw), torch.sin(yaw)), dim=1)
         self.head = torch.tensor([s.head_m for s in chosen], dtype=torch.float32)
         self.corners = torch.stack(
             [
-                torch.from_numpy(spot.corners(piece)).to(torch.float32)
-                for piece, spot in zip(variants, chosen, strict=True)
+                torch.from_numpy(use.corners(piece)).to(torch.float32)
+                for piece, use in zip(variants, chosen, strict=True)
             ]
         )
         padded = [piece.boxes_padded(shared.slots) for piece in variants]
@@ -65,14 +62,15 @@ class Bank:
         ends = rotations.turn_back(
             self.facing[:, None], self.corners[..., :2] - self.point[:, None, :2]
         )
-        #: The footprint in the frame of the place (+x where its user faces), [V, 2] each, m.
+        #: The footprint in the frame of the use point (+x along its facing), [V, 2] each, m.
         self.low, self.high = ends.amin(dim=1), ends.amax(dim=1)
-        # a bed reaches far beyond the place of use; of a seat that does not matter
-        self._wide = affordance == "lie"
+        # whether the footprint extends far beyond the use point, as a bed's does
+        self._wide = usage(affordance).wide
         along = rotations.turn_back(self.facing, (self.head - self.point)[:, :2])
         left = along[:, 1] > 0.0
         by_height = torch.argsort(self.point[:, 2])
-        # variants by height: those whose head end is on the right, or that have none; on the left
+        # variants by height: first those with the head on the right or without one, then on the
+        # left
         self._by_height = tuple(
             part if len(part) else by_height
             for part in (by_height[~left[by_height]], by_height[left[by_height]])
@@ -82,17 +80,17 @@ class Bank:
         return len(self.models)
 
     def placed(self, variant: Tensor, point: Tensor, facing: Tensor) -> tuple[Tensor, Tensor]:
-        """Origin [m, 3] (m) and yaw (cosine, sine) [m, 2] of pieces `variant` [m] whose place is
-        above the floor point [m, 2] and faces `facing` [m, 2]."""
+        """Origin [m, 3] (m) and yaw (cosine, sine) [m, 2] of pieces `variant` [m] whose use point
+        is above the floor point [m, 2] with the facing [m, 2]."""
         yaw = rotations.turn(self.facing[variant] * self.facing.new_tensor((1.0, -1.0)), facing)
         origin = point - rotations.turn(yaw, self.point[variant, :2])
         return torch.cat((origin, torch.zeros_like(origin[:, :1])), dim=1), yaw
 
-    def place(self, variant: Tensor, point: Tensor, facing: Tensor) -> Place:
-        """What the task knows of pieces that stand so; arguments as of `placed`."""
+    def target(self, variant: Tensor, point: Tensor, facing: Tensor) -> Target:
+        """Targets of pieces that are placed so; arguments as of `placed`."""
         origin, yaw = self.placed(variant, point, facing)
         corners = rotations.turn(yaw[:, None], self.corners[variant]) + origin[:, None]
-        return Place(
+        return Target(
             torch.cat((point, self.point[variant, 2:]), dim=1),
             facing,
             corners,
@@ -100,10 +98,10 @@ class Bank:
         )
 
     def of_height(self, height_m: Tensor, u: Tensor, left: Tensor | None = None) -> Tensor:
-        """Variants whose surface is about `height_m` high: one of the nearest twelfth, by u in
-        [0, 1); [n].
+        """Variants [n] whose surface is about height_m [n] high: one of the nearest twelfth, chosen
+        by u [n] in [0, 1).
 
-        left [n] bool: of beds, those whose head is to the left of the side got onto by.
+        left [n] bool: of beds, those whose head is to the left of the access side.
         """
 
         def nearest(order: Tensor) -> Tensor:
@@ -117,9 +115,9 @@ class Bank:
         return found if left is None else torch.where(left, nearest(left_order), found)
 
     def lift(self, variant: Tensor, root_m: Tensor, height_m: Tensor, raised: Tensor) -> Tensor:
-        """How much higher a character with its root at root_m [m], on a bed height_m [m] high, is
-        on the bed `variant` [m], m: 0 once it stands. On seats, which are chosen by height, 0 but
-        for those `raised` [m] bool, which are only ever lifted up."""
+        """Lift [m], m, of a character with its root root_m [m] high from a bed height_m [m] high
+        onto the bed `variant` [m]: 0 where it stands. On seats, which are chosen by height, 0
+        except for those `raised` [m] bool, where it is never negative."""
         down = ((_STANDS_M - root_m) / 0.15).clamp(0.0, 1.0)
         lift = down * (self.point[variant, 2] - height_m)
         if self._wide:
@@ -127,19 +125,19 @@ class Bank:
         return torch.where(raised, lift.clamp_min(0.0), 0.0)
 
     def sunk(self, depth: Tensor, root_m: Tensor, tolerated_m: float) -> Tensor:
-        """How much higher still one who lies `depth` [m] deep in a bed is set down, m: [m]; 0 on
-        seats, and once the root, root_m [m] high, is up."""
+        """Additional lift [m], m, of a character that penetrates a bed by depth [m] m; 0 on seats,
+        and where the root, root_m [m] high, is up."""
         if not self._wide:
             return torch.zeros_like(depth)
         down = ((_STANDS_M - root_m) / 0.15).clamp(0.0, 1.0)
         return down * (depth - tolerated_m).clamp(0.0, _SUNK_M)
 
     def clear_of(self, variant: Tensor, offset: Tensor, facing: Tensor, before: Tensor) -> Tensor:
-        """Offsets [m, 2] from a standing character to the places, longer where it would else stand
-        in a bed; those of seats as they are.
+        """Offsets [m, 2] from a standing character to the use points, lengthened where it would
+        stand in a bed; those of seats are unchanged.
 
-        Args: variant [m]; facing [m, 2] of the places; before [m] bool: counted from the edge that
-        is got onto by instead of from the place.
+        Args: variant [m]; facing [m, 2] of the use points; before [m] bool: the offset is from the
+        edge of the access side instead of the use point.
         """
         if not self._wide:
             return offset
@@ -147,14 +145,14 @@ class Bank:
         root = rotations.turn_back(facing, -offset)
         to_edge = torch.stack((self.high[variant, 0], torch.zeros_like(root[:, 0])), dim=1)
         root = torch.where(before[:, None], root + to_edge, root)
-        # how often the way from the place to the root fits in before it leaves the footprint
+        # factor of the vector from the use point to the root at which it leaves the footprint
         room = torch.where(root > 0.0, high, -low) / root.abs().clamp_min(1e-6)
         pushed = root * room.amin(dim=1, keepdim=True).clamp_min(1.0)
         return -rotations.turn(facing, torch.where(before[:, None], root, pushed))
 
     def beyond(self, variant: Tensor, root: Tensor, point: Tensor, facing: Tensor) -> Tensor:
-        """How far roots [m, 2] are beyond the edges of beds whose places are above the floor points
-        [m, 2] and face `facing` [m, 2], m, negative within: [m]; −inf for seats."""
+        """Distance [m], m, of roots [m, 2] beyond the edges of beds whose use points are above the
+        floor points [m, 2] with facings [m, 2]; negative within; −inf for seats."""
         if not self._wide:
             return torch.full_like(root[:, 0], -torch.inf)
         here = rotations.turn_back(facing, root - point)
@@ -162,44 +160,43 @@ class Bank:
         return outside.amax(dim=1)
 
 
-#: The most that one who lies is lifted out of a bed, m.
+#: Greatest additional lift of a lying character out of a bed, m.
 _SUNK_M = 0.12
 #: Root height from which a character stands on its feet, m.
 _STANDS_M = 0.75
-#: How far from a bed's footprint a character is set down, m.
+#: Least distance of a standing character from a bed's footprint, m.
 _CLEAR_M = 0.35
-#: The highest seat that the character can get onto with its hip standing at 0.89 m, m: pieces that
-#: a scale would make higher stop growing there.
+#: Greatest height of a seat that the character, with its hip at 0.89 m, can get onto, m; the scale
+#: of pieces is limited to it.
 MAX_SEAT_M = 0.70
 
 
 def scaled(piece: Piece, scale: float) -> Piece:
-    """The piece at `scale`, or as much smaller as keeps its seat within MAX_SEAT_M; at the nearest
-    scale at which a ragdoll rests on its seat, where at the one tried next to this none does."""
-    heights = [place.point_m[2] for place in piece.sit[:1]]
+    """The piece at `scale`, reduced so that its seat is within MAX_SEAT_M. Where a ragdoll does not
+    rest on its seat at the nearest tested scale, the nearest one at which it does is used."""
+    heights = [target.point_m[2] for target in piece.sit[:1]]
     heights = heights or ([piece.lie.hip_m[2]] if piece.lie else [])
     fitting = min([scale, *(MAX_SEAT_M / height for height in heights)])
     return piece.scaled(_holding(piece, fitting))
 
 
 def _holding(piece: Piece, scale: float) -> float:
-    """The scale, moved to one that holds a ragdoll on the first seat where its import saw that it
-    does not, as far as one does that is no higher than MAX_SEAT_M."""
-    for place in piece.sit[:1]:
-        if place.rests_at is None:
+    """The scale, replaced by the nearest tested one at which a ragdoll rests on the first seat
+    where it does not at this one; only scales with a seat within MAX_SEAT_M are used."""
+    for target in piece.sit[:1]:
+        if target.rests_at is None:
             continue
-        tried = min(TRIED, key=lambda at: abs(at - scale))
-        fit = [at for at in place.rests_at if at * place.point_m[2] <= MAX_SEAT_M]
-        if fit and tried not in place.rests_at:
+        tried = min(TEST_SCALES, key=lambda at: abs(at - scale))
+        fit = [at for at in target.rests_at if at * target.point_m[2] <= MAX_SEAT_M]
+        if fit and tried not in target.rests_at:
             return min(fit, key=lambda at: abs(at - scale))
     return scale
 
 
 def variants(pieces: Sequence[Piece], sizes: int, scale: tuple[float, float]) -> list[Piece]:
-    """Each piece at `sizes` scales: one from each of as many equal bands of `scale`, shifted by
-    piece.
+    """Each piece at `sizes` scales, one from each of as many equal bands of `scale`.
 
-    The golden-ratio shift spreads the scales of all pieces evenly, so that no size is left out.
+    A shift by the golden ratio from piece to piece spreads the scales of all pieces evenly.
     """
     low, high = scale
     result = []

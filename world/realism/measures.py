@@ -1,4 +1,4 @@
-"""How natural a motion is, as numbers that need no eye: the same for simulation and mocap.
+"""Measures of the realism of a motion, the same for simulation and mocap.
 
 Trajectories are qpos [T, 43] and qvel [T, 34] at the control rate, float32 or float64.
 """
@@ -18,11 +18,11 @@ from world.character import model as character
 #: Corners of a sole in its foot's frame, m (humanoid.xml).
 _SOLE = torch.tensor([(x, y, -0.05) for x in (-0.0435, 0.1335) for y in (-0.045, 0.045)])
 _FEET = [character.BODIES.index(name) for name in ("right_foot", "left_foot")]
-#: A sole's corner lower than this in two frames running stands on the floor, m.
+#: A sole's corner lower than this in two consecutive frames stands on the floor, m.
 PLANTED_M = 0.02
 #: Frames of one window of the spectrum, about two seconds; windows overlap by half.
 WINDOW = 64
-#: People move their joints below this; servos that fight the floor do so above, Hz.
+#: Joint motion of people is below this frequency, tremor of servos above it, Hz.
 TREMOR_HZ = 5.0
 
 
@@ -38,25 +38,25 @@ class Motion:
 
 @dataclass(frozen=True)
 class Figures:
-    """What a set of trajectories measures."""
+    """Measures of a set of trajectories."""
 
     foot_skate_m_s: float
     """Mean horizontal speed of the corners of soles that stand on the floor."""
     jerk_m_s3: float
     """Mean magnitude of the third derivative of the bodies' positions: over bodies and time."""
     jerk_p95_m_s3: float
-    """Its 95th percentile over time, of the mean over bodies."""
+    """95th percentile over time of the mean over bodies."""
     joint_speed_rad_s: float
-    """Root mean square over joints and time."""
+    """Root mean square of the joint velocities over joints and time."""
     tremor_share: float | None
-    """Share of the power of joint velocities above TREMOR_HZ; None where no trajectory is as long
-    as a WINDOW."""
+    """Fraction of the power of joint velocities above TREMOR_HZ; None where no trajectory is as
+    long as a WINDOW."""
     seconds: float
-    """How much was measured."""
+    """Total duration."""
 
 
 def measure(motions: Sequence[Motion], hz: float = character.CONTROL_HZ) -> Figures:
-    """The figures of trajectories of at least 4 frames each; shorter ones are left out."""
+    """The measures of trajectories of at least 4 frames each; shorter ones are left out."""
     motions = [motion for motion in motions if len(motion.qpos) >= 4]
     skates = [skating(motion.qpos, hz) for motion in motions]
     moved, planted = (sum(part[i] for part in skates) for i in (0, 1))
@@ -87,8 +87,8 @@ def positions(qpos: Tensor) -> Tensor:
 
 
 def skating(qpos: Tensor, hz: float) -> tuple[float, int]:
-    """Summed horizontal speed, m/s, of sole corners while they stand on the floor, and how many
-    pairs of frames and corners that is."""
+    """Summed horizontal speed, m/s, of sole corners while they stand on the floor, and the number
+    of pairs of frames and corners in the sum."""
     position, rotation = poses(qpos)
     corners = torch.einsum("tfij,cj->tfci", rotation[:, _FEET], _SOLE.to(rotation))
     corners = corners + position[:, _FEET, None]
@@ -136,7 +136,7 @@ def spectral_distance_db(ours: NDArray[np.float64], theirs: NDArray[np.float64])
 
 
 def transitions(motion: Motion) -> Tensor:
-    """The character's features now and next [T - 1, 210], without the object's."""
+    """The character's features of consecutive frames [T - 1, 210], without the object's."""
     own = features.body(motion.qpos.float(), motion.qvel.float()).features
     return torch.cat((own[:-1], own[1:]), dim=1)
 
@@ -147,7 +147,7 @@ def nearest(
     """Distance [n] from rows query [n, F] to the nearest of reference [m, F], as the root mean
     square over the F.
 
-    same: labels [n] and [m] int64; rows of the same label are no neighbours (a clip of itself).
+    same: labels [n] and [m] int64; rows of the same label do not count (a clip against itself).
     """
     found = []
     for start in range(0, len(query), rows):

@@ -1,4 +1,7 @@
-"""Many scenes on one mujoco Batch: set down, act, look. Episodes and rewards are the shard's."""
+"""Many scenes on one mujoco Batch: their states, control steps and features.
+
+Episodes and rewards are the shard's.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,10 +15,11 @@ from torch import Tensor
 from world import rotations
 from world.character import features, servos
 from world.character import model as character
+from world.character.actions import ActionMap
 from world.character.features import Body
-from world.tasks.task import Place
+from world.scene.target import Target
 
-#: Generalised velocities beyond this, m/s or rad/s, are a blow-up that MuJoCo would soon call one.
+#: Generalised velocities beyond this, m/s or rad/s, count as divergence, before MuJoCo detects it.
 _MAX_SPEED = 100.0
 _WARNINGS = [
     int(mujoco.mjtWarning.mjWARN_BADQPOS),
@@ -26,8 +30,8 @@ _PHYSICS = ("qpos", "qvel", "ctrl", "qacc_warmstart", "mocap_pos", "mocap_quat",
 
 
 class Scenes:
-    """n scenes, each with a model of its own; arrays of the batch are views, nothing is copied
-    twice."""
+    """n scenes, each with its own model; qpos, qvel and controls are views of the batch's
+    arrays."""
 
     def __init__(
         self,
@@ -47,43 +51,38 @@ class Scenes:
         #: live.
         self.free_qpos, self.free_qvel = qpos[:, character.NQ :], qvel[:, character.NV :]
         self._ctrl = torch.from_numpy(self._array["ctrl"])
-        low, high = character.target_bounds()
-        self._low, self._high = torch.from_numpy(low), torch.from_numpy(high)
-        self._offset = torch.from_numpy(character.neutral_targets())
-        self._scale = action_scale * (self._high - self._low)
-        self._clip = action_clip
+        self._map = ActionMap.of(action_scale, action_clip, torch.float64)
         self._warned = np.zeros(self.n, dtype=np.int64)
 
-    def targets(self, action: Tensor, base: Tensor | None = None) -> Tensor:
-        """Servo targets [n, 28] rad, within their bounds, of actions [n, 28] that are added to
-        `base` [n, 28] rad, by default the mean pose."""
-        offset = self._offset if base is None else base.double()
-        wanted = offset + self._scale * action.clamp(-self._clip, self._clip)
-        return torch.maximum(torch.minimum(wanted, self._high), self._low)
+    def set_points(self, action: Tensor, base: Tensor | None = None) -> Tensor:
+        """Set-points [n, 28] rad, within their bounds, of actions [n, 28]; base [n, 28] rad:
+        set-points of action 0, by default the neutral ones."""
+        return self._map.set_points(action, base)
 
-    def actions(self, targets: Tensor) -> Tensor:
-        """The actions [n, 28], within their clip, that tell the servos these targets [n, 28]
-        rad."""
-        return ((targets - self._offset) / self._scale).clamp(-self._clip, self._clip)
+    def actions(self, set_points: Tensor) -> Tensor:
+        """The actions [n, 28], within their clip, that give set-points [n, 28] rad."""
+        return self._map.actions(set_points)
 
     def aim(self, action: Tensor) -> None:
-        """Tell the servos what actions [n, 28] want of them, within their effort as they stand."""
-        self._tell(self.targets(action))
+        """Write the set-points of actions [n, 28], within the servos' effort limits at the present
+        state, without a step."""
+        self._write(self.set_points(action))
 
     def act(self, action: Tensor) -> None:
         """One control step (1/30 s) with the given actions [n, 28]."""
-        self.drive(self.targets(action))
+        self.drive(self.set_points(action))
 
-    def drive(self, targets: Tensor) -> None:
-        """One control step (1/30 s) towards the given servo targets [n, 28] rad."""
-        self._tell(targets)
+    def drive(self, set_points: Tensor) -> None:
+        """One control step (1/30 s) with the given set-points [n, 28] rad."""
+        self._write(set_points)
         self.batch.step(nstep=character.SUBSTEPS)
 
-    def _tell(self, targets: Tensor) -> None:
-        self._ctrl.copy_(servos.limited(targets, self._qpos, self._qvel))
+    def _write(self, set_points: Tensor) -> None:
+        self._ctrl.copy_(servos.limited(set_points, self._qpos, self._qvel))
 
     def finite(self) -> Tensor:
-        """[n] bool: scenes that the last step left sound; MuJoCo resets the others silently."""
+        """[n] bool: the scenes that the last step left finite and without a MuJoCo warning, on
+        which MuJoCo resets a scene silently."""
         sound = (self._qvel.abs() < _MAX_SPEED).all(dim=1) & self._qpos.isfinite().all(dim=1)
         sound &= self.free_qpos.isfinite().all(dim=1)
         # [n, kind, (last info, count)]
@@ -100,25 +99,25 @@ class Scenes:
         qvel = self._qvel if ids is None else self._qvel[ids]
         return features.body(qpos.to(torch.float32), qvel.to(torch.float32))
 
-    def set_down(
+    def set_state(
         self, ids: Tensor, qpos: Tensor, qvel: Tensor, origin: Tensor, yaw: Tensor
     ) -> None:
-        """Write states qpos [m, 43], qvel [m, 34] and the furniture's origin [m, 3] and yaw [m, 2]
-        (cos, sin); free bodies beside the character stay where they are.
+        """Write states qpos [m, 43], qvel [m, 34] and the furniture's origin [m, 3] m and yaw [m,
+        2] (cosine, sine); free bodies beside the character keep their state.
 
-        ids [m] may name a scene twice with the same values. Contacts start without a warm start.
+        ids [m] may contain a scene twice with the same values. The solver starts cold.
         """
         rows = ids.numpy()
         self._array["qpos"][rows, : character.NQ] = qpos.double().numpy()
         self._array["qvel"][rows, : character.NV] = qvel.double().numpy()
-        self._array["ctrl"][rows] = self._offset.numpy()
+        self._array["ctrl"][rows] = self._map.offset.numpy()
         self._array["qacc_warmstart"][rows] = 0.0
         self._array["time"][rows] = 0.0
         self.move_furniture(ids, origin, yaw)
 
     def move_furniture(self, ids: Tensor, origin: Tensor, yaw: Tensor) -> None:
-        """Put the furniture of the scenes `ids` [m] at origin [m, 3] m with yaw [m, 2] (cosine,
-        sine)."""
+        """Write origin [m, 3] m and yaw [m, 2] (cosine, sine) of the furniture of the scenes
+        `ids`."""
         rows = ids.numpy()
         self._array["mocap_pos"][rows, 0] = origin.double().numpy()
         # half the yaw by the half-angle formulas, exact without trigonometry
@@ -129,30 +128,30 @@ class Scenes:
         self._array["mocap_quat"][rows, 0] = (quat / quat.norm(dim=1, keepdim=True)).numpy()
 
     def move_stand(self, ids: Tensor, top: Tensor) -> None:
-        """Put the stand of the scenes `ids` [m] that the box goes to, the middle of its top at
-        `top` [m, 3] m."""
+        """Write the position of the target's stand, centre of its top [m, 3] m, of the scenes
+        `ids` [m]."""
         self._array["mocap_pos"][ids.numpy(), 1] = top.double().numpy()
 
     def set_free(self, ids: Tensor, index: int, pose: Tensor, velocity: Tensor) -> None:
-        """Write pose [m, 7] (centre m, quaternion) and velocity [m, 6] (world m/s, own axes rad/s)
-        of the free body `index` of the scenes `ids` [m]."""
+        """Write pose [m, 7] (centre m, quaternion w, x, y, z) and velocity [m, 6] (world m/s, own
+        axes rad/s) of the free body `index` of the scenes `ids` [m]."""
         self.free_qpos[ids, 7 * index : 7 * index + 7] = pose.double()
         self.free_qvel[ids, 6 * index : 6 * index + 6] = velocity.double()
 
-    def now(self, place: Place, ids: Tensor | None = None) -> Place:
-        """`place` [n], or that of the scenes `ids` [m], with the box where it is at this moment."""
-        if place.box is None:
-            return place
+    def now(self, target: Target, ids: Tensor | None = None) -> Target:
+        """`target` [n], or that of the scenes `ids` [m], with the present state of the box."""
+        if target.box is None:
+            return target
         pose = self.free_qpos[:, :7] if ids is None else self.free_qpos[ids, :7]
         velocity = self.free_qvel[:, :3] if ids is None else self.free_qvel[ids, :3]
         pose = pose.to(torch.float32)
         box = replace(
-            place.box,
+            target.box,
             position=pose[:, :3],
             rotation=rotations.normalise(pose[:, 3:]),
             velocity=velocity.to(torch.float32),
         )
-        return replace(place, box=box, corners=box.corners())
+        return replace(target, box=box, corners=box.corners())
 
     def set_models(self, ids: Sequence[int], models: Sequence[mujoco.MjModel]) -> None:
         """Give the scenes `ids` other models of the same layout."""
@@ -161,7 +160,7 @@ class Scenes:
         self.batch.set_models(self.models)
 
     def physics(self) -> dict[str, Tensor]:
-        """Copies of all physical state, float64."""
+        """Copies of all physical state, float64, by name."""
         return {name: torch.from_numpy(self._array[name].copy()) for name in _PHYSICS}
 
     def load_physics(self, state: dict[str, Tensor]) -> None:
@@ -171,10 +170,10 @@ class Scenes:
 
     @property
     def qpos(self) -> Tensor:
-        """[n, 43] float64, live."""
+        """[n, 43] float64, a live view."""
         return self._qpos
 
     @property
     def qvel(self) -> Tensor:
-        """[n, 34] float64, live."""
+        """[n, 34] float64, a live view."""
         return self._qvel

@@ -1,38 +1,44 @@
-"""The box that is carried, the stand that it starts on and the one that it goes to: geometry,
-weight and contacts."""
+"""The box to carry, its initial stand and its target's stand: geometry, mass and contacts."""
 
 import mujoco
 
 from world.furniture.piece import Box, Piece, Vector
 
+#: A box whose centre is lower than this lies on the ground, m.
+GROUND_M = 0.30
 BOX_BODY, STAND_BODY = "box", "stand"
-#: Edges of the default box, m (the paper's 50 × 35 × 30 cm): y, the long one, lies between the
-#: hands of who carries it, z is up.
+#: Edges of the default box, m (the paper's 50 × 35 × 30 cm): y, the long one, is between the hands,
+#: z is up.
 BOX_SIZE_M: Vector = (0.35, 0.50, 0.30)
-#: Weight of the default box, kg; of others, by volume. Ours: the paper gives none.
+#: Mass of the default box, kg; of others, by volume. Our value: the paper gives none.
 BOX_KG = 4.0
-#: Collision bits: the box meets the character, the floor, the stands and whatever is thrown.
+#: Collision bits: the box collides with the character, the floor, the stands and projectiles.
 _ALL = 3
 _SOLID, _CHARACTER = 2, 1
-#: Contact with the box. Palms are wide and give way, spheres are points: friction 1.2 (skin or
-#: fabric on cardboard), and a torsional coefficient of two thirds of that over a patch of 4 cm
-#: radius, so that a box held between two hands does not swing about the line between them.
+#: Contact with the box. Palms are wide and soft, the hands' spheres make point contacts: friction
+#: 1.2 (skin or fabric on cardboard), and a torsional coefficient of two thirds of that over a patch
+#: of 4 cm radius, so that a box between two hands does not swing about the line between them.
 FRICTION, _TORSION_M, _ROLLING_M = 1.2, 0.032, 0.001
 _CONDIM = 4
-#: Friction as stiff against slip as against penetration times this. Elliptic cones, though a
-#: control step takes 1.4 times as long with them: between pyramidal ones a box creeps down in hands
-#: that shake with every step, by 3 cm a second at a ratio of 30 (docs/recipe.md).
+#: Ratio of friction to normal impedance. The cones are elliptic, although a control step then takes
+#: 1.4 times as long: with pyramidal ones a box slips down in hands that shake with every walking
+#: step, by 3 cm a second at a ratio of 30 (docs/lab-notes/carry-teacher.md).
 IMPRATIO = 3.0
 
 
 def box(scale: float = 1.0, mass_kg: float | None = None) -> Piece:
-    """The default box at `scale`, in a frame at its centre; its mass by volume if not given."""
+    """The default box at `scale`, in a frame at its centre; mass_kg None: by volume."""
     x, y, z = (0.5 * scale * edge for edge in BOX_SIZE_M)
     mass = BOX_KG * scale**3 if mass_kg is None else mass_kg
     return Piece("box", "box", (Box((0.0, 0.0, 0.0), (x, y, z)),), (), mass)
 
 
-#: A plate on a column, in a frame at the middle of its top; the column runs on below any floor, so
+def is_box(piece: Piece) -> bool:
+    """Whether a piece is a box to carry, as `box` returns it."""
+    return piece.category == BOX_BODY and len(piece.boxes) == 1
+
+
+#: A plate on a column, in a frame at the centre of its top; the column extends below the floor, so
 #: that the height of a stand is that of its frame.
 STAND = Piece(
     "stand",
@@ -47,11 +53,11 @@ STAND = Piece(
 
 
 def add(spec: mujoco.MjSpec, cargo: Piece) -> None:
-    """Add the stand to put down on, a mocap body, and the free box `cargo`, in this order."""
+    """Add the target's stand, a mocap body, and the free box `cargo`, in this order."""
     spec.option.impratio = IMPRATIO
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    # the solver is most of a step with elliptic cones, and a contact moves few of the joints: 0.73
-    # of the time that dense matrices take (bench box), for the same motion to the last bits
+    # the solver dominates a step with elliptic cones, and a contact moves few joints: a sparse
+    # Jacobian takes 0.73 of the time (bench box), for the same motion to the last bits
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
     stand = spec.worldbody.add_body(name=STAND_BODY, mocap=True)
     for part in STAND.boxes:

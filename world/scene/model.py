@@ -19,8 +19,8 @@ from world.scene.slots import Layout
 
 FURNITURE_BODY = "furniture"
 PROJECTILE_BODY = "projectile"
-#: Collision bits: the character meets whatever is solid; an unused slot meets nothing, yet keeps
-#: its node in the body's bounding-volume tree, so that every piece gives the same layout.
+#: Collision bits: the character collides with what is solid; an unused slot collides with nothing,
+#: but keeps its node in the body's bounding-volume tree, so that every piece has the same layout.
 _SOLID, _CHARACTER, _UNUSED = 2, 1, 4
 
 _NOTHING = Piece("nothing", "none", (Box((0.0, 0.0, 0.0), (1e-3, 1e-3, 1e-3)),), (), 1.0)
@@ -28,7 +28,7 @@ _NOTHING = Piece("nothing", "none", (Box((0.0, 0.0, 0.0), (1e-3, 1e-3, 1e-3)),),
 
 @dataclass(frozen=True)
 class Ball:
-    """A solid ball to throw at the character."""
+    """A projectile: a solid ball that is thrown at the character."""
 
     mass_kg: float = 1.2
     radius_m: float = 0.09
@@ -40,21 +40,21 @@ def compile_scene(
     cargo: Piece | None = None,
     shared: Layout | None = None,
 ) -> mujoco.MjModel:
-    """The model of a scene with `piece` (None: an empty floor, all slots parked), a box `cargo` to
-    be carried, with a stand to put it down on, and free `balls`, whose coordinates come last.
+    """The model of a scene with `piece` (None: an empty floor, all slots unused), a free box
+    `cargo` with the stand of its target, and free `balls`, whose coordinates come last.
 
-    The furniture is a mocap body: it is placed by writing mocap_pos and mocap_quat (piece frame:
-    origin on the floor, z up, +x front) and costs no joint to integrate. `shared`: what its batch's
-    models have in common, by default what this piece needs. Its servos leave their limits to who
-    tells them their targets (`world.character.servos`).
+    The furniture is a mocap body: it is placed by mocap_pos and mocap_quat (piece frame: origin on
+    the floor, z up, +x front) and adds no joint. `shared`: layout of all models of a batch, by
+    default the one that this piece needs. The servos have no force limits of their own: the limits
+    are applied to their set-points (`world.character.servos`).
     """
     spec = character.spec()
     for servo in spec.actuators:
         servo.ctrllimited = servo.forcelimited = False
     # Newton to 1e-5 instead of 1e-8 and one island: velocities after a control step agree to 2e-6,
-    # and the step takes a fifth less time. Capping the iterations instead would let hard contacts
-    # explode. Starting each solve from the last one's accelerations costs a comparison, gains no
-    # iteration with so few contacts (1.8 each without, 2.2 with), and a tenth of the step.
+    # and the step takes a fifth less time. A cap on the iterations would make hard contacts
+    # unstable. A warm start saves no iteration with so few contacts (1.8 each without it, 2.2 with
+    # it) and costs a tenth of the step.
     spec.option.tolerance = 1e-5
     spec.option.disableflags |= int(
         mujoco.mjtDisableBit.mjDSBL_ISLAND | mujoco.mjtDisableBit.mjDSBL_WARMSTART
@@ -87,7 +87,7 @@ def compile_scene(
 
 
 def _add_furniture(spec: mujoco.MjSpec, piece: Piece | None, shared: Layout) -> None:
-    """The furniture's body: hulls or boxes in the first slots, the others parked."""
+    """Add the furniture's body: hulls or boxes in the first slots, the others unused."""
     body = spec.worldbody.add_body(name=FURNITURE_BODY, mocap=True)
     shown = piece or _NOTHING
     fillings = slots.fillings(shown, shared)

@@ -1,4 +1,4 @@
-"""What disturbs a scene: balls thrown at the character, or its furniture moved while it acts."""
+"""Disturbances of a scene: projectiles, or furniture that moves during the trial."""
 
 from dataclasses import dataclass, field
 from typing import Literal
@@ -14,61 +14,62 @@ from world.scene.model import PROJECTILE_BODY, Ball
 
 Kind = Literal["none", "projectiles", "moved"]
 KINDS: tuple[Kind, ...] = ("none", "projectiles", "moved")
-#: Keys of these draws among the streams (the trials' own is 101).
+#: Keys of these random streams (that of the trials is 101).
 _THROWS, _MOVES = 102, 103
 _GRAVITY_M_S2 = 9.81
-#: Where balls wait, out of everybody's way, m.
-_WAITING_M = (60.0, 0.0, 40.0)
+#: Position of balls before and after their flight, m.
+_PARKED_M = (60.0, 0.0, 40.0)
 
 
 @dataclass(frozen=True)
 class Throwing:
-    """How projectiles fly. The paper gives their number and mass; the rest is stated here.
+    """Settings of projectiles. The paper gives their number and mass; the others are ours.
 
-    Launch heights are those of the published code of this family (ASE), its 30-40 m/s are not: at
-    120 Hz a ball of that speed passes through a trunk between two substeps. Measured on a floating
-    character: from 5 to 20 m/s a hit hands over 1.00 to 1.16 of the ball's momentum, as it must
-    between an inelastic and a slightly elastic impact; at 30 m/s 0.38 to 1.10.
+    Launch heights are those of published code (ASE), but not its 30-40 m/s: at 120 Hz a ball of
+    that speed passes through a trunk between two substeps. Measured on a floating character: from 5
+    to 20 m/s a hit transfers 1.00 to 1.16 of the ball's momentum, as an impact between inelastic
+    and slightly elastic does; at 30 m/s 0.38 to 1.10.
     """
 
     count: int = 20
-    """In one trial, at random times within its limit."""
+    """Balls in a trial, at random times within its limit."""
     ball: Ball = field(default_factory=Ball)
     speed_m_s: float = 10.0
-    """Horizontal speed, and of the straight line to the target."""
+    """Speed along the straight line to the aim, relative to the root."""
     distance_m: tuple[float, float] = (2.0, 3.0)
-    """From the character's root, on the floor."""
+    """Least and greatest horizontal distance of the launch from the root."""
     height_m: tuple[float, float] = (0.25, 2.0)
-    """Of the launch."""
+    """Least and greatest height of the launch."""
     flying: int = 4
-    """Balls at once; a fifth takes the place of the oldest."""
+    """Balls in the scene at once; one more replaces the oldest."""
     stay_s: float = 2.0
-    """How long after its launch a ball is in the scene."""
+    """Time after its launch for which a ball is in the scene."""
 
 
 @dataclass(frozen=True)
 class Moving:
-    """How furniture is displaced, once in a trial, when the character comes near."""
+    """Settings of furniture that moves once in a trial, when the character comes near."""
 
     near_m: tuple[float, float] = (0.4, 2.0)
-    """It moves when the root is this near to the place of use, on the floor."""
+    """Least and greatest horizontal distance of the root from the use point that starts the
+    move."""
     shift_m: tuple[float, float] = (0.5, 1.5)
-    """How far."""
+    """Least and greatest displacement."""
     turn_rad: float = torch.pi / 4
-    """Largest turn about the place of use, either way."""
+    """Largest turn about the use point, either way."""
     seconds: float = 0.5
-    """How long the move takes: smooth, away from the character (within 90 degrees of that)."""
+    """Duration of the move, which is smooth and within 90 degrees of away from the character."""
 
 
 @dataclass(frozen=True)
 class Disturbance:
-    """What happens to each of m trials; a pure function of the seed and the trial's number."""
+    """Disturbances of m trials; a pure function of the seed and the trial's number."""
 
     kind: Kind
     step: Tensor
-    """[m, count] int64, ascending, all different: control steps of the throws; [m, 0] without."""
+    """[m, count] int64, ascending, all different: control steps of the launches; [m, 0] without."""
     draw: Tensor
-    """[m, count, 4] or [m, 4], uniform in [0, 1): what else is random."""
+    """[m, count, 4] or [m, 4], uniform in [0, 1): the other random numbers."""
     throwing: Throwing = field(default_factory=Throwing)
     moving: Moving = field(default_factory=Moving)
 
@@ -78,20 +79,21 @@ class Disturbance:
         return Disturbance(self.kind, self.step[here], self.draw[here], self.throwing, self.moving)
 
     def balls(self) -> tuple[Ball, ...]:
-        """What every scene needs besides its furniture."""
+        """The balls that the model of every scene must have."""
         return (self.throwing.ball,) * self.throwing.flying if self.kind == "projectiles" else ()
 
 
 def draw(
     kind: str, trials: int, seed: int, steps: int, throwing: Throwing = Throwing()
 ) -> Disturbance:
-    """The disturbances of `trials` trials of `steps` control steps; ChoiceError lists the kinds."""
+    """Disturbances of `trials` trials of `steps` control steps. Raises ChoiceError, which lists
+    KINDS."""
     ids = torch.arange(trials)
     none = torch.zeros(trials, 0, dtype=torch.int64)
     if kind == "projectiles":
         u = random_streams.uniform(seed, _THROWS, ids, 0, 5 * throwing.count)
         u = u.view(trials, throwing.count, 5)
-        # sorted places among the steps that the throws themselves leave over are all different
+        # sorted draws among steps − count, plus 0, 1, 2, ..., are all different
         first = (u[..., 0] * (steps - throwing.count + 1)).long().sort(dim=1).values
         return Disturbance(kind, first + torch.arange(throwing.count), u[..., 1:], throwing)
     if kind == "moved":
@@ -102,7 +104,7 @@ def draw(
 
 
 class Thrower:
-    """Throws the balls of n scenes at the characters in them, and keeps the others out."""
+    """Launches the balls of n scenes at their characters, and parks the others."""
 
     def __init__(self, disturbance: Disturbance, scenes: Scenes) -> None:
         self._what, self._scenes = disturbance, scenes
@@ -113,13 +115,13 @@ class Thrower:
         self._q = int(model.jnt_qposadr[first]) - model.nq + scenes.free_qpos.shape[1]
         self._v = int(model.jnt_dofadr[first]) - model.nv + scenes.free_qvel.shape[1]
         self._age_s = torch.full((scenes.n, flying), torch.inf)
-        spot = torch.tensor(_WAITING_M, dtype=torch.float64).repeat(flying, 1)
-        spot[:, 1] = 2.0 * torch.arange(flying)
-        self._waiting = torch.cat((spot, torch.tensor([[1.0, 0, 0, 0]]).repeat(flying, 1)), dim=1)
+        point = torch.tensor(_PARKED_M, dtype=torch.float64).repeat(flying, 1)
+        point[:, 1] = 2.0 * torch.arange(flying)
+        self._parked = torch.cat((point, torch.tensor([[1.0, 0, 0, 0]]).repeat(flying, 1)), dim=1)
 
     @property
     def position(self) -> Tensor:
-        """[n, flying, 3] m, world; not a number for balls that wait."""
+        """[n, flying, 3] m, world; NaN for parked balls."""
         at = self._balls()[0][..., :3].clone()
         at[self._age_s > self._what.throwing.stay_s] = torch.nan
         return at
@@ -131,7 +133,7 @@ class Thrower:
         return qpos.unflatten(1, (flying, 7)), qvel.unflatten(1, (flying, 6))
 
     def step(self, step: int, body: Body, seconds: float) -> None:
-        """Launch the balls whose turn it is, before the control step `step` of `seconds`."""
+        """Launch the balls that are due, before the control step `step` of `seconds`."""
         how, what = self._what.throwing, self._what
         qpos, qvel = self._balls()
         self._age_s += seconds
@@ -144,16 +146,16 @@ class Thrower:
                 (position, position.new_tensor([[1.0, 0, 0, 0]]).repeat(len(scene), 1)), dim=1
             ).double()
             qvel[scene, slot] = torch.cat((velocity, torch.zeros_like(velocity)), dim=1).double()
-        waits = self._age_s > how.stay_s
-        qpos[waits] = self._waiting.repeat(len(qpos), 1, 1)[waits]
-        qvel[waits] = 0.0
+        parked = self._age_s > how.stay_s
+        qpos[parked] = self._parked.repeat(len(qpos), 1, 1)[parked]
+        qvel[parked] = 0.0
 
 
 def launch(how: Throwing, u: Tensor, body: Body, scene: Tensor) -> tuple[Tensor, Tensor]:
-    """Where balls start [k, 3] m and how fast [k, 3] m/s, so that they meet a body's origin.
+    """Initial positions [k, 3] m and velocities [k, 3] m/s of balls that hit a body's origin.
 
-    u [k, 4]: bearing, distance, height and which body; the target is taken where the root's
-    velocity carries it, the drop under gravity is allowed for.
+    u [k, 4]: bearing, distance, height and choice of the body. The aim moves on with the root's
+    velocity, and the drop under gravity is compensated.
     """
     root, angle = body.root[scene], 2 * torch.pi * u[:, 0]
     distance = how.distance_m[0] + (how.distance_m[1] - how.distance_m[0]) * u[:, 1]
@@ -168,11 +170,11 @@ def launch(how: Throwing, u: Tensor, body: Body, scene: Tensor) -> tuple[Tensor,
 
 
 class Mover:
-    """Displaces the furniture of n scenes, each once, when its character comes near."""
+    """Moves the furniture of n scenes, each once, when its character comes near."""
 
     def __init__(self, disturbance: Disturbance, point: Tensor, facing: Tensor) -> None:
-        """The floor below the place of use [n, 2] m and its facing [n, 2] (cosine, sine), as the
-        furniture stands at first."""
+        """point [n, 2] m: the floor below the use point; facing [n, 2] (cosine, sine): both before
+        the move."""
         self._how, u = disturbance.moving, disturbance.draw
         low, high = self._how.near_m
         self._near_m = low + (high - low) * u[:, 0]
@@ -183,11 +185,11 @@ class Mover:
         self._point, self._facing = point.clone(), facing.clone()
         self._direction = torch.zeros_like(point)
         self.elapsed_s = torch.full((len(point),), -1.0)
-        """[n]: since the move began; −1 before it."""
+        """[n]: time since the move began; −1 before it."""
 
     def step(self, body: Body, seconds: float) -> tuple[Tensor, Tensor, Tensor] | None:
-        """Scenes [m] that move in the next control step of `seconds`, their floor points [m, 2] and
-        facings [m, 2] then; None where nothing moves."""
+        """Scenes [m] that move in the next control step of `seconds`, with their floor points [m,
+        2] and facings [m, 2] after it; None where none moves."""
         away = self._point - body.root[:, :2]
         begin = (self.elapsed_s < 0) & (away.norm(dim=1) <= self._near_m)
         if begin.any():
@@ -198,10 +200,10 @@ class Mover:
             return None
         self.elapsed_s = torch.where(begin, 0.0, self.elapsed_s)
         self.elapsed_s = torch.where(moving, self.elapsed_s + seconds, self.elapsed_s)
-        share = (self.elapsed_s / self._how.seconds).clamp(0.0, 1.0)
-        share = share.square() * (3 - 2 * share)
-        point = self._point + (share * self._shift_m)[:, None] * self._direction
-        facing = rotations.turn(_unit(share * self._turn), self._facing)
+        part = (self.elapsed_s / self._how.seconds).clamp(0.0, 1.0)
+        part = part.square() * (3 - 2 * part)
+        point = self._point + (part * self._shift_m)[:, None] * self._direction
+        facing = rotations.turn(_unit(part * self._turn), self._facing)
         ids = torch.nonzero(moving).flatten()
         return ids, point[ids], facing[ids]
 

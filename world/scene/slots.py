@@ -1,5 +1,5 @@
-"""What the models of a shard must have in common, so that one batch steps any mixture of pieces:
-a number of collision slots, and a number of nodes in the bounding-volume trees of their hulls."""
+"""The common layout of a shard's models, by which one batch steps any mixture of pieces: the number
+of collision slots, and of nodes in the bounding-volume trees of the hulls."""
 
 import math
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ import numpy as np
 from world.errors import PieceError
 from world.furniture.piece import SLOTS, Hull, Piece
 
-#: Sides that a filling mesh has at least: a double fan over a triangle.
+#: Least number of faces of a filling mesh: a double fan over a triangle.
 _FEWEST_FACES = 6
 #: A mesh of f faces (f even) has 2f − 1 nodes, so that up to 4 fillings reach any number of them.
 _MOST_FILLINGS = 4
@@ -20,12 +20,13 @@ _SLACK = _MOST_FILLINGS * (2 * _FEWEST_FACES - 1)
 
 @dataclass(frozen=True)
 class Layout:
-    """Of the furniture in a model; its models can be swapped for one another."""
+    """Layout of the furniture in a model; models of one layout can replace each other in a
+    batch."""
 
     slots: int = SLOTS
     """Geoms of the furniture's body."""
     nodes: int = 0
-    """Nodes of the trees of its hulls; 0 where no piece has hulls."""
+    """Nodes of the bounding-volume trees of its hulls; 0 where no piece has hulls."""
 
 
 def common(pieces: Sequence[Piece]) -> Layout:
@@ -42,7 +43,7 @@ def nodes(piece: Piece) -> int:
 
 
 def fillings(piece: Piece, layout: Layout) -> list[int]:
-    """Faces of the meshes that nothing refers to and that fill the layout's nodes up.
+    """Numbers of faces of the unused meshes that fill the piece up to the layout's nodes.
 
     Raises PieceError where the piece is larger than the layout.
     """
@@ -67,7 +68,7 @@ def add_hull(spec: mujoco.MjSpec, name: str, hull: Hull) -> None:
 
 
 def add_filling(spec: mujoco.MjSpec, name: str, faces: int) -> None:
-    """Add a closed double fan of so many faces (even, 6 or more), which nothing refers to."""
+    """Add a closed double fan of so many faces (even, 6 or more), which no geom uses."""
     rim = faces // 2
     angle = 2 * math.pi * np.arange(rim) / rim
     around = np.stack((np.cos(angle), np.sin(angle), np.zeros(rim)), axis=1)

@@ -1,7 +1,7 @@
-"""Carry: pick a free box up from its stand, walk with it, and put it down on another.
+"""Carry: pick a free box up from its stand, walk with it, and put it down on another stand.
 
-Reward: TokenHSI's terms (walk to the box, carry it, place it, hands, put down), with speeds that
-count linearly, as in sit, and hands that seek two opposite faces instead of the box' middle.
+Reward: TokenHSI's terms (walk to the box, carry it, place it, hands, put down). As in sit, the
+terms are linear in the speed; the hands approach two opposite faces instead of the box's centre.
 """
 
 from typing import ClassVar
@@ -10,63 +10,73 @@ import torch
 from torch import Tensor
 
 from world import rotations
+from world.affordances import CARRIED
 from world.character.features import Body, Feature, Table
 from world.character.model import BODIES
+from world.scene.box import GROUND_M
+from world.scene.target import BoxState, Target
+from world.tasks.evaluation import Evaluation, Published
 from world.tasks.sit import compressed, fallen
-from world.tasks.task import Affordance, BoxState, Place
+from world.tasks.task import Task
 
 _HANDS = (BODIES.index("right_hand"), BODIES.index("left_hand"))
 _FEET = (BODIES.index("right_foot"), BODIES.index("left_foot"))
 _HAND_M = 0.04
 #: Speeds that earn the full reward, to the box and with it, m/s.
 _SPEED_M_S = 0.9
-#: Within these of the box (its centre, horizontally) and of the target the way is done, m.
+#: The approach ends within the first horizontal distance of the box's centre; the box has arrived
+#: within the second of its target, m.
 _AT_BOX_M, _AT_TARGET_M = 0.55, 0.5
-#: Of a box that is no less deep than the first, m, from its centre to the edge, one stands this far
-#: from the edge to pick it up, m.
-DEEP_M, GAP_M = 0.2, 0.16
-#: Each metre that it is deeper at a face costs what so many on the way to another one do.
-COST_DEEP = 6.0
-#: Who is so far from such a place, m, or turned away so, rad, earns nothing for it.
+#: A stand pose is the second distance from the face, m; a box counts as at least the first deep
+#: from its centre to the face, m.
+MIN_HALF_DEPTH_M, GAP_M = 0.2, 0.16
+#: Cost of a metre of depth at a face beyond that, in metres of walking to another face.
+DEPTH_COST = 6.0
+#: The reward of a stand pose is 0 from this distance, m, or angle, rad, on.
 _OFF_M, _OFF_RAD = 0.4, 1.0
-#: Lifted by this it counts as carried in full, m.
+#: Height above the start at which the lift term is 1, m.
 _LIFT_M = 0.2
-#: Lifted off its stand, for the stage, m.
+#: Height above the start from which the stage `lifted` holds, m.
 _LIFTED_M = 0.05
-#: Moved, for the stage: this far while lifted, m.
+#: Horizontal distance from the start, while lifted, from which the stage `moved` holds, m.
 _MOVED_M = 0.5
-#: Put down: within these of the target, and slower than this, m and m/s.
+#: Put down: within these of the target, vertically and horizontally, m, and slower than this, m/s.
 _PUT_UP_M, _PUT_M, _STILL_M_S = 0.02, 0.10, 0.2
 #: A hand this near to a face touches it, m.
 _TOUCH_M = 0.02
-#: The box is on the ground when its centre is this low, or a corner this near to it, m.
-GROUND_M, _CORNER_M = 0.30, 0.02
-#: Feet so far from below the root bear nobody who stands, m.
+#: The box is also on the ground when a corner is this near to it, m.
+_CORNER_M = 0.02
+#: Horizontal distance of the feet from the root at which they no longer bear the weight, m.
 _ASTRIDE_M = 0.45
-#: Who bends so far that the head is no higher above the root than this leans on the box, m.
+#: A character whose head is no higher above the root than this lies across the box, m.
 _UPRIGHT_M = 0.1
-#: About the box one may bend down, m.
+#: A low pelvis is allowed within this of the box, m.
 _BENDING_M = 1.0
 _HEADING_FRAME = "root heading"
 
 
-class Carry:
+class Carry(Task):
     """The carry task."""
 
     name = "carry"
-    affordance: Affordance = "carry"
+    affordance = CARRIED
     episode_s = 15.0
     goal = Table(
         "goal",
-        Feature("box", 3, _HEADING_FRAME, "m, beyond 1.5 m logarithmic"),
-        Feature("target", 3, _HEADING_FRAME, "m, as above"),
-        Feature("way", 3, "root heading's axes, from the box to the target", "m, as above"),
-        Feature("box_velocity", 3, _HEADING_FRAME, "m/s"),
-        Feature("corners", 24, "root heading's axes, from the box", "m"),
+        Feature("box", 3, _HEADING_FRAME, "m, beyond 1.5 m logarithmic", "compressed(H @ (o - p))"),
+        Feature("target", 3, _HEADING_FRAME, "m, as above", "compressed(H @ (t - p))"),
+        Feature(
+            "way",
+            3,
+            "root heading's axes, from the box to the target",
+            "m, as above",
+            "compressed(H @ (t - o))",
+        ),
+        Feature("box_velocity", 3, _HEADING_FRAME, "m/s", "H @ b_v"),
+        Feature("corners", 24, "root heading's axes, from the box", "m", "((c - o) @ H.T).ravel()"),
     )
-    # Where one walks first; what the box' target means, no other task knows, nor its size.
-    alike: ClassVar[dict[str, str]] = {"box": "target", "target": "", "corners": ""}
-    sides: ClassVar[tuple[str, str] | None] = None
+    # the box is the first target of the walk; no other task has its target or its size
+    equivalents: ClassVar[dict[str, str]] = {"box": "target", "target": "", "corners": ""}
     terms: ClassVar[dict[str, float]] = {
         "walk": 0.1,
         "grasp": 0.15,
@@ -78,134 +88,139 @@ class Carry:
     }
     stages: ClassVar[tuple[str, ...]] = ("approached", "grasped", "lifted", "moved", "placed")
     success_m = 0.2
+    evaluation = Evaluation(
+        published={
+            "table1": (Published("paper", 94.3, 9.1, 8.3), Published("TokenHSI", 83.1)),
+        },
+        perturbed=(Published("paper", 89.4),),
+    )
 
-    def goal_features(self, body: Body, place: Place) -> Tensor:
-        box = _box(place)
+    def goal_features(self, body: Body, target: Target) -> Tensor:
+        box = _box(target)
         there = rotations.turn_back(body.heading, box.position - body.root)
-        target = rotations.turn_back(body.heading, box.target - body.root)
+        goal = rotations.turn_back(body.heading, box.target - body.root)
         way = rotations.turn_back(body.heading, box.target - box.position)
         velocity = rotations.turn_back(body.heading, box.velocity)
-        corners = rotations.turn_back(body.heading[:, None], place.corners - box.position[:, None])
-        places = (compressed(there), compressed(target), compressed(way))
+        corners = rotations.turn_back(body.heading[:, None], target.corners - box.position[:, None])
+        places = (compressed(there), compressed(goal), compressed(way))
         return torch.cat((*places, velocity, corners.flatten(1)), 1)
 
-    def reward_terms(self, body: Body, place: Place) -> Tensor:
-        box = _box(place)
+    def reward_terms(self, body: Body, target: Target) -> Tensor:
+        box = _box(target)
         to_box = (box.position - body.root)[:, :2]
         to_target = (box.target - box.position)[:, :2]
-        there = self.error_m(body, place) < _AT_TARGET_M
+        there = self.error_m(body, target) < _AT_TARGET_M
         at_box = to_box.norm(dim=1) < _AT_BOX_M
         walk = _towards(body.root_velocity, to_box)
         walk = torch.where(at_box, 0.5 + 0.5 * _squared(body, box), 0.8 * walk)
-        # who leans on the box has his feet far behind him: that neither reaches nor lifts
+        # a character that leans on the box has its feet far behind it: no reward for that
         stood = _stood(body)
         walk = walk * stood
         grasp = torch.exp(-8.0 * reach_m(body, box).square().sum(dim=1)) * stood
         risen = ((box.position - box.start)[:, 2] / _LIFT_M).clamp(0.0, 1.0)
-        # a box that was kicked up is not lifted: the hands are on it
+        # only a box between the hands counts as lifted, not one that was kicked up
         lift = risen * grasp
         place_term = torch.exp(-10.0 * (box.target - box.position).square().sum(dim=1))
         carried = _towards(box.velocity, to_target) * lift
-        # there it is in the hands, or where it should be: a box that is dropped beside its target
-        # earns nothing
+        # at the target the box is held or placed: one that is dropped beside it earns nothing
         at_target = to_target.norm(dim=1) < _AT_TARGET_M
         kept = torch.maximum(grasp, place_term)
         lift, carried = torch.where(at_target, kept, lift), torch.where(at_target, kept, carried)
         put = self.put_down(box).float()
-        # who has put it down may let go and walk off
+        # after putting the box down the character may let go and walk away
         grasp, walk = torch.maximum(grasp, put), torch.where(there, 1.0, walk)
         excess = (box.velocity.norm(dim=1) - 2.5).clamp_min(0.0)
         overspeed = torch.exp(-2.0 * excess.square()) - 1.0
         return torch.stack((walk, grasp, lift, carried, place_term, put, overspeed), dim=1)
 
     def put_down(self, box: BoxState) -> Tensor:
-        """[n] bool: the box stands where it should, still."""
+        """[n] bool: the box rests at its target."""
         error = box.target - box.position
         level = error[:, 2].abs() < _PUT_UP_M
         near = error[:, :2].norm(dim=1) < _PUT_M
         return level & near & (box.velocity.norm(dim=1) < _STILL_M_S)
 
-    def error_m(self, body: Body, place: Place) -> Tensor:
-        """[n]: the box' distance from its target, m."""
-        box = _box(place)
+    def error_m(self, body: Body, target: Target) -> Tensor:
+        """[n]: distance of the box from its target, m."""
+        box = _box(target)
         return (box.target - box.position).norm(dim=1)
 
-    def stage(self, body: Body, place: Place) -> Tensor:
-        box = _box(place)
+    def stage(self, body: Body, target: Target) -> Tensor:
+        box = _box(target)
         approached = (box.position - body.root)[:, :2].norm(dim=1) < _AT_BOX_M + 0.15
         grasped = grips(body, box)
         moved = (box.position - box.start)[:, :2].norm(dim=1) > _MOVED_M
         lifted = ((box.position - box.start)[:, 2] > _LIFTED_M) | (moved & grasped)
-        placed = self.error_m(body, place) <= self.success_m
+        placed = self.error_m(body, target) <= self.success_m
         in_hand = grasped & (lifted | moved)
         return torch.stack((approached, grasped, grasped & lifted, in_hand & moved, placed), dim=1)
 
-    def low(self, body: Body, place: Place) -> Tensor:
-        return (_box(place).position - body.root)[:, :2].norm(dim=1) < _BENDING_M
+    def low(self, body: Body, target: Target) -> Tensor:
+        return (_box(target).position - body.root)[:, :2].norm(dim=1) < _BENDING_M
 
-    def fell(self, body: Body, place: Place) -> Tensor:
-        """[n] bool: the character fell, or lies across box and stand, or the box is within 30 cm of
+    def fell(self, body: Body, target: Target) -> Tensor:
+        """[n] bool: the character fell or lies across box and stand, or the box is within 30 cm of
         the ground."""
-        height = _box(place).position[:, 2]
-        touches = place.corners[..., 2].amin(dim=1) < _CORNER_M
+        height = _box(target).position[:, 2]
+        touches = target.corners[..., 2].amin(dim=1) < _CORNER_M
         across = body.head[:, 2] - body.root[:, 2] < _UPRIGHT_M
         return fallen(body) | across | (height < GROUND_M) | touches
 
 
-def _box(place: Place) -> BoxState:
-    assert place.box is not None, "to carry there must be a box"
-    return place.box
+def _box(target: Target) -> BoxState:
+    assert target.box is not None, "the task carry needs a box"
+    return target.box
 
 
 def _towards(velocity: Tensor, way: Tensor) -> Tensor:
-    """[n] in [0, 1]: speed along the horizontal way [n, 2], of that which earns all."""
+    """[n] in [0, 1]: speed along the horizontal way [n, 2] as a fraction of the fully rewarded
+    one."""
     unit = way / way.norm(dim=1, keepdim=True).clamp_min(1e-6)
     return ((unit * velocity[:, :2]).sum(dim=1) / _SPEED_M_S).clamp(0.0, 1.0)
 
 
 def _stood(body: Body) -> Tensor:
-    """[n] in [0, 1]: 1 with the feet below the root, 0 where their middle is _ASTRIDE_M away."""
+    """[n] in [0, 1]: 1 with the feet below the root, 0 where their centre is _ASTRIDE_M away."""
     away = (body.position[:, _FEET].mean(dim=1) - body.root)[:, :2].norm(dim=1)
     return ((_ASTRIDE_M - away) / 0.2).clamp(0.0, 1.0)
 
 
 def _squared(body: Body, box: BoxState) -> Tensor:
-    """[n] in [0, 1]: whether the character stands where the box is picked up from, before the
-    nearest face and facing it: half for the place and half for the turn, linear in both."""
+    """[n] in [0, 1]: closeness to the stand pose before the nearest face: half for the distance and
+    half for the angle, linear in both."""
     feet = body.position[:, _FEET, :2].mean(dim=1)
-    ahead, spots = places_before(box)
-    off = (spots - feet[:, None]).norm(dim=2)
-    face = (off + COST_DEEP * (depths(box) - DEEP_M).clamp_min(0.0)).argmin(dim=1)
+    ahead, points = stand_poses(box)
+    off = (points - feet[:, None]).norm(dim=2)
+    face = (off + DEPTH_COST * (half_depths(box) - MIN_HALF_DEPTH_M).clamp_min(0.0)).argmin(dim=1)
     rows = torch.arange(len(face))
     cosine = (ahead[rows, face] * body.heading).sum(dim=1).clamp(-1.0, 1.0)
-    place = (1.0 - off[rows, face] / _OFF_M).clamp_min(0.0)
-    return 0.5 * place + 0.5 * (1.0 - torch.acos(cosine) / _OFF_RAD).clamp_min(0.0)
+    stands = (1.0 - off[rows, face] / _OFF_M).clamp_min(0.0)
+    return 0.5 * stands + 0.5 * (1.0 - torch.acos(cosine) / _OFF_RAD).clamp_min(0.0)
 
 
-def places_before(box: BoxState) -> tuple[Tensor, Tensor]:
-    """Of the four upright faces: the directions to look at them [n, 4, 2], and the places to stand
-    before them [n, 4, 2], m."""
+def stand_poses(box: BoxState) -> tuple[Tensor, Tensor]:
+    """Stand poses before the four upright faces: headings [n, 4, 2] and points [n, 4, 2], m."""
     axes = rotations.matrix(box.rotation)[:, :2, :2].transpose(1, 2)
     directions = torch.stack((axes[:, 0], -axes[:, 0], axes[:, 1], -axes[:, 1]), dim=1)
     directions = directions / directions.norm(dim=2, keepdim=True).clamp_min(1e-6)
-    away = depths(box).clamp_min(DEEP_M) + GAP_M
+    away = half_depths(box).clamp_min(MIN_HALF_DEPTH_M) + GAP_M
     return directions, box.position[:, None, :2] - directions * away[..., None]
 
 
-def depths(box: BoxState) -> Tensor:
-    """[n, 4]: from the centre to each of these faces, m."""
+def half_depths(box: BoxState) -> Tensor:
+    """[n, 4]: distance from the centre to each of these faces, m."""
     return box.half[:, (0, 0, 1, 1)]
 
 
 def _hands_in_box(body: Body, box: BoxState) -> Tensor:
-    """[n, 2, 3]: both hands' centres in the box' own axes, from its centre, m."""
+    """[n, 2, 3]: centres of both hands in the box's own axes, from its centre, m."""
     offset = body.position[:, _HANDS] - box.position[:, None]
     return (offset[..., None] * rotations.matrix(box.rotation)[:, None]).sum(dim=-2)
 
 
 def reach_m(body: Body, box: BoxState) -> Tensor:
-    """[n, 2]: how far each hand is from where it would hold the box, m: the middles of two opposite
-    upright faces, chosen so that both are nearest together."""
+    """[n, 2]: distance of each hand from its hold, m: the centres of two opposite upright faces,
+    chosen by the least sum of squares."""
     hands = _hands_in_box(body, box)
     best = None
     for axis in (0, 1):

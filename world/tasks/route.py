@@ -1,4 +1,4 @@
-"""The way round a piece of furniture to the side that it is got onto by."""
+"""Shortest route round a piece of furniture to its access side."""
 
 from dataclasses import dataclass
 
@@ -6,20 +6,20 @@ import torch
 from torch import Tensor
 
 from world import rotations
-from world.tasks.task import Place
+from world.scene.target import Target
 
-#: Clearance of the way from the furniture's box, and of the point where it ends, m.
+#: Clearance of the route, and of its end point, from the furniture's footprint, m.
 MARGIN_M, ENTRY_M = 0.30, 0.32
-#: So far ahead of its front edge a front corner is gone round, m.
+#: A front corner is passed this far ahead of the front edge, m.
 _ROUND_M = 0.20
-#: Ways round that differ in length by less than this are as good as each other, m.
+#: Routes that differ in length by less than this count as equal, m.
 _EITHER_M = 0.6
 
 
 @dataclass(frozen=True)
 class Footprint:
-    """The box of each of n pieces on the floor, in the frame of its place: origin at the point of
-    use, +x where it faces."""
+    """Bounding rectangles of n pieces on the floor, in the target's frame: origin at the use point,
+    +x along its facing."""
 
     low: Tensor
     """[n, 2] m."""
@@ -27,45 +27,46 @@ class Footprint:
     """[n, 2] m."""
 
     def holds(self, offset: Tensor, margin_m: float = 0.0) -> Tensor:
-        """[n] bool: whether the points [n, 2] of that frame lie in it, or within margin_m of it."""
+        """[n] bool: whether the points [n, 2] of that frame lie within margin_m of the
+        rectangles."""
         inside = (offset > self.low - margin_m) & (offset < self.high + margin_m)
         return inside.all(dim=1)
 
 
-def footprint(place: Place) -> Footprint:
-    """The footprint of each place's furniture."""
+def footprint(target: Target) -> Footprint:
+    """The footprint of the furniture of each target."""
     corners = rotations.turn_back(
-        place.facing[:, None], place.corners[..., :2] - place.point[:, None, :2]
+        target.facing[:, None], target.corners[..., :2] - target.point[:, None, :2]
     )
     return Footprint(corners.amin(dim=1), corners.amax(dim=1))
 
 
-def offset(root_xy: Tensor, place: Place) -> Tensor:
-    """Points [n, 2] (world, m) in the frame of each place, [n, 2] m."""
-    return rotations.turn_back(place.facing, root_xy - place.point[:, :2])
+def offset(root_xy: Tensor, target: Target) -> Tensor:
+    """Points [n, 2] (world, m) in each target's frame, [n, 2] m."""
+    return rotations.turn_back(target.facing, root_xy - target.point[:, :2])
 
 
 def entry(ground: Footprint) -> Tensor:
-    """[n, 2]: where one stands before getting on, in the place's frame, m."""
+    """[n, 2]: the point at which the character stands before getting on, target's frame, m."""
     ahead = ground.high[:, 0] + ENTRY_M
     return torch.stack((ahead, torch.zeros_like(ahead)), dim=1)
 
 
-def way(root_xy: Tensor, heading: Tensor, place: Place) -> tuple[Tensor, Tensor]:
-    """Unit directions [n, 2], world, of the shortest way to the entry, and its length [n] m.
+def way(root_xy: Tensor, heading: Tensor, target: Target) -> tuple[Tensor, Tensor]:
+    """Unit directions [n, 2], world, of the shortest route to the entry, and its length [n] m.
 
-    The furniture's footprint, widened by MARGIN_M, is gone round by its corners: from the front
-    straight, from a side by the front corner, from behind by the nearer of both sides: where they
-    differ by less than _EITHER_M by the one that the heading [n, 2] points to, lest a policy learn
+    The route passes the corners of the footprint, widened by MARGIN_M: straight from the front, by
+    the front corner from a side, and from behind by the shorter side. Where both sides differ by
+    less than _EITHER_M, it takes the one that the heading [n, 2] points to: a policy would learn
     the mean of both.
     """
-    ground, here = footprint(place), offset(root_xy, place)
+    ground, here = footprint(target), offset(root_xy, target)
     goal = entry(ground)
     front, back = ground.high[:, 0] + MARGIN_M, ground.low[:, 0] - MARGIN_M
     x, y = here[:, 0], here[:, 1]
     straight = goal - here
     length = straight.norm(dim=1)
-    leans = rotations.turn_back(place.facing, heading)[:, 1] >= 0.0
+    leans = rotations.turn_back(target.facing, heading)[:, 1] >= 0.0
     ways = []
     for side, edge in ((1.0, ground.high[:, 1] + MARGIN_M), (-1.0, ground.low[:, 1] - MARGIN_M)):
         corner = torch.stack((front, edge), dim=1)
@@ -84,10 +85,10 @@ def way(root_xy: Tensor, heading: Tensor, place: Place) -> tuple[Tensor, Tensor]
     is_left = torch.where(either, leans, by_left < by_right)
     aim = torch.where(is_left[:, None], left, right)
     best = torch.where(is_left, by_left, by_right)
-    # in front one goes straight, but not yet round a front corner
+    # straight in front of the furniture, but not before a front corner is passed
     level = (y > ground.low[:, 1]) & (y < ground.high[:, 1])
     free = (x >= ground.high[:, 0]) & (level | (x >= ground.high[:, 0] + _ROUND_M))
     aim = torch.where(free[:, None], straight, aim)
     best = torch.where(free, length, best)
     unit = aim / aim.norm(dim=1, keepdim=True).clamp_min(1e-6)
-    return rotations.turn(place.facing, unit), best
+    return rotations.turn(target.facing, unit), best

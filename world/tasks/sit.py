@@ -1,7 +1,7 @@
-"""Sit: bring the hip to a place on a seat, facing as it faces, without falling.
+"""Sit: bring the hip to its target on a seat, with the seat's facing, without falling.
 
 Reward: the form of InterScene, which follows the paper's supplement, with an approach that leads
-round the furniture to its front instead of straight through its back.
+round the furniture to its front.
 """
 
 from typing import ClassVar
@@ -10,48 +10,60 @@ import torch
 from torch import Tensor
 
 from world import rotations
+from world.affordances import SEAT
 from world.character.features import Body, Feature, Table
-from world.tasks.task import Affordance, Place
+from world.scene.target import Target
+from world.tasks.evaluation import Evaluation, Published
+from world.tasks.task import Task
 
 #: Height of the root above the seat's surface when seated, m: the median over the seated mocap
 #: (0.05-0.10).
 HIP_ABOVE_SEAT_M = 0.065
 #: Speed of approach that earns the full reward, m/s (mocap walks at 0.5-1.1).
 _SPEED_M_S = 0.9
-#: Radius round the place of use that the approach goes round, and how far in front it leads, m.
+#: Radius about the use point that the approach avoids, and distance in front where it ends, m.
 _DETOUR_M, _FRONT_M = 0.55, 0.60
-#: Standing over a seat, one is within this of the place, to the back and to both sides, m.
+#: A character over the seat is within this of the target, to the back and to both sides, m.
 _ASTRIDE_M = 0.18
-#: Nearer than this one is before a seat only within _ASTRIDE_M of its middle, m: standing beside
-#: a stool is not being before it.
+#: Nearer than this, a character is in front of the seat only within _ASTRIDE_M of its centre line,
+#: m: standing beside a stool does not count.
 _BEFORE_M = 0.25
-#: A root this much above its place, or lower, is down on the seat, m.
+#: A root up to this height above its target is down on the seat, m.
 _DOWN_M = 0.12
-#: Behind a place, this near to the line along which it faces, either way round is as good, m.
+#: Behind the target and this near to its centre line, both ways round count as equal, m.
 _EITHER_M = 0.45
-#: Within this of the front point (or of the place, in front of it) the approach is done, m.
+#: The approach ends within this of the front point, or of the target from its front, m.
 _ARRIVED_M = 0.40
-#: The root this near to its place, horizontally and in height, is on the seat, m.
+#: A root this near to its target, horizontally and in height, is on the seat, m.
 _TOUCH_M, _TOUCH_UP_M = 0.30, 0.08
-#: Where haste is punished, m.
+#: The overspeed penalty applies within this of the target, m.
 _NEAR_M = 1.2
 _HEADING_FRAME = "root heading"
 
 
-class Sit:
+class Sit(Task):
     """The sit task."""
 
     name = "sit"
-    affordance: Affordance = "sit"
-    episode_s = 10.0
+    affordance = SEAT
     goal = Table(
         "goal",
-        Feature("target", 3, _HEADING_FRAME, "m, beyond 1.5 m logarithmic"),
-        Feature("facing", 2, _HEADING_FRAME, "cosine, sine"),
-        Feature("corners", 24, "root heading's axes, from the target", "m, in the place's order"),
+        Feature(
+            "target",
+            3,
+            _HEADING_FRAME,
+            "m, beyond 1.5 m logarithmic",
+            f"compressed(H @ (u + np.array([0, 0, {HIP_ABOVE_SEAT_M}]) - p))",
+        ),
+        Feature("facing", 2, _HEADING_FRAME, "cosine, sine", "(H @ O[:, 0])[:2]"),
+        Feature(
+            "corners",
+            24,
+            "root heading's axes, from the target",
+            "m, in the target's order",
+            f"((c - u - np.array([0, 0, {HIP_ABOVE_SEAT_M}])) @ H.T).ravel()",
+        ),
     )
-    alike: ClassVar[dict[str, str]] = {}
-    sides: ClassVar[tuple[str, str] | None] = None
     terms: ClassVar[dict[str, float]] = {
         "sit": 0.5,
         "approach": 0.3,
@@ -60,33 +72,46 @@ class Sit:
     }
     stages: ClassVar[tuple[str, ...]] = ("approached", "touched", "seated")
     success_m = 0.2
+    evaluation = Evaluation(
+        published={
+            "table1": (Published("paper", 90.4, 5.0, 6.7), Published("TokenHSI", 98.2)),
+            "table3": (
+                Published("paper", 93.7, 3.7, 9.0),
+                Published("NSM", 75.0, 7.5, 19.0),
+                Published("SAMP", 75.0, 7.2, 6.0),
+                Published("Chao et al.", 17.0),
+            ),
+        },
+        perturbed=(Published("paper", 87.5),),
+    )
 
-    def target(self, place: Place) -> Tensor:
-        """[n, 3]: where the root should be, world, m."""
-        return place.point + place.point.new_tensor((0.0, 0.0, HIP_ABOVE_SEAT_M))
+    def hip(self, target: Target) -> Tensor:
+        """[n, 3]: target of the root, world, m."""
+        return target.point + target.point.new_tensor((0.0, 0.0, HIP_ABOVE_SEAT_M))
 
-    def goal_features(self, body: Body, place: Place) -> Tensor:
-        target = self.target(place)
-        offset = rotations.turn_back(body.heading, target - body.root)
-        facing = rotations.turn_back(body.heading, place.facing)
-        corners = rotations.turn_back(body.heading[:, None], place.corners - target[:, None])
+    def goal_features(self, body: Body, target: Target) -> Tensor:
+        hip = self.hip(target)
+        offset = rotations.turn_back(body.heading, hip - body.root)
+        facing = rotations.turn_back(body.heading, target.facing)
+        corners = rotations.turn_back(body.heading[:, None], target.corners - hip[:, None])
         return torch.cat((compressed(offset), facing, corners.flatten(1)), dim=1)
 
-    def reward_terms(self, body: Body, place: Place) -> Tensor:
-        error = (self.target(place) - body.root).square().sum(dim=1)
-        # the narrow half: perched on the edge, 0.2 m before the place, one stays there for ever
+    def reward_terms(self, body: Body, target: Target) -> Tensor:
+        error = (self.hip(target) - body.root).square().sum(dim=1)
+        # without the narrow kernel the policy stays perched on the edge, 0.2 m before the target
         sit = 0.5 * torch.exp(-10.0 * error) + 0.5 * torch.exp(-40.0 * error)
-        direction, arrived = approach(body.root, body.heading, place)
+        direction, arrived = approach(body.root, body.heading, target)
         speed = (direction * body.root_velocity[:, :2]).sum(dim=1)
-        # linear: the exponential of published rewards is nearly flat for one who stands still
+        # linear: the exponential of published rewards is nearly flat at standstill
         towards = (speed / _SPEED_M_S).clamp(0.0, 1.0)
-        # standing before the seat must be worth less than walking there, and far less than sitting
+        # standing before the seat must earn less than walking there, and far less than sitting
         there = 0.3 + 0.7 * torch.exp(-2.5 * error)
         towards = torch.where(arrived, there, towards)
-        distance = (place.point[:, :2] - body.root[:, :2]).norm(dim=1)
-        # before the seat one turns one's back to it; behind it, facing as it faces is worth nothing
-        wanted = torch.where(arrived[:, None], place.facing, direction)
-        # linear in the angle: turning round pays from the first degree, also from 180
+        distance = (target.point[:, :2] - body.root[:, :2]).norm(dim=1)
+        # before the seat the character turns its back to it; behind the seat, its facing earns
+        # nothing
+        wanted = torch.where(arrived[:, None], target.facing, direction)
+        # linear in the angle: the gradient of turning is the same at every angle, also at 180
         cosine = (wanted * body.heading).sum(dim=1).clamp(-1.0, 1.0)
         facing = 1.0 - torch.acos(cosine) / torch.pi
         near = distance < _NEAR_M
@@ -95,27 +120,27 @@ class Sit:
         overspeed = torch.where(near, -torch.maximum(fast, spin), 0.0)
         return torch.stack((sit, towards, facing, overspeed), dim=1)
 
-    def error_m(self, body: Body, place: Place) -> Tensor:
-        return (self.target(place) - body.root).norm(dim=1)
+    def error_m(self, body: Body, target: Target) -> Tensor:
+        return (self.hip(target) - body.root).norm(dim=1)
 
-    def stage(self, body: Body, place: Place) -> Tensor:
-        _, arrived = approach(body.root, body.heading, place)
-        offset = body.root - self.target(place)
+    def stage(self, body: Body, target: Target) -> Tensor:
+        _, arrived = approach(body.root, body.heading, target)
+        offset = body.root - self.hip(target)
         above = (offset[:, :2].norm(dim=1) < _TOUCH_M) & (offset[:, 2].abs() < _TOUCH_UP_M)
-        return torch.stack((arrived, above, self.error_m(body, place) <= self.success_m), dim=1)
+        return torch.stack((arrived, above, self.error_m(body, target) <= self.success_m), dim=1)
 
-    def low(self, body: Body, place: Place) -> Tensor:
-        return ~((place.point[:, :2] - body.root[:, :2]).norm(dim=1) > 0.9)
+    def low(self, body: Body, target: Target) -> Tensor:
+        return ~((target.point[:, :2] - body.root[:, :2]).norm(dim=1) > 0.9)
 
-    def fell(self, body: Body, place: Place) -> Tensor:
+    def fell(self, body: Body, target: Target) -> Tensor:
         return fallen(body)
 
 
 def compressed(offset: Tensor, linear_m: float = 1.5) -> Tensor:
     """Offsets [n, 3] whose horizontal length grows logarithmically beyond linear_m.
 
-    Where to sit matters to the centimetre, how far off the chair is only roughly: one normaliser
-    cannot serve both 10 m and 1 cm.
+    The target matters to the centimetre, a distant chair only roughly: one normaliser cannot
+    resolve both 10 m and 1 cm.
     """
     r = offset[:, :2].norm(dim=1, keepdim=True)
     factor = torch.where(
@@ -126,39 +151,38 @@ def compressed(offset: Tensor, linear_m: float = 1.5) -> Tensor:
     return torch.cat((offset[:, :2] * factor, offset[:, 2:]), dim=1)
 
 
-def approach(root: Tensor, heading: Tensor, place: Place) -> tuple[Tensor, Tensor]:
-    """The way of roots [n, 3] (world, m) to the front of a place: unit directions [n, 2], world,
-    and whether it is reached [n] bool.
+def approach(root: Tensor, heading: Tensor, target: Target) -> tuple[Tensor, Tensor]:
+    """Unit directions [n, 2], world, from roots [n, 3] (world, m) to the front of their targets,
+    and whether the approach is done [n] bool.
 
-    In the place's frame (+x where its user faces) the way leads straight to a point _FRONT_M in
-    front, but round a disc of _DETOUR_M about the place where that lies between: along the tangent
-    on the nearer side.
+    In the target's frame (+x along its facing) the route is straight to a point _FRONT_M in front.
+    A disc of _DETOUR_M about the target is avoided along the tangent on the nearer side.
     """
-    offset = rotations.turn_back(place.facing, root[:, :2] - place.point[:, :2])
+    offset = rotations.turn_back(target.facing, root[:, :2] - target.point[:, :2])
     x, y = offset[:, 0], offset[:, 1]
-    down = root[:, 2] < place.point[:, 2] + HIP_ABOVE_SEAT_M + _DOWN_M
+    down = root[:, 2] < target.point[:, 2] + HIP_ABOVE_SEAT_M + _DOWN_M
     front = torch.stack((_FRONT_M - x, -y), dim=1)
     to_front = front.norm(dim=1)
     straight = front / to_front.clamp_min(1e-6)[:, None]
     distance = offset.norm(dim=1).clamp_min(1e-6)
-    # closest point of the segment towards the front to the place
+    # least distance of the target from the segment to the front point
     along = (-(offset * straight).sum(dim=1)).clamp_min(0.0).minimum(to_front)
     closest = (offset + along[:, None] * straight).norm(dim=1)
     blocked = closest < _DETOUR_M - 1e-3
     sine = (_DETOUR_M / distance).clamp_max(1.0)
     cosine = torch.sqrt((1.0 - sine.square()).clamp_min(0.0))
-    along_y = rotations.turn_back(place.facing, heading)[:, 1]
+    along_y = rotations.turn_back(target.facing, heading)[:, 1]
     either = (x < 0.0) & (y.abs() < _EITHER_M)
     side = torch.where(torch.where(either, along_y, y) >= 0, 1.0, -1.0)
     inward = -offset / distance[:, None]
     tangent = rotations.turn(torch.stack((cosine, side * sine), dim=1), inward)
     direction = torch.where(blocked[:, None], tangent, straight)
     in_front = (x > _BEFORE_M) & (x < _FRONT_M + _ARRIVED_M) & (y.abs() < 0.35)
-    # who leans on the back from behind, stands behind a stool or leans on an arm has not arrived:
-    # that paid like half a seat, and was held for ever
+    # leaning on the back from behind, standing behind a stool or leaning on an arm does not count:
+    # it earned half of what sitting does, and the policy stayed there
     over = (distance < 0.3) & (y.abs() < _ASTRIDE_M) & ((x > 0.0) | ((x > -_ASTRIDE_M) & down))
     arrived = (to_front < _ARRIVED_M) | in_front | over
-    return rotations.turn(place.facing, direction), arrived
+    return rotations.turn(target.facing, direction), arrived
 
 
 #: Joints that must stay off the floor, by body; feet and hands may touch it (paper, section 6).

@@ -1,9 +1,8 @@
-"""Left and right exchanged, in the tables of features and actions (reflection in the plane y = 0 of
-the heading frame).
+"""Reflections of feature tables and actions in the plane y = 0 of the heading frame.
 
 Positions, velocities and axes of bodies change the sign of y; rotation vectors and angular
-velocities, which are axial, those of x and z; what belongs to a right limb changes places with its
-left partner.
+velocities, which are axial, change those of x and z; features of a right limb are exchanged with
+those of the left one.
 """
 
 import torch
@@ -19,7 +18,7 @@ _CORNERS = (2, 3, 0, 1, 6, 7, 4, 5)
 
 
 def symmetry(task: Task) -> Symmetry:
-    """The reflections of a task's observations (state and goal) and of actions, and its sides."""
+    """The reflections of a task's observations (state and goal) and actions, with its sides."""
     sides = None
     if task.sides is not None:
         starts = [STATE.width + task.goal.slice(name).start for name in task.sides]
@@ -28,7 +27,7 @@ def symmetry(task: Task) -> Symmetry:
 
 
 def actions() -> Reflection:
-    """Of the 28 servo targets, and as well of the 28 joint velocities, in joint order."""
+    """The reflection of the 28 set-points, or of the 28 joint velocities, in joint order."""
     names = [joint.name for joint in character.JOINTS]
     first, column = {}, 0
     for joint in character.JOINTS:
@@ -57,7 +56,7 @@ def _table(table: Table) -> Reflection:
 
 
 def _feature(feature: Feature) -> tuple[list[int], list[float]]:
-    """Which of its partner's numbers each number of a feature is, and with which sign."""
+    """For each number of a feature: index in its partner, and sign."""
     if feature.name in ("joint_velocity", "setpoint_error"):
         whole = actions()
         return whole.index.tolist(), whole.sign.tolist()

@@ -1,187 +1,78 @@
-"""What a task is: a goal, named weighted reward terms, success, stages and termination, on tensors
-of scenes."""
+"""The base class of tasks: goal, named weighted reward terms, success, stages and termination, the
+affordance of its object, and evaluation settings."""
 
-from dataclasses import dataclass
-from typing import ClassVar, Literal, Protocol
+from abc import ABC, abstractmethod
+from typing import ClassVar
 
 import torch
 from torch import Tensor
 
-from world import rotations
-from world.character import features
+from world.affordances import Affordance
 from world.character.features import Body, Table
+from world.scene.target import Target
+from world.tasks.evaluation import Evaluation
 
-Affordance = Literal["sit", "lie", "carry"]
-"""What an object offers: a seat, a lying place, or itself to be carried."""
-
-#: Name of the last stage of every task: success held. Whoever runs the episodes knows it, since
-#: `stage` sees a moment alone.
+#: Name of the last stage of every task: success held. The shard computes it, since `stage` depends
+#: on one control step alone.
 HELD = "held"
+#: Prefix of stages that are causes of failure.
+END = "end_"
 
 
-_SIGNS = torch.tensor([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]).float()
+class Task(ABC):
+    """A task; all tensors are float32 over n scenes."""
 
-
-@dataclass(frozen=True)
-class BoxState:
-    """The free box of each of n scenes and where it should go, world frame."""
-
-    position: Tensor
-    """[n, 3]: its centre, m."""
-    rotation: Tensor
-    """[n, 4]: unit quaternion w, x, y, z."""
-    velocity: Tensor
-    """[n, 3]: of its centre, m/s."""
-    half: Tensor
-    """[n, 3]: half edge lengths along its own axes, m."""
-    start: Tensor
-    """[n, 3]: where its centre was when the episode started, or would be on the stand, m."""
-    target: Tensor
-    """[n, 3]: where its centre should be put, m."""
-
-    def corners(self) -> Tensor:
-        """[n, 8, 3]: its corners, m; x changes slowest, z fastest, low first."""
-        local = self.half[:, None] * _SIGNS
-        axes = rotations.matrix(self.rotation)
-        return self.position[:, None] + (axes[:, None] @ local[..., None])[..., 0]
-
-    def rows(self, ids: Tensor) -> "BoxState":
-        """The scenes of the given indices."""
-        return BoxState(
-            self.position[ids],
-            self.rotation[ids],
-            self.velocity[ids],
-            self.half[ids],
-            self.start[ids],
-            self.target[ids],
-        )
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where the object stands in each of n scenes, world frame."""
-
-    point: Tensor
-    """[n, 3]: the point of use on the object's surface, m."""
-    facing: Tensor
-    """[n, 2]: cosine and sine of the direction that its user faces; of the side to get on by where
-    it is lain on."""
-    corners: Tensor
-    """[n, 8, 3]: the corners of the object's bounding box, m; of furniture in the order of the
-    place, +x where it faces, x slowest, z fastest, low first."""
-    head: Tensor | None = None
-    """[n, 3]: the point on the surface below the head of one who lies there, m."""
-    box: BoxState | None = None
-    """The box to be carried."""
-
-    def rows(self, ids: Tensor) -> "Place":
-        """The scenes of the given indices."""
-        return Place(
-            self.point[ids],
-            self.facing[ids],
-            self.corners[ids],
-            None if self.head is None else self.head[ids],
-            None if self.box is None else self.box.rows(ids),
-        )
-
-    def tensors(self) -> dict[str, Tensor]:
-        """What of it lasts an episode, by name; the tensors themselves."""
-        found = {"point": self.point, "facing": self.facing, "corners": self.corners}
-        if self.head is not None:
-            found["head"] = self.head
-        if self.box is not None:
-            box = self.box
-            found |= {"box_half": box.half, "box_start": box.start, "box_target": box.target}
-        return found
-
-    def write(self, ids: Tensor, part: "Place") -> None:
-        """Overwrite the scenes `ids` [m] with those of `part` [m]."""
-        theirs = part.tensors()
-        for name, value in self.tensors().items():
-            value[ids] = theirs[name]
-
-    def setpoints(self) -> Tensor | None:
-        """[n, 28] rad: what actions are added to; None: the mean pose."""
-        return None
-
-    def advance(self, body: Body) -> None:
-        """After a control step: what lasts an episode moves on with `body`."""
-
-    def told(self) -> dict[str, Tensor]:
-        """What an episode tells at its end besides, by name, [n] each."""
-        return {}
-
-    def over(self) -> Tensor | None:
-        """[n] bool: whether what is followed is at its end; None: nothing is."""
-        return None
-
-    def object_features(self, body: Body) -> Tensor:
-        """[n, 9]: the object's position and rotation in the state."""
-        if self.box is None:
-            return features.object_features(
-                body.root, body.heading, self.floor_point(), self.facing
-            )
-        return features.posed_object_features(
-            body.root, body.heading, self.box.position, self.box.rotation
-        )
-
-    def floor_point(self) -> Tensor:
-        """[n, 3]: the floor below the point of use: origin of the object's frame in the
-        features."""
-        return torch.cat((self.point[:, :2], torch.zeros_like(self.point[:, :1])), dim=1)
-
-
-def state(body: Body, place: Place) -> Tensor:
-    """The 114 features [n, 114] of the character and its object: the furniture that it uses, or
-    the box that it carries."""
-    return torch.cat((body.features, place.object_features(body)), dim=1)
-
-
-class Task(Protocol):
-    """One thing to do with an object; all tensors are float32 over n scenes."""
-
-    name: str
-    affordance: Affordance
-    """What the object must offer."""
-    episode_s: float
+    name: ClassVar[str]
+    affordance: ClassVar[Affordance]
+    """Affordance of the object, from world.affordances: training objects, initial states, trials,
+    and the use of clips."""
+    episode_s: ClassVar[float] = 10.0
     """Length of a training episode, s."""
-    goal: Table
-    alike: ClassVar[dict[str, str]]
-    """Goal features that mean to a policy what another name means in other tasks: by these, and by
-    equal names, one task's networks begin as another's."""
-    sides: ClassVar[tuple[str, str] | None]
-    """Two goal features whose first numbers are directions on the floor: where the second points to
-    the right of the first, the networks see the scene mirrored, and so know one side alone. Both
-    must last an episode, but for the heading they are seen from. None: nothing is mirrored."""
+    goal: ClassVar[Table]
+    equivalents: ClassVar[dict[str, str]] = {}
+    """Of this task's goal features: the name of the equivalent one in other tasks; empty: none.
+    Networks that are initialised from another task's map features by these and by equal names."""
+    sides: ClassVar[tuple[str, str] | None] = None
+    """Two goal features whose first two numbers are directions on the floor. Where the second
+    points to the right of the first, the networks observe the mirrored scene, so that they learn
+    one side alone. Both are constant in an episode but for the heading. None: nothing is
+    mirrored."""
     terms: ClassVar[dict[str, float]]
-    """Reward terms by name, with their weights: the task's reward is the weighted sum."""
+    """Weights of the reward terms by name; the task reward is the weighted sum."""
     stages: ClassVar[tuple[str, ...]]
-    """What leads to success, in order; an episode has reached a stage that was true once. After
-    them comes HELD."""
+    """Names of the stages on the way to success, in order, before HELD. An episode has reached a
+    stage that held in any step. Names with the prefix END are causes of failure instead: one that
+    holds ends the episode."""
+    success_m: ClassVar[float]
+    """Greatest error that counts as success, m."""
+    evaluation: ClassVar[Evaluation] = Evaluation()
 
-    def goal_features(self, body: Body, place: Place) -> Tensor:
-        """[n, goal.width]: what the policy and the value function see of the goal."""
-        ...
+    @abstractmethod
+    def goal_features(self, body: Body, target: Target) -> Tensor:
+        """[n, goal.width]: goal features that the policy and the critic observe."""
 
-    def reward_terms(self, body: Body, place: Place) -> Tensor:
-        """[n, len(terms)]: the terms, unweighted, each in [0, 1] or [-1, 0]."""
-        ...
+    @abstractmethod
+    def reward_terms(self, body: Body, target: Target) -> Tensor:
+        """[n, len(terms)]: the unweighted reward terms, each in [0, 1] or [-1, 0]."""
 
-    def error_m(self, body: Body, place: Place) -> Tensor:
-        """[n]: how far from done, m; success is being within `success_m`."""
-        ...
+    @abstractmethod
+    def error_m(self, body: Body, target: Target) -> Tensor:
+        """[n]: distance from completion, m; success up to `success_m`."""
 
-    success_m: float
+    @abstractmethod
+    def stage(self, body: Body, target: Target) -> Tensor:
+        """[n, len(stages)] bool: the stages that hold in this step."""
 
-    def stage(self, body: Body, place: Place) -> Tensor:
-        """[n, len(stages)] bool: which stages hold at this moment."""
-        ...
+    def low(self, body: Body, target: Target) -> Tensor:
+        """[n] bool: where the task allows a low pelvis; elsewhere it ends a training episode early.
+        By default nowhere."""
+        return torch.zeros(len(body.root), dtype=torch.bool)
 
-    def low(self, body: Body, place: Place) -> Tensor:
-        """[n] bool: where the task takes the pelvis down; elsewhere a low pelvis ends a training
-        episode early."""
-        ...
+    @abstractmethod
+    def fell(self, body: Body, target: Target) -> Tensor:
+        """[n] bool: the episode ends in this step as a failure."""
 
-    def fell(self, body: Body, place: Place) -> Tensor:
-        """[n] bool: the episode ends here as a failure."""
-        ...
+
+def statistic(stage: str) -> str:
+    """Name of a stage's statistic in the episodes of a shard."""
+    return stage if stage.startswith(END) else f"stage_{stage}"

@@ -1,7 +1,6 @@
-"""Where a porter walks: which face of the box to stand before, the way round the stands, and what
-the next step should be.
+"""The path: the face of the box to approach, the way round the stands, and the step command.
 
-All functions are of the moment alone, but for what the porter keeps of its last choices.
+All functions are stateless; arguments carry the previous choices.
 """
 
 from dataclasses import dataclass
@@ -10,125 +9,128 @@ import torch
 from torch import Tensor
 
 from world import rotations
-from world.objects.grasp import deep_m
-from world.tasks.carry import COST_DEEP, DEEP_M, depths, places_before
-from world.tasks.task import BoxState
+from world.objects.grasp import half_depth_m
+from world.scene.target import BoxState
+from world.tasks.carry import DEPTH_COST, MIN_HALF_DEPTH_M, half_depths, stand_poses
 from world.teachers.gait import Footing, wrapped
 
-#: A porter's place is so far behind the middle of the soles, m: about the ankles.
+#: The character's position lies this far behind the centre of the soles, m: about the ankles.
 _BEHIND_M = 0.035
-#: From the edge one stands this far to put it down, m.
+#: Distance from the box's edge at which it is put down, m.
 _GAP_DOWN_M = 0.19
-#: What a face costs besides the way to it and its depth, m: by each metre that one is behind it,
-#: each radian that one would have to turn to the target then.
+#: Cost of a face besides its distance and depth, m: per metre that the character is behind it, and
+#: per radian of the turn towards the target afterwards.
 _COST_ROUND, _COST_TURN_M = 1.0, 0.3
-#: A face that was chosen is kept unless another one is better by this, m.
+#: The chosen face is kept unless another one is better by this, m.
 _KEEP_M = 0.3
-#: First one goes to a point so far before the place, and from there straight on, m.
+#: The approach goes to a point this far before the pick-up point, then straight on, m.
 _BEFORE_M = 0.15
-#: One is before the face, facing it, within these, m and rad: the first to get there, the second to
-#: be still there; and no further past the place or before that point than the last, m.
+#: The approach is straight within these lateral offsets, m, and angles, rad: the first to enter,
+#: the second to stay; and up to these distances past the pick-up point and before the other, m.
 _BESIDE_M, _FACING_RAD, _PAST_M, _SHORT_M = (0.07, 0.27), (0.3, 0.7), 0.12, 0.3
-#: One has arrived before the face within these, m and rad; is near enough to pick the box up within
-#: so many times as much, and stays there within that much of the turn.
+#: Arrival at the pick-up point, m and rad; the box may be picked up within _NEAR_ENOUGH times
+#: these; the character stays within _NEAR_ENOUGH times the distance and _STAYS_TURNED times the
+#: angle.
 _AT_M, _AT_RAD = 0.14, 0.28
 _NEAR_ENOUGH, _STAYS_TURNED = 1.5, 1.3
-#: Who comes no nearer may try within so many times as much.
+#: A stalled character may try within this many times the bounds of arrival.
 _BY_BOX = 2.8
-#: Likewise with the box, before the target: m and rad.
+#: Arrival with the box at the target, and the bounds to stay there: m and rad.
 _DONE_M, _DONE_RAD, _STAY_M, _STAY_RAD = 0.1, 0.3, 0.18, 0.5
-#: From within these the box may be put down, m and rad.
+#: Bounds within which the box may be put down, m and rad.
 _PUT_M, _PUT_RAD = 0.18, 0.5
-#: Stands are passed at this distance from their middle, with the box or going round it, m; that of
-#: the target without the box is passed nearer.
+#: Distance at which stands are passed, from their centres, m; without the box the target's stand is
+#: passed nearer.
 _ROUND_M, _ROUND_TARGET_M = 0.62, 0.5
-#: Turned away from a stand by more than this, rad, one is no more on that side of it.
+#: Bound of the heading's weight in choosing the side of a stand, rad.
 _SIDEWAYS_RAD = 1.6
-#: Only stands within these are minded, m: from inside one gets out as one likes.
-_INSIDE_M, _MINDED_M = 0.3, 2.5
-#: Length of a step, alone and with the box, m; most that one turns with it, likewise, rad.
-_STEP_M, _STEP_LADEN_M = 0.45, 0.4
-_TURN_RAD, _TURN_LADEN_RAD = 0.6, 0.5
-#: Who must turn by this goes no further meanwhile, rad; a full turn and such a step, m, exclude
-#: each other.
+#: Only stands within these distances are avoided, m; inside the first any way out is free.
+_INSIDE_M, _AVOIDED_M = 0.3, 2.5
+#: Length of a step without and with the box, m; largest turn of a step likewise, rad.
+_STEP_M, _STEP_CARRYING_M = 0.45, 0.4
+_TURN_RAD, _TURN_CARRYING_RAD = 0.6, 0.5
+#: Steps have no length where the turn to make is this large, rad; a step of the second length has
+#: no turn, m.
 _TURNS_ONLY_RAD, _NO_TURN_M = 1.8, 0.9
-#: Steps become shorter from so far off, m, down to the share; alone, one stops beyond the way's end
-#: by that much.
+#: Steps become shorter within this distance, m, down to the given fraction; without the box the
+#: path ends this far beyond its goal, m.
 _SLOW_M, _SLOWEST, _BEYOND_M = 0.8, 0.25, 0.05
-_SLOW_LADEN_M, _SLOWEST_LADEN = 0.7, 0.3
-#: This near one goes sideways and backwards too, m, with the heading that one should have then.
-_NEAR_M, _NEAR_LADEN_M = 0.4, 0.3
-#: Such steps: back and ahead, aside, m; turned, rad; as shares of the way ahead and aside.
+_SLOW_CARRYING_M, _SLOWEST_CARRYING = 0.7, 0.3
+#: Within these distances steps also go sideways and backwards, with the final heading, m.
+_NEAR_M, _NEAR_CARRYING_M = 0.4, 0.3
+#: Bounds of such steps: back and ahead, aside, m; turn, rad; and fractions of the way per step.
 _CREEP_M, _ASIDE_M, _CREEP_TURN_RAD = (-0.15, 0.2), 0.06, 0.6
 _CREEP_AHEAD, _CREEP_ASIDE = 0.8, 0.7
-#: With the box this near to its stand one goes backwards, by such steps, m, before one turns by
-#: more than that, rad: the box would sweep the stand.
+#: With the box within the first distance of its stand, steps go backwards by the second, m, before
+#: a turn by more than the third, rad: the box would otherwise sweep the stand.
 _LEAVES_M, _BACK_M, _LEAVES_RAD = 0.5, -0.24, 0.5
 
 
 @dataclass(frozen=True)
 class View:
-    """What a porter sees of its way, from where it stands; m, rad."""
+    """Position of the character relative to box, stands and target; m, rad."""
 
-    place: Tensor
-    """[n, 2]: of the porter, on the floor."""
+    position: Tensor
+    """[n, 2]: of the character, on the floor."""
     heading: Tensor
-    """[n, 2]: of its feet."""
+    """[n, 2]: of the feet."""
     yaw_rad: Tensor
     """[n]: likewise."""
     ahead: Tensor
-    """[n, 2]: unit vector from the place to pick the box up from to the box."""
-    spot: Tensor
-    """[n, 2]: that place."""
-    off_spot_m: Tensor
-    """[n]: to it."""
+    """[n, 2]: unit vector from the pick-up point to the box."""
+    pick_up_point: Tensor
+    """[n, 2]: where the character stands to pick the box up."""
+    off_pick_up_m: Tensor
+    """[n]: distance to it."""
     off_face_rad: Tensor
-    """[n]: to face the box there."""
+    """[n]: turn to face the box there."""
     left_m: Tensor
-    """[n]: to go until the box can be put down."""
+    """[n]: distance left until the box can be put down."""
     off_target_rad: Tensor
-    """[n]: to face the target."""
+    """[n]: turn to face the target."""
     off_stand_m: Tensor
-    """[n]: from the stand that the box comes from."""
+    """[n]: distance from the stand of the box's start."""
 
-    def before(self, place: float, turn: float) -> Tensor:
-        """[n] bool: within these times the bounds at the place to pick the box up from."""
-        return (self.off_spot_m < _AT_M * place) & (self.off_face_rad.abs() < _AT_RAD * turn)
+    def before(self, distance: float, turn: float) -> Tensor:
+        """[n] bool: within these factors of the bounds of arrival at the pick-up point."""
+        return (self.off_pick_up_m < _AT_M * distance) & (self.off_face_rad.abs() < _AT_RAD * turn)
 
 
 def view(feet: Footing, heading: Tensor, box: BoxState, face: Tensor) -> View:
-    """With the box before the face `face` [n] of it; heading [n, 2]: of the root."""
-    place, yaw_rad = stand(feet), torch.atan2(feet.heading[:, 1], feet.heading[:, 0])
-    directions, spots = places_before(box)
+    """The view towards face `face` [n] of the box; heading [n, 2]: of the root."""
+    position, yaw_rad = position_of(feet), torch.atan2(feet.heading[:, 1], feet.heading[:, 0])
+    directions, points = stand_poses(box)
     rows = torch.arange(len(face))
-    ahead, spot = directions[rows, face], spots[rows, face]
+    ahead, point = directions[rows, face], points[rows, face]
     facing = torch.atan2(ahead[:, 1], ahead[:, 0])
-    way = box.target[:, :2] - place
+    way = box.target[:, :2] - position
     return View(
-        place=place,
+        position=position,
         heading=feet.heading,
         yaw_rad=yaw_rad,
         ahead=ahead,
-        spot=spot,
-        off_spot_m=(spot - place).norm(dim=1),
+        pick_up_point=point,
+        off_pick_up_m=(point - position).norm(dim=1),
         off_face_rad=wrapped(facing - yaw_rad),
-        left_m=way.norm(dim=1) - deep_m(box, heading).clamp_min(DEEP_M) - _GAP_DOWN_M,
+        left_m=way.norm(dim=1)
+        - half_depth_m(box, heading).clamp_min(MIN_HALF_DEPTH_M)
+        - _GAP_DOWN_M,
         off_target_rad=wrapped(torch.atan2(way[:, 1], way[:, 0]) - yaw_rad),
-        off_stand_m=(place - box.start[:, :2]).norm(dim=1),
+        off_stand_m=(position - box.start[:, :2]).norm(dim=1),
     )
 
 
-def stand(feet: Footing) -> Tensor:
-    """[n, 2]: the place of who stands on these feet, m."""
+def position_of(feet: Footing) -> Tensor:
+    """[n, 2]: position of the character on these feet, m."""
     return feet.middle(-_BEHIND_M)
 
 
 def choose(root: Tensor, box: BoxState, last: Tensor) -> Tensor:
-    """[n]: the face to pick the box up before; root [n, 2] m, last [n]: the last choice, or −1."""
-    directions, spots = places_before(box)
+    """[n]: the face of the box to approach; root [n, 2] m, last [n]: the last choice, or −1."""
+    directions, points = stand_poses(box)
     from_box = (root - box.position[:, :2])[:, None]
-    cost = (spots - root[:, None]).norm(dim=2)
-    cost = cost + COST_DEEP * (depths(box) - DEEP_M).clamp_min(0.0)
+    cost = (points - root[:, None]).norm(dim=2)
+    cost = cost + DEPTH_COST * (half_depths(box) - MIN_HALF_DEPTH_M).clamp_min(0.0)
     cost = cost + _COST_ROUND * (from_box * directions).sum(dim=2).clamp_min(0.0)
     onward = (box.target - box.position)[:, :2]
     onward = onward / onward.norm(dim=1, keepdim=True).clamp_min(1e-6)
@@ -139,8 +141,8 @@ def choose(root: Tensor, box: BoxState, last: Tensor) -> Tensor:
 
 
 def aligned(view: View, before: Tensor) -> Tensor:
-    """[n] bool: straight before the face, on the last metres to it; before [n] bool: so far."""
-    gap = view.spot - view.place
+    """[n] bool: the approach is straight before the face; before [n] bool: it was so far."""
+    gap = view.pick_up_point - view.position
     along = (gap * view.ahead).sum(dim=1)
     aside = (rotations.turn_back(view.ahead, gap)[:, 1]).abs()
     facing = view.off_face_rad.abs() < torch.where(before, _FACING_RAD[1], _FACING_RAD[0])
@@ -148,67 +150,70 @@ def aligned(view: View, before: Tensor) -> Tensor:
     return beside & facing & (along > -_PAST_M) & (along < _BEFORE_M + _SHORT_M)
 
 
-def wish(view: View, box: BoxState, laden: Tensor, straight: Tensor) -> Tensor:
-    """[n, 3]: how far the next step should go ahead and to the left, m, and turn, rad.
+def step_command(view: View, box: BoxState, carrying: Tensor, straight: Tensor) -> Tensor:
+    """[n, 3]: the next step, ahead and to the left, m, and its turn, rad.
 
-    laden [n] bool: the box is carried to its target; straight [n] bool: who is not has only to go
-    straight on to it.
+    carrying [n] bool: towards the target; straight [n] bool: where not carrying, straight on to the
+    box.
     """
-    goal = torch.where(straight[:, None], view.spot, view.spot - view.ahead * _BEFORE_M)
-    way = goal - view.place
-    far = torch.where(laden, view.left_m, way.norm(dim=1))
-    bearing = torch.where(laden[:, None], box.target[:, :2] - view.place, way)
-    turn = wrapped(_round(view, box, laden, straight, bearing, far) - view.yaw_rad)
-    turn = torch.where(straight & ~laden, view.off_face_rad, turn)
-    near = torch.where(laden, far < _NEAR_LADEN_M, (far < _NEAR_M) | straight)
-    step = torch.where(near[:, None], _near(view, laden, way, turn), _far(laden, far, turn))
-    leaves = laden & (view.off_stand_m < _LEAVES_M) & (turn.abs() > _LEAVES_RAD)
+    point = view.pick_up_point
+    goal = torch.where(straight[:, None], point, point - view.ahead * _BEFORE_M)
+    way = goal - view.position
+    far = torch.where(carrying, view.left_m, way.norm(dim=1))
+    bearing = torch.where(carrying[:, None], box.target[:, :2] - view.position, way)
+    turn = wrapped(_round(view, box, carrying, straight, bearing, far) - view.yaw_rad)
+    turn = torch.where(straight & ~carrying, view.off_face_rad, turn)
+    near = torch.where(carrying, far < _NEAR_CARRYING_M, (far < _NEAR_M) | straight)
+    step = torch.where(near[:, None], _near(view, carrying, way, turn), _far(carrying, far, turn))
+    leaves = carrying & (view.off_stand_m < _LEAVES_M) & (turn.abs() > _LEAVES_RAD)
     return torch.where(leaves[:, None], step.new_tensor((_BACK_M, 0.0, 0.0)), step)
 
 
 def _round(
-    view: View, box: BoxState, laden: Tensor, straight: Tensor, way: Tensor, far_m: Tensor
+    view: View, box: BoxState, carrying: Tensor, straight: Tensor, way: Tensor, far_m: Tensor
 ) -> Tensor:
-    """[n]: the direction in which to go, rad, for a way [n, 2] m, past the stands."""
+    """[n]: direction of travel past the stands, rad, for a way [n, 2] m."""
     wanted = torch.atan2(way[:, 1], way[:, 0])
-    # the stand that the box is on, or was; and that of the target
-    first = torch.where(laden[:, None], box.start, box.position)
-    for stand_at, minded, radius in (
-        (first, laden | ~straight, _ROUND_M),
-        (box.target, ~laden, _ROUND_TARGET_M),
+    # the stand of the box or of its start, then that of the target
+    first = torch.where(carrying[:, None], box.start, box.position)
+    for stand_at, avoided, radius in (
+        (first, carrying | ~straight, _ROUND_M),
+        (box.target, ~carrying, _ROUND_TARGET_M),
     ):
-        there = stand_at[:, :2] - view.place
+        there = stand_at[:, :2] - view.position
         distance = there.norm(dim=1)
         towards = torch.atan2(there[:, 1], there[:, 0])
         off = wrapped(wanted - towards)
         half = torch.asin(radius / distance.clamp_min(radius + 1e-3))
-        before = (distance < far_m) & (distance < _MINDED_M) & (distance > _INSIDE_M)
-        blocked = minded & before & (off.abs() < half)
-        # on the side on which less is to be gone and turned. Of a target right behind the stand the
-        # way alone would say now this side, now that one; who has begun to turn goes on
+        before = (distance < far_m) & (distance < _AVOIDED_M) & (distance > _INSIDE_M)
+        blocked = avoided & before & (off.abs() < half)
+        # pass on the side with less distance and turn. For a target right behind the stand the
+        # distance alone alternates between the sides; the turn under way decides
         turned = wrapped(view.yaw_rad - towards).clamp(-_SIDEWAYS_RAD, _SIDEWAYS_RAD)
         past = towards + torch.where(off + turned >= 0.0, half, -half)
         wanted = torch.where(blocked, past, wanted)
     return wanted
 
 
-def _far(laden: Tensor, far_m: Tensor, turn: Tensor) -> Tensor:
-    """[n, 3]: a step for who faces his way and goes."""
-    length = torch.where(laden, _STEP_LADEN_M, _STEP_M).double()
+def _far(carrying: Tensor, far_m: Tensor, turn: Tensor) -> Tensor:
+    """[n, 3]: a step far from the goal: turn towards it and go ahead."""
+    length = torch.where(carrying, _STEP_CARRYING_M, _STEP_M).double()
     length = length * (1.0 - turn.abs() / _TURNS_ONLY_RAD).clamp(0.0, 1.0)
     alone = ((far_m + _BEYOND_M) / _SLOW_M).clamp(_SLOWEST, 1.0)
-    length = length * torch.where(laden, (far_m / _SLOW_LADEN_M).clamp(_SLOWEST_LADEN, 1.0), alone)
-    most = torch.where(laden, _TURN_LADEN_RAD, _TURN_RAD).double()
+    length = length * torch.where(
+        carrying, (far_m / _SLOW_CARRYING_M).clamp(_SLOWEST_CARRYING, 1.0), alone
+    )
+    most = torch.where(carrying, _TURN_CARRYING_RAD, _TURN_RAD).double()
     turn = torch.maximum(torch.minimum(turn, most), -most) * (1.0 - length / _NO_TURN_M)
     return torch.stack((length, torch.zeros_like(length), turn), dim=1)
 
 
-def _near(view: View, laden: Tensor, way: Tensor, turn: Tensor) -> Tensor:
-    """[n, 3]: a step for who is about there: any way [n, 2] m, with the last heading already."""
-    seen = rotations.turn_back(view.heading, way)
-    ahead = torch.where(laden, view.left_m, seen[:, 0])
-    aside = torch.where(laden, 0.0, seen[:, 1])
-    turn = torch.where(laden, turn, view.off_face_rad)
+def _near(view: View, carrying: Tensor, way: Tensor, turn: Tensor) -> Tensor:
+    """[n, 3]: a step near the goal: any direction [n, 2] m, with the final heading."""
+    local = rotations.turn_back(view.heading, way)
+    ahead = torch.where(carrying, view.left_m, local[:, 0])
+    aside = torch.where(carrying, 0.0, local[:, 1])
+    turn = torch.where(carrying, turn, view.off_face_rad)
     return torch.stack(
         (
             (_CREEP_AHEAD * ahead).clamp(*_CREEP_M),
@@ -219,26 +224,26 @@ def _near(view: View, laden: Tensor, way: Tensor, turn: Tensor) -> Tensor:
     )
 
 
-def arrived(view: View, laden: Tensor, before: Tensor) -> Tensor:
-    """[n] bool: where the way ends; before [n] bool: so far, when it takes more to go on."""
+def arrived(view: View, carrying: Tensor, before: Tensor) -> Tensor:
+    """[n] bool: the path has ended; before [n] bool: it had ended, which widens the bounds."""
     facing = view.off_target_rad.abs()
     done = (view.left_m < _DONE_M) & (facing < _DONE_RAD)
     stays = (view.left_m.abs() < _STAY_M) & (facing < _STAY_RAD)
-    done = torch.where(laden, done, view.before(1.0, 1.0))
-    stays = torch.where(laden, stays, view.before(_NEAR_ENOUGH, _STAYS_TURNED))
+    done = torch.where(carrying, done, view.before(1.0, 1.0))
+    stays = torch.where(carrying, stays, view.before(_NEAR_ENOUGH, _STAYS_TURNED))
     return done | (before & stays)
 
 
 def at_box(view: View) -> Tensor:
-    """[n] bool: the box may be picked up from here."""
+    """[n] bool: the box can be picked up from here."""
     return view.before(_NEAR_ENOUGH, _NEAR_ENOUGH)
 
 
 def by_box(view: View) -> Tensor:
-    """[n] bool: it may be tried from here."""
+    """[n] bool: a stalled character tries to pick the box up from here."""
     return view.before(_BY_BOX, _BY_BOX)
 
 
 def at_target(view: View) -> Tensor:
-    """[n] bool: the box in hand may be put down from here."""
+    """[n] bool: the box in hand can be put down from here."""
     return (view.left_m < _PUT_M) & (view.off_target_rad.abs() < _PUT_RAD)

@@ -1,9 +1,9 @@
-"""What a porter remembers of the step that it makes, told by its neck, so that it can be seen.
+"""The phase cue: the neck shows the step under way, so that a student without memory observes it.
 
-Which foot steps, since when, how far and with what turn is nearly all that a policy without memory
-misses of what a porter says (docs/recipe.md, "Memory that can be seen"). So the head sways from
-side to side with the steps, nods by their length and turns with them; the porter itself reads
-length, turn and the first foot off it, and a policy that was taught by it sees its own neck.
+Swing foot, time, length and turn of the step are most of what a policy without memory lacks to
+predict the teacher's action (docs/recipe.md, "Memory that can be seen"). The head sways from side
+to side with the steps, pitches with their length and turns with them. The teacher reads length,
+turn and first foot back from the neck, and a trained policy observes its own neck.
 """
 
 import torch
@@ -14,50 +14,51 @@ from world.character import servos
 from world.teachers.gait import SHIFT, SWING_STEPS, Gait
 
 _NAMES = [joint.name for joint in character.JOINTS for _ in joint.range_deg]
-#: The neck's servos: to the right, forward and to the left, as it turns about x, y and z.
+#: The neck's servos: rotations about x (right), y (forward) and z (left).
 NECK = slice(_NAMES.index("neck"), _NAMES.index("neck") + 3)
-#: Bent forward by so much a metre that a step goes ahead, rad/m; turned as the step turns.
-_NOD_RAD_M = 0.7
-#: To this on either side while the feet step, rad: from the side of the foot that steps to the
-#: other one's by when it lands.
+#: Pitch per metre of step length, rad/m; the neck's turn is the turn of the step.
+_PITCH_RAD_M = 0.7
+#: Amplitude of the sway, rad. It runs from the side of the swing foot at lift-off to the other side
+#: at touch-down.
 _SWAY_RAD = 0.15
-#: From so many control steps after a foot lifted on the neck tells what was wished for; no step
-#: goes further ahead, m, and turns by more, rad.
-_TOLD_BY, _AHEAD_M, _MOST_RAD = 6.0, (-0.3, 0.5), 0.7
-#: From so many after the weight began to shift on, a sway within these, rad, tells for which foot.
-_SHIFT_TOLD_BY, _LEANS_RAD = 4.0, (0.05, 0.3)
+#: The neck is read from this many control steps after lift-off on; readings are clamped to these
+#: bounds of the step's length, m, and turn, rad.
+_READ_FROM, _LENGTH_M, _TURN_RAD = 6.0, (-0.3, 0.5), 0.7
+#: During a weight shift the sway is read from this many control steps on, where its size is within
+#: these bounds, rad.
+_SHIFT_READ_FROM, _SWAY_READ_RAD = 4.0, (0.05, 0.3)
 
 
 def angles(qpos: Tensor) -> Tensor:
-    """[n, 3]: where the neck is at qpos [n, 43], rad, as its servos measure it."""
+    """[n, 3]: angles of the neck at qpos [n, 43], rad, in the coordinates of its servos."""
     return servos.coordinates(qpos)[:, NECK]
 
 
-def pose(gait: Gait, wish: Tensor) -> Tensor:
-    """[n, 3]: where the neck of those who do not stand should be, rad; wish [n, 3]: of the step
-    ahead and to the left, m, and its turn, rad."""
-    steps = ((gait.time + 1.0) / (SWING_STEPS + 1.0)).clamp(0.0, 1.0)
-    steps = torch.where(gait.walks, steps, 0.0)
+def pose(gait: Gait, command: Tensor) -> Tensor:
+    """[n, 3]: set-point of the neck of walking characters, rad; command [n, 3]: step ahead and to
+    the left, m, and turn, rad."""
+    progress = ((gait.time + 1.0) / (SWING_STEPS + 1.0)).clamp(0.0, 1.0)
+    progress = torch.where(gait.stepping, progress, 0.0)
     side = torch.where(gait.swing == 1, _SWAY_RAD, -_SWAY_RAD).double()
-    told = (side * (2.0 * steps - 1.0), _NOD_RAD_M * wish[:, 0], wish[:, 2])
-    return torch.stack(told, dim=1)
+    cue = (side * (2.0 * progress - 1.0), _PITCH_RAD_M * command[:, 0], command[:, 2])
+    return torch.stack(cue, dim=1)
 
 
-def read(gait: Gait, neck: Tensor, wish: Tensor) -> Tensor:
-    """The wish [n, 3], its length ahead and its turn as the neck [n, 3] rad tells them, where it
-    has had the time to."""
-    ahead = (neck[:, 1] / _NOD_RAD_M).clamp(*_AHEAD_M)
-    turn = neck[:, 2].clamp(-_MOST_RAD, _MOST_RAD)
-    seen = torch.stack((ahead, wish[:, 1], turn), dim=1)
-    tells = gait.walks & (gait.landed | (gait.time >= _TOLD_BY))
-    return torch.where(tells[:, None], seen, wish)
+def read(gait: Gait, neck: Tensor, command: Tensor) -> Tensor:
+    """[n, 3]: the step command, its length and turn replaced by those that the neck [n, 3] rad
+    shows, where the cue is readable."""
+    length = (neck[:, 1] / _PITCH_RAD_M).clamp(*_LENGTH_M)
+    turn = neck[:, 2].clamp(-_TURN_RAD, _TURN_RAD)
+    shown = torch.stack((length, command[:, 1], turn), dim=1)
+    readable = gait.stepping & (gait.landed | (gait.time >= _READ_FROM))
+    return torch.where(readable[:, None], shown, command)
 
 
 def first_foot(gait: Gait, neck: Tensor) -> Tensor:
-    """[n]: the foot that is in the air or next; of who shifts his weight, the one that the neck
-    [n, 3] rad tells: with two to choose from, who looks on would else go on calling for the other
-    one."""
+    """[n]: the swing foot or the next one; during a weight shift the foot that the neck [n, 3] rad
+    shows. An observing teacher would otherwise label with the other foot as long as the student
+    hesitates."""
     sway = neck[:, 0]
-    told = (sway.abs() > _LEANS_RAD[0]) & (sway.abs() < _LEANS_RAD[1])
-    tells = (gait.mode == SHIFT) & (gait.time >= _SHIFT_TOLD_BY) & told
-    return torch.where(tells, (sway < 0.0).long(), gait.swing)
+    clear = (sway.abs() > _SWAY_READ_RAD[0]) & (sway.abs() < _SWAY_READ_RAD[1])
+    readable = (gait.mode == SHIFT) & (gait.time >= _SHIFT_READ_FROM) & clear
+    return torch.where(readable, (sway < 0.0).long(), gait.swing)

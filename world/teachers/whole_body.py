@@ -1,10 +1,11 @@
-"""The whole body at once: positions, masses and Jacobians of the character, and the least squares
-that turns tasks in space into servo targets.
+"""Whole-body inverse kinematics: positions, masses and Jacobians of the character, and the least
+squares that turns tasks in space into servo set-points.
 
 Resolved-rate inverse kinematics (Whitney 1969) with damping (Nakamura & Hanafusa 1986) over the 34
-velocities of the floating character: each task asks for a small move of some point, and the servos
-are told that much more than where they are, plus what bears the load. The load is quasi-static: the
-whole mass at its centre, against the forces at feet and hands. float64 throughout.
+velocities of the floating character. Each task asks for a small move of a point. A servo's
+set-point is its position plus its share of the move plus the feed-forward torque divided by its
+stiffness. The load is quasi-static: the whole mass at its centre, against the forces at feet and
+hands. float64 throughout.
 """
 
 from dataclasses import dataclass
@@ -20,10 +21,10 @@ from world.character import model as character
 GRAVITY_M_S2 = 9.81
 DOFS = character.NV
 _BODIES = len(character.BODIES)
-#: The least that a task must be worth, in the weight of its rows, for the joints to move for it:
-#: near a stretched knee or elbow the body would else leap for a few millimetres.
+#: Damping of the least squares, in the unit of the weighted rows. Without it the joints move by
+#: large angles for a few millimetres near a stretched knee or elbow.
 _DAMPING = 0.15
-#: Most that a servo is led on at once, rad.
+#: Largest step of a servo's set-point, rad.
 _STEP_RAD = 0.5
 
 
@@ -33,8 +34,8 @@ def _masses() -> tuple[Tensor, Tensor]:
     return torch.tensor(model.body_mass[1:]), torch.tensor(model.body_ipos[1:])
 
 
-def _beyond() -> Tensor:
-    """[15, 15]: 1 where the second body hangs on the first, or is it."""
+def _subtrees() -> Tensor:
+    """[15, 15]: 1 where the second body is the first or descends from it."""
     table = torch.eye(_BODIES, dtype=torch.float64)
     for body, parent in enumerate(character.PARENTS):
         if parent >= 0:
@@ -55,21 +56,21 @@ def _servo_axes() -> tuple[Tensor, Tensor]:
 
 
 _KG, _CENTRE = _masses()
-_BEYOND = _beyond()
-_BEYOND_KG = _BEYOND @ _KG
+_SUBTREE = _subtrees()
+_SUBTREE_KG = _SUBTREE @ _KG
 #: Mass of the character, kg.
 BODY_KG = float(_KG.sum())
 _TURNED, _AXIS = _servo_axes()
 _KP = torch.from_numpy(character.gains()[0])
-_LOW, _HIGH = (torch.from_numpy(bound) for bound in character.target_bounds())
+_LOW, _HIGH = (torch.from_numpy(bound) for bound in character.set_point_bounds())
 
 
 @dataclass(frozen=True)
 class Figure:
-    """The character in n scenes; world frame, m, s, rad.
+    """The kinematic state of the character in n scenes; world frame, m, s, rad.
 
-    Jacobians [n, 3, 34] have the columns of MuJoCo's velocities, but that the root turns about the
-    world's axes instead of its own.
+    Jacobians [n, 3, 34] have the columns of MuJoCo's velocities, except that the root turns about
+    the world's axes instead of its own.
     """
 
     qpos: Tensor
@@ -83,7 +84,7 @@ class Figure:
 
     @staticmethod
     def of(qpos: Tensor, qvel: Tensor) -> "Figure":
-        """Of MuJoCo's coordinates [n, 43] and velocities [n, 34]."""
+        """The figure at MuJoCo's coordinates [n, 43] and velocities [n, 34]."""
         qpos, velocity = qpos.double(), qvel.double().clone()
         local = rotations.matrix(kinematics.local_rotations(qpos))
         position, rotation = kinematics.forward(qpos[:, :3], local)
@@ -97,13 +98,13 @@ class Figure:
 
     @cached_property
     def _centres(self) -> Tensor:
-        """[n, 15, 3]: centre of mass of each body and all beyond it."""
+        """[n, 15, 3]: centre of mass of the subtree of each body."""
         own = self.position + apply(self.rotation, _CENTRE)
-        return (_BEYOND * _KG) @ own / _BEYOND_KG[:, None]
+        return (_SUBTREE * _KG) @ own / _SUBTREE_KG[:, None]
 
     @property
     def com(self) -> Tensor:
-        """[n, 3]: the character's centre of mass."""
+        """[n, 3]: centre of mass of the character."""
         return self._centres[:, 0]
 
     @cached_property
@@ -113,22 +114,23 @@ class Figure:
 
     @cached_property
     def com_jacobian(self) -> Tensor:
-        """[n, 3, 34]: each joint moves the share of the mass that hangs on it."""
+        """[n, 3, 34]: each joint moves the share of the mass in its subtree."""
         arms = self._centres[:, _TURNED] - self.position[:, _TURNED]
-        share = (_BEYOND_KG[_TURNED] / BODY_KG)[:, None]
+        share = (_SUBTREE_KG[_TURNED] / BODY_KG)[:, None]
         return self._jacobian(self.com, torch.linalg.cross(self._axes, arms) * share)
 
     def point_jacobian(self, body: int, point: Tensor | None = None) -> Tensor:
-        """[n, 3, 34]: of a point [n, 3] fixed to a body; of the body's own origin if not given."""
+        """[n, 3, 34]: of a point [n, 3] fixed to a body; default: the origin of the body's
+        frame."""
         point = self.position[:, body] if point is None else point
         arms = torch.linalg.cross(self._axes, point[:, None] - self.position[:, _TURNED])
-        return self._jacobian(point, arms * _BEYOND[_TURNED, body][:, None])
+        return self._jacobian(point, arms * _SUBTREE[_TURNED, body][:, None])
 
     def turning_jacobian(self, body: int) -> Tensor:
         """[n, 3, 34]: of a body's angular velocity about the world's axes."""
         jacobian = self.qpos.new_zeros(len(self.qpos), 3, DOFS)
         jacobian[:, :, 3:6] = torch.eye(3, dtype=self.qpos.dtype)
-        jacobian[:, :, 6:] = (self._axes * _BEYOND[_TURNED, body][:, None]).transpose(1, 2)
+        jacobian[:, :, 6:] = (self._axes * _SUBTREE[_TURNED, body][:, None]).transpose(1, 2)
         return jacobian
 
     def _jacobian(self, point: Tensor, joints: Tensor) -> Tensor:
@@ -136,7 +138,7 @@ class Figure:
         jacobian = self.qpos.new_zeros(len(self.qpos), 3, DOFS)
         unit = torch.eye(3, dtype=self.qpos.dtype)
         jacobian[:, :, :3] = unit
-        # column k: the k-th axis turns the point by the product of both
+        # column k: the cross product of the k-th axis and the arm
         arm = (point - self.position[:, 0])[:, None].expand(-1, 3, -1)
         jacobian[:, :, 3:6] = torch.linalg.cross(unit.expand_as(arm), arm).transpose(1, 2)
         jacobian[:, :, 6:] = joints.transpose(1, 2)
@@ -145,43 +147,44 @@ class Figure:
 
 @dataclass(frozen=True)
 class Load:
-    """What the hands bear."""
+    """The load in the hands."""
 
     mass_kg: Tensor
-    """[n]: 0 where they bear nothing."""
+    """[n]: 0 where there is none."""
     position: Tensor
     """[n, 3]: its centre, m."""
 
 
 @dataclass(frozen=True)
 class Mass:
-    """The mass that the feet bear, load included."""
+    """The mass that the feet support, load included."""
 
     mass_kg: Tensor
     """[n]."""
     position: Tensor
-    """[n, 2]: its centre, above the floor, m."""
+    """[n, 2]: its centre, projected on the floor, m."""
     velocity: Tensor
-    """[n, 2]: the character's alone, m/s: a load's is the simulator's secret."""
+    """[n, 2]: of the character alone, m/s; the velocity of the load is not used."""
 
     @staticmethod
     def of(figure: Figure, load: Load) -> "Mass":
+        """The combined mass of the character and its load."""
         mass_kg = BODY_KG + load.mass_kg
         centre = BODY_KG * figure.com + load.mass_kg[:, None] * load.position
         return Mass(mass_kg, (centre / mass_kg[:, None])[:, :2], figure.com_velocity[:, :2])
 
 
 class Tasks:
-    """Moves that are asked of the body, each with the weight that it has against the others."""
+    """Requested moves of the body, each with its weight."""
 
     def __init__(self) -> None:
         self._rows: list[Tensor] = []
         self._wanted: list[Tensor] = []
 
     def add(self, jacobian: Tensor, wanted: Tensor, weight: float | Tensor) -> None:
-        """Ask for a move `wanted` [n, k] m or rad of what has this Jacobian [n, k, 34].
+        """Request a move `wanted` [n, k] m or rad of the quantity with this Jacobian [n, k, 34].
 
-        weight: one, or of each scene [n], or of each row [n, k].
+        weight: a number, one per scene [n], or one per row [n, k].
         """
         factor = torch.as_tensor(weight, dtype=wanted.dtype)
         factor = factor[:, None] if factor.dim() == 1 else factor
@@ -189,7 +192,7 @@ class Tasks:
         self._wanted.append(wanted * factor)
 
     def solve(self) -> Tensor:
-        """The move [n, 34] that does best by all of them, damped."""
+        """The move [n, 34] that minimises the weighted, damped squares."""
         rows, wanted = torch.cat(self._rows, dim=1), torch.cat(self._wanted, dim=1)
         across = rows.transpose(1, 2)
         square = across @ rows + _DAMPING**2 * torch.eye(DOFS, dtype=rows.dtype)
@@ -197,14 +200,14 @@ class Tasks:
 
 
 def moments(jacobian: Tensor, force: Tensor) -> Tensor:
-    """[n, 34]: what the joints must exert, N·m, for a point with this Jacobian [n, 3, 34] to push
-    with `force` [n, 3] N."""
+    """[n, 34]: joint torques, N·m, with which a point with this Jacobian [n, 3, 34] exerts `force`
+    [n, 3] N."""
     return apply(jacobian.transpose(1, 2), force)
 
 
-def targets(figure: Figure, move: Tensor, effort: Tensor, gain: Tensor) -> Tensor:
-    """Servo targets [n, 28] rad, within their bounds: from where the servos are by `gain` [n]
-    times the move [n, 34], and beyond it by as much as exerts the effort [n, 34] N·m."""
+def set_points(figure: Figure, move: Tensor, effort: Tensor, gain: Tensor) -> Tensor:
+    """Servo set-points [n, 28] rad, within their bounds: the present position plus `gain` [n] times
+    the move [n, 34], plus the offset that exerts the effort [n, 34] N·m."""
     step = move[:, 6:].clamp(-_STEP_RAD, _STEP_RAD)
     wanted = servos.coordinates(figure.qpos) + gain[:, None] * step + effort[:, 6:] / _KP
     return torch.maximum(torch.minimum(wanted, _HIGH), _LOW)
@@ -215,9 +218,14 @@ def apply(matrix: Tensor, vector: Tensor) -> Tensor:
     return (matrix @ vector[..., None])[..., 0]
 
 
+def shortened(way: Tensor, most: float) -> Tensor:
+    """Vectors [n, k] cut to a length of at most `most`."""
+    return way * (most / way.norm(dim=1, keepdim=True).clamp_min(most))
+
+
 def attitude(heading: Tensor, pitch_rad: Tensor) -> Tensor:
-    """[n, 3, 3]: rotations that face along a heading [n, 2] (cosine, sine), bent forward by a pitch
-    [n]."""
+    """[n, 3, 3]: rotations that face along a heading [n, 2] (cosine, sine), pitched forward by
+    [n] rad."""
     cos, sin = heading.unbind(1)
     down, zero = pitch_rad.sin(), torch.zeros_like(cos)
     level = pitch_rad.cos()
@@ -225,7 +233,7 @@ def attitude(heading: Tensor, pitch_rad: Tensor) -> Tensor:
     return torch.stack(entries, dim=1).unflatten(1, (3, 3))
 
 
-def way_round(rotation: Tensor, wanted: Tensor) -> Tensor:
-    """[n, 3]: the rotation vector, rad, world, that takes rotations [n, 3, 3] to wanted ones."""
+def rotation_error(rotation: Tensor, wanted: Tensor) -> Tensor:
+    """[n, 3]: the rotation vector, rad, world, from rotations [n, 3, 3] to wanted ones."""
     error = rotations.from_matrix(wanted @ rotation.transpose(1, 2))
     return rotations.to_rotation_vector(error)

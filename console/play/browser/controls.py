@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from console.kinds.setup import FAR_M, SCALES, Pose, Setup
 from console.play.browser.view import View
 from console.play.scene import MAX_IMPULSE_N_S
-from console.play.setup import FAR_M, SCALES, Pose, Setup, sides_of
 from console.play.stock import Stock
 from world.character import model as character
 
@@ -109,9 +109,9 @@ class Controls:
         if changed:
             self._piece.options = tuple(self._stock.pieces(policy))
         piece = self._stock.pieces(policy)[str(self._piece.value)]
-        self._side.options = tuple(str(i) for i in range(sides_of(piece, affordance)))
+        self._side.options = tuple(str(i) for i in range(affordance.use_point_count(piece)))
         self._side.visible = len(self._side.options) > 1
-        self._box.visible = affordance == "carry"
+        self._box.visible = affordance.cargo
         if changed:
             self._session.begin(self.setup())
 

@@ -4,51 +4,26 @@ import os
 import re
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import ray
-import torch
 from ray.cluster_utils import Cluster
 
 from actors import fleet as ray_fleet
-from actors.cluster import START_S, on_loopback, patience, ray_session
+from actors.cluster import START_S, on_loopback, startup_timeouts
 from actors.fleet import FleetConfig, RayFleet
-from actors.local import LocalFleet
 from actors.ray_actor import RolloutActor
 from console.bench import scaling
-from console.bench.stand_in_fleet import SleepingFleet, sleepers
-from learner.config import LearnerConfig, LoopConfig
-from learner.loop import Loop
-from learner.ppo import Learner
-from policy.model.acting import publish
-from policy.model.networks import Actor
-from policy.model.normaliser import Normaliser
 from policy.rollout import Rollout
-from tests.learner.test_loop import Memory
+from tests.support.console.stand_ins import weights
 from tests.support.faulty_shard import MakePoints
 from tests.support.paths import ROOT
 from tests.support.point_shard import ACTION, GOAL, STATE
-from world.precision import FLOAT32
 
 SCENES, HORIZON, NODES, ACTORS_A_NODE = 8, 4, 2, 2
-HIDDEN = (256, 256)
-
-
-def weights(version: int) -> dict[str, torch.Tensor]:
-    torch.manual_seed(version)
-    return publish(Actor(STATE + GOAL, ACTION, HIDDEN), Normaliser(STATE + GOAL))
-
-
-@pytest.fixture(scope="module")
-def part() -> Rollout:
-    fleet = LocalFleet(MakePoints(), SCENES, SCENES, 1, seed=5, horizon=HORIZON)
-    rollout = fleet.collect(weights(0), 0, 0.1)
-    fleet.close()
-    return rollout
 
 
 class Whereabouts(RolloutActor):
@@ -90,7 +65,7 @@ def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Cluster]:
         "node_ip_address": "127.0.0.1",
     }
     head = settings | {"num_cpus": 0, "_system_config": {"debug_dump_period_milliseconds": 200}}
-    with on_loopback(), patience(START_S):
+    with on_loopback(), startup_timeouts(START_S):
         found = Cluster(initialize_head=True, head_node_args=head)
         try:
             for _ in range(NODES):
@@ -124,9 +99,9 @@ def chunks_received(cluster: Cluster) -> dict[str, int]:
 def test_weights_cross_once_a_node(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ray_fleet, "RolloutActor", Whereabouts)
     # on a busy machine one may look so slow that its scenes are given to others
-    monkeypatch.setattr(ray_fleet, "_PATIENCE", 1_000)
+    monkeypatch.setattr(ray_fleet, "_DIVISION_ROLLOUTS", 1_000)
     actors = NODES * ACTORS_A_NODE
-    config = FleetConfig(start_s=120, rollout_s=120, late_s=120)
+    config = FleetConfig(start_s=120, rollout_s=120, straggler_s=120)
     fleet = RayFleet(MakePoints(), 8 * actors, 8, actors, seed=5, horizon=HORIZON, config=config)
     handles = [member.handle for member in fleet._members]
     fleet.collect(weights(0), 0, 0.1)
@@ -148,25 +123,6 @@ def test_weights_cross_once_a_node(cluster: Cluster, monkeypatch: pytest.MonkeyP
     received = sorted(after[name] - before[name] for name in after)
     assert received == [0] + [len(versions)] * NODES
     fleet.close()
-
-
-@pytest.fixture(scope="module")
-def hosts(part: Rollout) -> Iterator[list[Any]]:
-    with ray_session(cpus=2, object_store_bytes=100 * 2**20), sleepers(part, 2) as found:
-        yield found
-
-
-def assert_same(got: Rollout, wanted: Rollout) -> None:
-    for name, tensor in wanted.tensors().items():
-        assert torch.equal(got.tensors()[name], tensor), name
-
-
-def test_stand_ins_send_what_actors_would(hosts: list[Any], part: Rollout) -> None:
-    fleet = SleepingFleet(hosts, part, 70, 0.01)
-    got = fleet.collect(weights(3), 3, 0.1)
-    assert got.seconds == {"world": 0.01, "policy": 0.0}
-    assert (got.version, got.samples, fleet.samples) == (3, 70 * part.samples, 70 * part.samples)
-    assert_same(got, Rollout.join([replace(part, first_scene=8 * i) for i in range(70)]))
 
 
 def test_size_of_a_sample_by_hand(part: Rollout) -> None:
@@ -206,42 +162,3 @@ def test_limits_by_hand() -> None:
     assert found["limit_bytes_per_s"] == pytest.approx(1000 / 0.4 * 900)
     assert found["limit_of_the_thread_samples_per_s"] == pytest.approx(1000 / 0.2)
     assert found["limit_of_the_thread_bytes_per_s"] == pytest.approx(1000 / 0.2 * 900)
-
-
-def test_stand_ins_told_ahead_do_not_wait_for_the_learner(hosts: list[Any], part: Rollout) -> None:
-    fleet = SleepingFleet(hosts, part, 6, 0.5)
-    first = fleet.ask(weights(0), 0)
-    fleet.ahead(weights(1), 1, 0.1)
-    fleet.take_in(first)
-    time.sleep(1.0)
-    began = time.monotonic()
-    got = fleet.collect(weights(1), 1, 0.1)
-    assert time.monotonic() - began < 0.4, "it was there already"
-    assert got.version == 1
-    # One after the other, as a real actor.
-    began = time.monotonic()
-    several = [fleet.ask(weights(k), k) for k in range(3)]
-    assert [fleet.take_in(parts).version for parts in several] == [0, 1, 2]
-    assert time.monotonic() - began >= 1.5
-
-
-def test_bench_overlaps_the_stand_ins(hosts: list[Any], part: Rollout) -> None:
-    learning = LearnerConfig(hidden=(16, 16), warmup_iterations=0, minibatch=64)
-    fleet = SleepingFleet(hosts, part, 4, 0.0)
-    lags = []
-    for overlap in (False, True):
-        loop = Loop(
-            Learner(STATE + GOAL, ACTION, learning, precision=FLOAT32),
-            fleet,
-            None,
-            Memory(),
-            Memory(),
-            LoopConfig(overlap=overlap),
-        )
-        lines = scaling.iterations(loop, 0.0)
-        loop.close()
-        lags.append([line["lag/policy"] for line in lines])
-        assert {line["samples"] for line in lines} == {
-            float(i * fleet.samples) for i in range(3, 7)
-        }
-    assert lags == [[0.0] * 4, [1.0] * 4]

@@ -1,23 +1,18 @@
 """`inhabit doctor`: services asked for their health, Ray for its reach, and the line to type."""
 
-import json
 from pathlib import Path
 
 import pytest
 
-from console.app import main, parse
+from console.app import parse
 from console.doctor import command as doctor
 from console.doctor.cluster import token
 from console.doctor.finding import Finding
 from discriminator.service import start
 from discriminator.trainer import Discriminator
 from rpc.server import ServerConfig
+from tests.support.console.doctors import found
 from tests.support.style_cases import SMALL, Mocap
-
-
-def found(words: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, dict[str, dict]]:
-    code = main(["doctor", "--json", "--seconds", "0", *words])
-    return code, {line["name"]: line for line in json.loads(capsys.readouterr().out)}
 
 
 def test_services_that_answer_and_one_that_does_not(
@@ -36,11 +31,6 @@ def test_services_that_answer_and_one_that_does_not(
     assert lines["next"]["detail"] == "mend first: policy"
     assert lines["motions"]["detail"].startswith("72 clips")
     assert all(set(line) == {"name", "verdict", "detail"} for line in lines.values())
-
-
-def test_a_cluster_that_is_not_there(capsys: pytest.CaptureFixture[str]) -> None:
-    code, lines = found(["--address", "127.0.0.1:1"], capsys)
-    assert code == 1 and "no Ray answers at 127.0.0.1:1" in lines["ray"]["detail"]
 
 
 def test_the_next_line_fits_what_was_found() -> None:
@@ -67,15 +57,3 @@ def test_the_token_is_named_and_never_shown(
     assert token() == "token from RAY_AUTH_TOKEN"
     monkeypatch.setenv("RAY_AUTH_MODE", "disabled")
     assert "shows no token" in token()
-
-
-def test_a_rate_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
-    from console.doctor import rate as doctor_rate
-    from console.run.experiment import PRESETS
-
-    monkeypatch.setitem(PRESETS, "fast", parse(["train", "sit", "--scenes", "64"]).experiment)
-    monkeypatch.setattr(doctor_rate, "PIECES", 2)
-    monkeypatch.setattr(doctor_rate, "cores", lambda: 1)
-    finding = doctor_rate.estimate(0.1)
-    rate = float(finding.detail.split(" samples/s")[0].replace(",", ""))
-    assert finding.verdict == "ok" and rate > 10

@@ -9,16 +9,17 @@ import pytest
 import torch
 
 from console.recording import format as recording
-from console.run.nan_dump import BlackBox
+from console.run.nan_dump import NanDump
 from learner.episodes import EpisodeWindow
 from world.character import features
 from world.character import model as character
-from world.config import CarryConfig, StartMixture, WorldConfig
+from world.config import CarryConfig, InitialStates, WorldConfig
 from world.episodes.shard import Shard
 from world.motions.library import MotionLibrary
 from world.motions.synthetic import library as synthetic
+from world.motions.uses.box import BOX
 from world.objects.box_bank import BoxBank, boxes
-from world.tasks import REGISTRY, Place, make
+from world.tasks import REGISTRY, Target, make
 from world.tasks.sit import HIP_ABOVE_SEAT_M, Sit
 
 
@@ -32,7 +33,7 @@ def test_stages_of_sit() -> None:
     corners = torch.tensor(
         [[x, y, z] for x in (-0.25, 0.25) for y in (-0.2, 0.2) for z in (0.0, 0.9)]
     )[None]
-    seat = Place(torch.tensor([[0.0, 0.0, 0.43]]), torch.tensor([[1.0, 0.0]]), corners)
+    seat = Target(torch.tensor([[0.0, 0.0, 0.43]]), torch.tensor([[1.0, 0.0]]), corners)
     on = 0.43 + HIP_ABOVE_SEAT_M
     assert Sit.stages == ("approached", "touched", "seated")
     for where, expected in (
@@ -74,10 +75,10 @@ def test_stages_are_logged_over_the_last_episodes() -> None:
 
 def test_stages_and_a_blow_up_of_carry(tmp_path: Path) -> None:
     walking = [synthetic.walking(np.random.default_rng(0), 1.0)]
-    config = WorldConfig(task="carry", starts=StartMixture(0, 1, 0), episode_s=0.5)
+    config = WorldConfig(task="carry", initial=InitialStates(0, 1, 0), episode_s=0.5)
     bank = BoxBank(boxes(CarryConfig(sizes=4)))
-    shard = Shard(config, MotionLibrary(walking, affordance="carry"), bank, range(32), 0)
-    kept = BlackBox(shard, range(32), bank.pieces, tmp_path)
+    shard = Shard(config, MotionLibrary(walking, use=BOX), bank, range(32), 0)
+    kept = NanDump(shard, range(32), bank.pieces, tmp_path)
     found: list[torch.Tensor] = []
     for _ in range(15):
         step = kept.step(torch.zeros(32, 28))

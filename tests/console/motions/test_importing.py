@@ -119,7 +119,7 @@ def test_a_motion_without_its_skeleton(tmp_path: Path, capsys: pytest.CaptureFix
 
 
 def test_cut_short_acclaim(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from tests.world.motions.formats.test_formats import AMC, ASF
+    from tests.support.world.motion_files import AMC, ASF
 
     (tmp_path / "07.asf").write_text(ASF)
     (tmp_path / "07_01.amc").write_text(AMC[:-6])

@@ -9,7 +9,7 @@ import torch
 
 from console.serving.export import ExportError, compare, export, model_of
 from policy.checkpoints.served import Served
-from policy.service import description
+from policy.messages import description
 from tests.support.policy_cases import WIDTH, make, observation
 
 onnxruntime = pytest.importorskip("onnxruntime")
@@ -39,7 +39,7 @@ def test_it_acts_as_the_policy_does(file: Path, rows: int) -> None:
     served = make()
     wanted = served.policy(*(torch.from_numpy(part.copy()) for part in parts))
     np.testing.assert_allclose(action, wanted.numpy(), atol=1e-5)
-    np.testing.assert_allclose(target, served.servos.targets(wanted).numpy(), atol=1e-5)
+    np.testing.assert_allclose(target, served.action_map.set_points(wanted).numpy(), atol=1e-5)
 
 
 def test_so_it_does_with_a_linear_map_beside_the_layers(tmp_path: Path) -> None:

@@ -12,14 +12,12 @@ import pytest
 import torch
 
 from console.app import main, parse
-from console.serving.loading import checkpoint_of, served
-from console.serving.policy import sources_of
+from console.serving.loading import served
 from rpc.v1 import policy_pb2 as pb
 from rpc.v1 import policy_pb2_grpc
-from tests.console.test_commands import said
+from tests.support.console.runs import said
 from tests.support.paths import ROOT
 from tests.support.policy_cases import observation
-from world.errors import ConfigError
 
 PRETRAINED = ROOT / "pretrained" / "sit"
 
@@ -88,26 +86,6 @@ def test_flags_set_what_the_service_takes_on() -> None:
     command = parse(["serve", "a=runs/a", "--batch.max-wait-s", "0.002", "--max-streams", "7"])
     assert command.service.batch.max_wait_s == 0.002 and command.service.max_streams == 7
     assert command.sources == ("a=runs/a",) and command.checkpoint == "best"
-
-
-def test_policies_have_names(tmp_path: Path) -> None:
-    found = sources_of([str(PRETRAINED), f"other={PRETRAINED}"], "best")
-    assert [source.name for source in found] == ["sit", "other"]
-    assert found[1].load(found[1].find()).check().name == "other"
-    with pytest.raises(ConfigError, match="must be RUN or NAME=RUN"):
-        sources_of([f"={PRETRAINED}"], "best")
-
-
-def test_the_best_checkpoint_of_a_run_is_preferred(tmp_path: Path) -> None:
-    checkpoints = tmp_path / "checkpoints"
-    for name in ("000001", "000002"):
-        (checkpoints / name).mkdir(parents=True)
-        (checkpoints / name / "manifest.json").write_text("{}")
-    (checkpoints / "latest").symlink_to("000002")
-    assert checkpoint_of(tmp_path, "best").name == "000002"
-    (checkpoints / "best").symlink_to("000001")
-    assert checkpoint_of(tmp_path, "best").name == "000001"
-    assert checkpoint_of(tmp_path, "latest").name == "000002"
 
 
 def test_export_writes_a_file_or_says_why_not(

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -20,9 +21,9 @@ from console.run.experiment import Experiment, read_experiment
 from console.training.style_service import attached
 from discriminator.errors import StyleError
 from rpc.errors import RefusedError
-from tests.rpc.test_server import certificates
 from tests.support import small_clips
 from tests.support.paths import ROOT
+from tests.support.rpc.certificates import certificates
 
 SMALL = [
     "--scenes", "16", "--block", "16", "--horizon", "4", "--world.pieces", "2",
@@ -158,3 +159,60 @@ def test_an_address_without_the_ray_runner_is_a_mistake(
     words = ["train", "sit", "--run", str(tmp_path / "run"), "--iterations", "1", *SMALL]
     assert main([*words, "--style-service.address", "127.0.0.1:1"]) == 2
     assert "add --runner ray" in capsys.readouterr().err
+
+
+def free_port() -> int:
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        return found.getsockname()[1]
+
+
+def started(run: RunDirectory, journal: Path, port: int) -> tuple[subprocess.Popen[str], str]:
+    """`inhabit style RUN` with a journal, and the line that it begins with."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "console", "style", str(run.path), "--state", str(journal),
+         "--listen", f"127.0.0.1:{port}"],
+        stdout=subprocess.PIPE, text=True, env=dict(os.environ, PYTHONPATH=str(ROOT)),
+    )  # fmt: skip
+    assert process.stdout is not None
+    return process, process.stdout.readline()
+
+
+def test_a_killed_service_goes_on_from_its_journal_and_not_from_the_checkpoint(
+    run: RunDirectory, tmp_path: Path
+) -> None:
+    """The run's checkpoint holds another replay: no bit of it may enter a training that goes on."""
+    experiment = read_experiment(run)
+    here = assembly.discriminator(experiment)
+    journal, port = tmp_path / "journal", free_port()
+    process, line = started(run, journal, port)
+    try:
+        assert "from checkpoint" in line and line.endswith("version 1\n"), line
+        with attached(StyleAddress(address=f"127.0.0.1:{port}"), experiment, print) as client:
+            for batch in range(6):
+                if batch in (3, 5):
+                    process.kill()  # SIGKILL
+                    process.wait()
+                    assert process.stdout is not None
+                    process.stdout.close()
+                    process, line = started(run, journal, port)
+                    assert f"from its journal, version {batch}\n" in line, line
+                draw = torch.Generator().manual_seed(batch)
+                steps, scenes = experiment.horizon, experiment.scenes
+                states = {
+                    "rollout_states": torch.randn(steps + 1, scenes, 114, generator=draw),
+                    "end_index": torch.tensor([[1, 3]]),
+                    "end_states": torch.randn(1, 114, generator=draw),
+                    "valid": torch.ones(steps, scenes, dtype=torch.bool),
+                }
+                assert torch.equal(client.score(batch, **states).reward,
+                                   here.score(batch, **states).reward)  # fmt: skip
+                assert client.train(batch) == here.train(batch)
+            there, own = client.state_dict(), here.state_dict()
+            assert there.keys() == own.keys()
+            assert [name for name in own if not torch.equal(there[name], own[name])] == []
+    finally:
+        process.kill()
+        process.wait()
+        if process.stdout is not None:
+            process.stdout.close()

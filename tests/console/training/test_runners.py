@@ -1,7 +1,6 @@
 """Both runners on real scenes: the same bits by threads, by Ray actors, and across a restart."""
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -9,18 +8,12 @@ import pytest
 import torch
 
 from actors.cluster import ray_session
-from console.commands import Train
-from console.run import assembly
-from console.run.directory import RunDirectory
-from console.run.experiment import Experiment, with_learner_threads
-from console.training.runners import open_runner
+from console.run.experiment import Experiment
 from discriminator.config import StyleConfig
-from learner.config import LearnerConfig, LoopConfig
-from learner.loop import Loop
+from learner.config import LearnerConfig
 from policy.checkpoints.format import flatten, read
-from policy.checkpoints.run_checkpoints import RunCheckpoints
 from tests.support import small_clips
-from world import tasks
+from tests.support.console.trainings import assert_same, everything, lines, opened
 from world.config import WorldConfig
 
 ITERATIONS = 3
@@ -41,76 +34,6 @@ def experiment(tmp_path_factory: pytest.TempPathFactory) -> Experiment:
             hidden=(32, 16), batch=64, penalty_batch=32, replay=400, normaliser_samples=500
         ),
     )
-
-
-class Kept:
-    """A recorder that keeps every line."""
-
-    def __init__(self) -> None:
-        self.lines: list[dict[str, float]] = []
-
-    def record(self, iteration: int, metrics: Mapping[str, float]) -> None:
-        self.lines.append({"iteration": iteration, **metrics})
-
-
-@contextmanager
-def opened(
-    experiment: Experiment, folder: Path, iterations: int, runner: str = "local", workers: int = 1
-) -> Iterator[Loop]:
-    """The loop as `inhabit train` wires it, in a run directory of its own."""
-    command = Train(
-        task="sit",
-        experiment=experiment,
-        runner="ray" if runner == "ray" else "local",
-        actors=workers,
-        iterations=iterations,
-    )
-    experiment = with_learner_threads(experiment, workers)
-    run = RunDirectory(folder)
-    run.create()
-    faults: list[str] = []
-    with open_runner(command, experiment, run, workers, faults.append) as behind:
-        loop = Loop(
-            assembly.learner(experiment),
-            behind.fleet,
-            behind.style,
-            Kept(),
-            RunCheckpoints(run.checkpoints, assembly.layout(experiment), keep=9),
-            LoopConfig(iterations=iterations, checkpoint_iterations=2),
-            tuple(tasks.make("sit").terms),
-            behind.starts,
-        )
-        yield loop
-        loop.close()
-    assert not faults, "nothing went wrong and was mended behind the comparison"
-
-
-def everything(state: Mapping[str, Any]) -> dict[str, Any]:
-    """All that a checkpoint holds, by path, but the wall time."""
-    tensors, values = flatten(state)
-    del values["training/seconds"]
-    return tensors | values
-
-
-def assert_same(got: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:
-    assert got.keys() == wanted.keys()
-    differing = [
-        name
-        for name, value in wanted.items()
-        if not (
-            torch.equal(got[name], value) if isinstance(value, torch.Tensor) else got[name] == value
-        )
-    ]
-    assert not differing
-
-
-def lines(loop: Loop) -> list[dict[str, float]]:
-    """The metrics of all iterations, but those of time and of how many workers there were."""
-    assert isinstance(loop.recorder, Kept)
-    return [
-        {k: v for k, v in line.items() if not k.startswith(("rate/", "seconds", "actors/"))}
-        for line in loop.recorder.lines
-    ]
 
 
 @pytest.fixture(scope="module")

@@ -9,42 +9,10 @@ from pathlib import Path
 import pytest
 import torch
 
-from policy.checkpoints.format import Layout, Manifest, read, read_manifest, write
-from policy.checkpoints.run_checkpoints import RunCheckpoints, resolve
+from policy.checkpoints.format import read, read_manifest, write
 from policy.errors import CheckpointError, LayoutError
+from tests.support.learning.checkpoints import LAYOUT, MANIFEST, assert_same, state
 from tests.support.paths import ROOT
-
-LAYOUT = Layout("sit", (("root_height", 1), ("root_rotation", 6)), (("target", 3),), 28, (8, 4))
-MANIFEST = Manifest(LAYOUT, iteration=12, samples=999, notes={"data": "SAMP", "licence": "CC"})
-
-
-def state() -> dict:
-    generator = torch.Generator().manual_seed(0)
-    shared = torch.randn(6, 4, generator=generator)
-    return {
-        "policy": {"actor": {"w": shared, "view": shared[:, 1]}, "same": shared},
-        "training": {
-            "learner": {"samples": 999, "rate": 0.1 + 0.2, "nothing": None, "empty": {}},
-            "clock": torch.tensor(5),
-            "mask": torch.tensor([True, False]),
-            "ends": [0, 64, 128],
-            "network/0": torch.ones(2),
-            "a~1b": {"/": 1, "~": 2},
-        },
-        "style": {},
-    }
-
-
-def assert_same(one, other) -> None:
-    assert type(one) is type(other)
-    if isinstance(one, dict):
-        assert one.keys() == other.keys()
-        for key in one:
-            assert_same(one[key], other[key])
-    elif isinstance(one, torch.Tensor):
-        assert one.dtype == other.dtype and torch.equal(one, other)
-    else:
-        assert one == other
 
 
 def test_comes_back_exactly(tmp_path):
@@ -145,28 +113,3 @@ def test_a_full_disk_leaves_the_older_checkpoint_and_nothing_half_written(tmp_pa
     assert "refused: cannot write checkpoint" in done.stdout, done.stdout + done.stderr
     assert [p.name for p in tmp_path.iterdir()] == ["000001"]
     assert_same(read(older).state, state())
-
-
-def test_a_run_keeps_the_last_few_and_the_best(tmp_path):
-    run = RunCheckpoints(tmp_path / "checkpoints", LAYOUT, keep=2)
-    for iteration in (1, 2, 3, 4, 5):
-        run.save(iteration, state(), best=iteration == 2)
-    assert [p.name for p in run.all()] == ["000002", "000004", "000005"]
-    assert resolve(tmp_path).name == "000005"
-    assert resolve(tmp_path / "checkpoints").name == "000005"
-    assert resolve(tmp_path / "checkpoints" / "best").name == "000002"
-    assert resolve(tmp_path / "checkpoints" / "000004").name == "000004"
-    assert read_manifest(resolve(tmp_path)).iteration == 5
-    with pytest.raises(CheckpointError, match="neither"):
-        resolve(tmp_path / "nowhere")
-
-
-def test_a_leftover_of_a_killed_writer_is_no_checkpoint(tmp_path):
-    run = RunCheckpoints(tmp_path, LAYOUT)
-    (tmp_path / ".000003.partial").mkdir()
-    (tmp_path / ".000003.partial" / "policy.safetensors").write_bytes(b"half")
-    run.save(2, state())
-    assert resolve(tmp_path).name == "000002"
-    run.save(3, state())
-    assert resolve(tmp_path).name == "000003"
-    assert not (tmp_path / ".000003.partial").exists()

@@ -40,15 +40,6 @@ def test_by_hand():
     )
 
 
-def test_forgotten_columns_start_anew_and_others_do_not():
-    normaliser = Normaliser(2)
-    normaliser.update(torch.tensor([[1.0, 10.0], [3.0, 10.0]]))
-    normaliser.forget([1])
-    normaliser.update(torch.tensor([[2.0, -4.0], [2.0, 4.0]]))
-    torch.testing.assert_close(normaliser.mean, torch.tensor([2.0, 0.0]).double())
-    torch.testing.assert_close(normaliser.variance, torch.tensor([0.5, 16.0]).double())
-
-
 def test_state_restores_exactly():
     one, other = Normaliser(4), Normaliser(4)
     one.update(torch.randn(50, 4))

@@ -34,9 +34,9 @@ from world.character import features
 from world.character import model as character
 from world.character.features import STATE
 from world.furniture.catalogue import find
-from world.objects.furniture_bank import Bank
+from world.objects.furniture_bank import FurnitureBank
 from world.scene.batch import Scenes
-from world.tasks.task import state as state_of
+from world.scene.target import state as state_of
 
 StatusCode = grpc.StatusCode
 Stub = policy_pb2_grpc.PolicyStub
@@ -69,8 +69,8 @@ def test_act_gives_the_policys_own_actions(client: Stub) -> None:
 def test_targets_are_what_the_simulator_is_given(client: Stub) -> None:
     state, goal = observation(5, 50)
     reply = client.Act(pb.ActRequest(task="sit", state=state, goal=goal))
-    scenes = Scenes(Bank([find("chair-test-000")]).models, 0.35, 3.0)
-    wanted = scenes.targets(torch.from_numpy(numbers(reply.action).copy())).numpy()
+    scenes = Scenes(FurnitureBank([find("chair-test-000")]).models, 0.35, 3.0)
+    wanted = scenes.set_points(torch.from_numpy(numbers(reply.action).copy())).numpy()
     np.testing.assert_allclose(numbers(reply.target), wanted, atol=1e-6)
 
 
@@ -114,13 +114,13 @@ def by_hand(here: pb.Pose, furniture: pb.Furniture) -> tuple[bytes, bytes]:
     mujoco.mju_rotVecQuat(spin, np.array(here.root_angular_velocity, dtype=np.float64), back)
     qpos = np.concatenate((here.root_position, rotation, here.joint_position))
     qvel = np.concatenate((here.root_velocity, spin, here.joint_velocity))
-    bank = Bank([find(furniture.piece)])
+    bank = FurnitureBank([find(furniture.piece)])
     w, _, _, z = furniture.rotation
     yaw = 2 * np.arctan2(z, w)
     turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
     point = turn @ bank.point[0, :2].numpy() + np.array(furniture.position[:2])
     facing = turn @ bank.facing[0].numpy()
-    place = bank.place(
+    place = bank.target(
         torch.tensor([0]),
         torch.from_numpy(point).float()[None],
         torch.from_numpy(facing).float()[None],
@@ -219,7 +219,7 @@ def test_describe_says_what_is_served(client: Stub) -> None:
     kp, kd = character.gains()
     assert [s.kp for s in policy.action.servos] == kp.tolist()
     assert [s.kd for s in policy.action.servos] == kd.tolist()
-    low, high = character.target_bounds()
+    low, high = character.set_point_bounds()
     np.testing.assert_allclose(policy.action.low_rad, low, rtol=1e-6)
     np.testing.assert_allclose(policy.action.high_rad, high, rtol=1e-6)
     widths = {"ball": 4, "hinge": 1}

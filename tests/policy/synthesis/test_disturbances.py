@@ -12,12 +12,12 @@ from tests.support.policy_cases import Running, chair, fixed, make, refusal, run
 from world import tasks
 from world.character import model as character
 from world.furniture.catalogue import find
-from world.objects.furniture_bank import Bank
+from world.objects.furniture_bank import FurnitureBank
 from world.scene import perturbations
 from world.scene.batch import Scenes
 from world.scene.box import BOX_SIZE_M
 from world.scene.perturbations import Thrower
-from world.tasks.task import state as state_of
+from world.scene.target import state as state_of
 
 SIT = tasks.make("sit")
 
@@ -42,15 +42,15 @@ def thrown(seed: int, steps: int) -> tuple[np.ndarray, np.ndarray]:
     stepped by the bank, the scenes and the thrower alone."""
     served = make()
     what = perturbations.draw("projectiles", 1, seed, steps)
-    bank = Bank([find("chair-test-000")], "sit", what.balls())
+    bank = FurnitureBank([find("chair-test-000")], "sit", what.balls())
     scenes = Scenes(bank.models, served.world.action_scale, served.world.action_clip)
     here, facing = torch.tensor([0]), bank.facing
     point = torch.tensor([[2.0, 0.0]]) + bank.point[:, :2]
-    place = bank.place(here, point, facing)
+    place = bank.target(here, point, facing)
     qpos = character.standing_qpos()
     qpos[2] += 0.002
     placed = bank.placed(here, point, facing)
-    scenes.set_down(here, torch.from_numpy(qpos)[None], torch.zeros(1, 34), *placed)
+    scenes.set_state(here, torch.from_numpy(qpos)[None], torch.zeros(1, 34), *placed)
     thrower = Thrower(what, scenes)
     roots, balls = [scenes.qpos[0, :3].clone()], [thrower.position[0]]
     for step in range(steps):

@@ -17,10 +17,10 @@ from world.config import CarryConfig
 from world.furniture.catalogue import find
 from world.objects.box_bank import BoxBank, resting
 from world.objects.box_bank import boxes as training_boxes
-from world.objects.furniture_bank import Bank
+from world.objects.furniture_bank import FurnitureBank
 from world.scene.batch import Scenes
 from world.scene.box import BOX_SIZE_M
-from world.tasks.task import state as state_of
+from world.scene.target import state as state_of
 
 
 @pytest.fixture(scope="module")
@@ -43,14 +43,14 @@ def synthesised(
 def by_hand(seconds: float) -> np.ndarray:
     """Root positions [T + 1, 3] of the sit policy, stepped by the bank and the scenes alone."""
     served = make()
-    bank = Bank([find("chair-test-000")])
+    bank = FurnitureBank([find("chair-test-000")])
     scenes = Scenes(bank.models, served.world.action_scale, served.world.action_clip)
     here, facing = torch.tensor([0]), bank.facing
     point = torch.tensor([[2.0, 0.0]]) + bank.point[:, :2]
-    place = bank.place(here, point, facing)
+    place = bank.target(here, point, facing)
     qpos = character.standing_qpos()
     qpos[2] += 0.002
-    scenes.set_down(
+    scenes.set_state(
         here, torch.from_numpy(qpos)[None], torch.zeros(1, 34), *bank.placed(here, point, facing)
     )
     found = [scenes.qpos[0, :3].numpy().copy()]
@@ -184,7 +184,7 @@ def test_a_box_is_observed_as_in_training(server: Running) -> None:
     from world.character import features
 
     body = features.body(qpos, torch.zeros(1, 34))
-    place = bank.place(torch.tensor([0]), layout)
+    place = bank.target(torch.tensor([0]), layout)
     state = state_of(body, place)
     goal = tasks.make("carry").goal_features(body, place)
     box = carried(

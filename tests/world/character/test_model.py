@@ -44,11 +44,11 @@ def test_layout(model: mujoco.MjModel) -> None:
     assert (model.nq, model.nv, model.nu) == (character.NQ, character.NV, character.NU)
     assert model.opt.timestep == pytest.approx(1 / 120)
     assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    low, high = character.target_bounds()
+    low, high = character.set_point_bounds()
     alone = character.spec().compile()
     np.testing.assert_allclose(alone.actuator_ctrlrange, np.stack([low, high], 1), atol=1e-12)
-    assert (character.neutral_targets() > low).all()
-    assert (character.neutral_targets() < high).all()
+    assert (character.neutral_set_points() > low).all()
+    assert (character.neutral_set_points() < high).all()
     limits = [j.limit_nm for j in character.JOINTS for _ in j.range_deg]
     np.testing.assert_allclose(alone.actuator_forcerange[:, 1], limits)
     # in a scene the limits are world.character.servos': nothing clamps behind its back
@@ -69,7 +69,7 @@ def test_each_servo_reaches_its_target(actuator: int, share: float) -> None:
     spec = character.spec()
     spec.option.gravity = [0, 0, 0]
     model = spec.compile()
-    low, high = character.target_bounds()
+    low, high = character.set_point_bounds()
     # a rotation vector beyond π is another rotation: stay below it
     target = np.clip(low + share * (high - low), -2.6, 2.6)[actuator]
     data = mujoco.MjData(model)

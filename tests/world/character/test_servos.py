@@ -40,7 +40,7 @@ def unlimited() -> mujoco.MjModel:
 def test_limited_targets_pull_with_the_limit(unlimited: mujoco.MjModel) -> None:
     """In MuJoCo: kp (target - length) - kd velocity, cut to the table's torques."""
     qpos, qvel = states(20)
-    low, high = character.target_bounds()
+    low, high = character.set_point_bounds()
     wanted = torch.from_numpy(np.random.default_rng(6).uniform(low, high, size=(20, 28)))
     given = servos.limited(wanted, qpos, qvel)
     kp, kd = character.gains()
@@ -68,7 +68,7 @@ def test_random_actions_stay_finite() -> None:
     qpos = torch.from_numpy(character.standing_qpos()).expand(256, -1)
     ids, still = torch.arange(256), torch.zeros(256, 34)
     here = torch.tensor([[1.0, 0.0]]).expand(256, -1)
-    scenes.set_down(ids, qpos, still, torch.zeros(256, 3), here)
+    scenes.set_state(ids, qpos, still, torch.zeros(256, 3), here)
     fastest = 0.0
     for step in range(300):
         scenes.act(6.0 * random_streams.uniform(0, 99, ids, step, character.NU) - 3.0)

@@ -7,14 +7,14 @@ import pytest
 import torch
 
 from world import random_streams, rotations
-from world.config import StartMixture, WorldConfig
+from world.config import InitialStates, WorldConfig
 from world.episodes.shard import Shard
 from world.errors import ClipError
 from world.furniture.catalogue import catalogue
-from world.initial.furniture import Starter, furniture_pose
+from world.initial.furniture import FurnitureSampler, furniture_pose
 from world.motions import load
 from world.motions.library import MotionLibrary
-from world.objects.furniture_bank import Bank, variants
+from world.objects.furniture_bank import FurnitureBank, variants
 
 CONFIG = WorldConfig(pieces=8, scales=2)
 
@@ -25,8 +25,8 @@ def library() -> MotionLibrary:
 
 
 @pytest.fixture(scope="module")
-def bank() -> Bank:
-    return Bank(variants(catalogue("train", CONFIG.pieces), CONFIG.scales, CONFIG.scale))
+def bank() -> FurnitureBank:
+    return FurnitureBank(variants(catalogue("train", CONFIG.pieces), CONFIG.scales, CONFIG.scale))
 
 
 def actions(scenes: range, clock: int) -> torch.Tensor:
@@ -45,7 +45,7 @@ def roll(shard: Shard, scenes: range, steps: int) -> dict[str, torch.Tensor]:
     return {name: torch.stack(rows) for name, rows in out.items()}
 
 
-def test_sharding_changes_no_bit(library: MotionLibrary, bank: Bank) -> None:
+def test_sharding_changes_no_bit(library: MotionLibrary, bank: FurnitureBank) -> None:
     whole = roll(Shard(CONFIG, library, bank, range(96), 5), range(96), 50)
     assert whole["fell"].any()  # episodes ended, so resets are compared too
     for scenes in (range(32), range(32, 96)):
@@ -54,7 +54,7 @@ def test_sharding_changes_no_bit(library: MotionLibrary, bank: Bank) -> None:
             assert torch.equal(rows, whole[name][:, scenes.start : scenes.stop]), name
 
 
-def test_exact_continuation(library: MotionLibrary, bank: Bank) -> None:
+def test_exact_continuation(library: MotionLibrary, bank: FurnitureBank) -> None:
     scenes = range(32)
     first = Shard(CONFIG, library, bank, scenes, 5)
     roll(first, scenes, 30)
@@ -68,7 +68,9 @@ def test_exact_continuation(library: MotionLibrary, bank: Bank) -> None:
         assert torch.equal(found[name], expected[name]), name
 
 
-def test_observations_are_finite_and_episodes_count(library: MotionLibrary, bank: Bank) -> None:
+def test_observations_are_finite_and_episodes_count(
+    library: MotionLibrary, bank: FurnitureBank
+) -> None:
     shard = Shard(CONFIG, library, bank, range(64), 1)
     ended = 0
     for _ in range(60):
@@ -86,11 +88,13 @@ def test_observations_are_finite_and_episodes_count(library: MotionLibrary, bank
     assert ended > 20
 
 
-def test_starts_are_where_they_say(library: MotionLibrary, bank: Bank) -> None:
-    anywhere = replace(CONFIG, ahead=0.0, front=0.0, starts=StartMixture(0.3, 0.35, 0.35))
-    starter = Starter(anywhere, library, bank, 0)
+def test_starts_are_where_they_say(library: MotionLibrary, bank: FurnitureBank) -> None:
+    anywhere = replace(
+        CONFIG, initial=InitialStates(0.3, 0.35, 0.35, ahead_fraction=0.0, front_fraction=0.0)
+    )
+    sampler = FurnitureSampler(anywhere, library, bank, 0)
     n = 4096
-    starts = starter.draw(torch.arange(n), torch.ones(n, dtype=torch.int64))
+    starts = sampler.draw(torch.arange(n), torch.ones(n, dtype=torch.int64))
     shares = torch.bincount(starts.kind, minlength=3) / n
     torch.testing.assert_close(shares, torch.tensor([0.3, 0.35, 0.35]), atol=0.03, rtol=0)
     assert starts.qpos[:, :2].abs().max() == 0
@@ -98,8 +102,8 @@ def test_starts_are_where_they_say(library: MotionLibrary, bank: Bank) -> None:
     far, near = starts.kind == 2, starts.kind == 1
     assert 1.0 <= distance[far].min() < 1.1
     assert 9.9 < distance[far].max() <= 10.0
-    assert CONFIG.near_m[0] <= distance[near].min()
-    assert distance[near].max() <= CONFIG.near_m[1]
+    assert CONFIG.initial.near_m[0] <= distance[near].min()
+    assert distance[near].max() <= CONFIG.initial.near_m[1]
     # any bearing and any yaw: the mean directions vanish
     assert (starts.point[far] / distance[far, None]).mean(0).norm() < 0.06
     assert starts.facing[far].mean(0).norm() < 0.06
@@ -112,28 +116,34 @@ def test_starts_are_where_they_say(library: MotionLibrary, bank: Bank) -> None:
     torch.testing.assert_close(torch.stack((x, y), 1), starts.point, atol=1e-5, rtol=0)
 
 
-def test_front_starts_stand_before_the_seat(library: MotionLibrary, bank: Bank) -> None:
-    before = replace(CONFIG, front=1.0, starts=StartMixture(0, 1, 0))
+def test_front_starts_stand_before_the_seat(library: MotionLibrary, bank: FurnitureBank) -> None:
+    before = replace(CONFIG, initial=InitialStates(0, 1, 0, front_fraction=1.0))
     n = 2048
-    starts = Starter(before, library, bank, 0).draw(
+    starts = FurnitureSampler(before, library, bank, 0).draw(
         torch.arange(n), torch.ones(n, dtype=torch.int64)
     )
     distance = starts.point.norm(dim=1)
-    assert CONFIG.front_m[0] <= distance.min() < distance.max() <= CONFIG.front_m[1]
+    assert CONFIG.initial.front_m[0] <= distance.min() < distance.max() <= CONFIG.initial.front_m[1]
     ahead = (-starts.point * starts.facing).sum(dim=1) / distance
     assert ahead.min() >= 0.5 - 1e-4  # 60 degrees
     assert ahead.max() > 0.999
     # half within a quarter of the distances, half turned within 45 degrees of where it faces
-    near = CONFIG.front_m[0] + 0.25 * (CONFIG.front_m[1] - CONFIG.front_m[0])
+    near = CONFIG.initial.front_m[0] + 0.25 * (
+        CONFIG.initial.front_m[1] - CONFIG.initial.front_m[0]
+    )
     assert (distance < near).float().mean().item() == pytest.approx(0.5, abs=0.05)
     cosine = (rotations.heading(starts.qpos[:, 3:7]) * starts.facing).sum(dim=1)
     assert (cosine > 0.5**0.5).float().mean().item() == pytest.approx(0.5, abs=0.05)
     assert cosine.min() < -0.99
 
 
-def test_some_far_starts_walk_on_towards_the_place(library: MotionLibrary, bank: Bank) -> None:
-    only_far = replace(CONFIG, ahead=1.0, standing=0.0, starts=StartMixture(0, 0, 1))
-    starts = Starter(only_far, library, bank, 0).draw(
+def test_some_far_starts_walk_on_towards_the_place(
+    library: MotionLibrary, bank: FurnitureBank
+) -> None:
+    only_far = replace(
+        CONFIG, initial=InitialStates(0, 0, 1, ahead_fraction=1.0, standing_fraction=0.0)
+    )
+    starts = FurnitureSampler(only_far, library, bank, 0).draw(
         torch.arange(512), torch.ones(512, dtype=torch.int64)
     )
     speed = starts.qvel[:, :2].norm(dim=1)
@@ -144,7 +154,9 @@ def test_some_far_starts_walk_on_towards_the_place(library: MotionLibrary, bank:
     assert ((course * bearing).sum(1) > 0.7070).all()
 
 
-def test_clip_starts_choose_a_seat_of_the_clips_height(library: MotionLibrary, bank: Bank) -> None:
+def test_clip_starts_choose_a_seat_of_the_clips_height(
+    library: MotionLibrary, bank: FurnitureBank
+) -> None:
     heights = torch.tensor([0.30, 0.42, 0.70])
     chosen = bank.of_height(heights, torch.tensor([0.0, 0.5, 0.99]))
     error = (bank.point[chosen, 2] - heights).abs()
@@ -152,7 +164,9 @@ def test_clip_starts_choose_a_seat_of_the_clips_height(library: MotionLibrary, b
     assert (error <= best + 0.08).all()
 
 
-def test_a_blown_up_scene_is_reset_and_its_sample_void(library: MotionLibrary, bank: Bank) -> None:
+def test_a_blown_up_scene_is_reset_and_its_sample_void(
+    library: MotionLibrary, bank: FurnitureBank
+) -> None:
     shard = Shard(CONFIG, library, bank, range(32), 2)
     shard._scenes.qvel[7, 10] = 1e6
     step = shard.step(torch.zeros(32, 28))
@@ -168,9 +182,9 @@ def test_a_blown_up_scene_is_reset_and_its_sample_void(library: MotionLibrary, b
     assert again.finite.all()
 
 
-def test_clips_without_a_seat_are_refused_for_clip_starts(bank: Bank) -> None:
+def test_clips_without_a_seat_are_refused_for_clip_starts(bank: FurnitureBank) -> None:
     walking = [clip for clip in load.own_clips() if clip.seat is None]
     only = MotionLibrary(walking)
     with pytest.raises(ClipError, match="no clip uses a seat"):
-        Starter(CONFIG, only, bank, 0)
-    Starter(WorldConfig(starts=StartMixture(0, 1, 1)), only, bank, 0)
+        FurnitureSampler(CONFIG, only, bank, 0)
+    FurnitureSampler(WorldConfig(initial=InitialStates(0, 1, 1)), only, bank, 0)

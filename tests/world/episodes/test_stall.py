@@ -1,4 +1,4 @@
-"""Patience: episodes in which nothing comes about any more end, and the others do not."""
+"""The stall time-out ends the episodes in which nothing moves, and no others."""
 
 from dataclasses import replace
 
@@ -8,21 +8,20 @@ import torch
 
 from world.character import servos
 from world.character.features import Body
-from world.config import CarryConfig, StartMixture, WorldConfig
+from world.config import CarryConfig, InitialStates, WorldConfig
 from world.episodes.shard import Shard
-from world.episodes.stall import Patience
+from world.episodes.stall import StallTimeout
 from world.errors import ConfigError
 from world.motions.library import MotionLibrary
 from world.motions.synthetic.library import walking
+from world.motions.uses.box import BOX
 from world.objects.box_bank import BoxBank, boxes
-from world.tasks.task import BoxState, Place
+from world.scene.target import BoxState, Target
 
 CONFIG = WorldConfig(
     task="carry",
     carry=CarryConfig(sizes=8),
-    starts=StartMixture(0, 1, 0),
-    standing=1.0,
-    near_m=(0.8, 1.5),
+    initial=InitialStates(0, 1, 0, standing_fraction=1.0, near_m=(0.8, 1.5)),
 )
 
 
@@ -33,33 +32,33 @@ def body(root_x: list[float]) -> Body:
     return Body(torch.zeros(n, 105), none[:, :2], root[:, None].repeat(1, 15, 1), none, none, none)
 
 
-def place(box_x: list[float]) -> Place:
+def place(box_x: list[float]) -> Target:
     n = len(box_x)
     at = torch.tensor([[x, 0.0, 0.8] for x in box_x])
     none, upright = torch.zeros(n, 3), torch.tensor([[1.0, 0.0, 0.0, 0.0]]).repeat(n, 1)
     box = BoxState(at, upright, none, none, at, none)
-    return Place(none, none[:, :2], box.corners(), box=box)
+    return Target(none, none[:, :2], box.corners(), box=box)
 
 
 def test_who_gets_on_in_time_goes_on() -> None:
     """Four of them for 1 s: stands; goes on by 0.3 m every half second; carries; is done."""
-    patience = Patience(4, 0.6)
+    stall = StallTimeout(4, 0.6)
     every, done = torch.arange(4), torch.tensor([False, False, False, True])
-    patience.reset(every, body([0.0] * 4), place([2.0] * 4))
+    stall.reset(every, body([0.0] * 4), place([2.0] * 4))
     ended = torch.zeros(4, dtype=torch.long)
     for step in range(30):
         half = step // 15
-        ends = patience.ends(
+        ends = stall.ends(
             body([0.2, 0.3 * half, 0.0, 0.0]), place([2.05, 2.0, 2.0 + 0.12 * half, 2.0]), done
         )
         ended = torch.where((ended == 0) & ends, step + 1, ended)
     assert ended.tolist() == [18, 0, 0, 0]
-    patience.reset(every[:1], body([0.2]), place([2.05]))
-    assert not patience.ends(body([0.2] * 4), place([2.05] * 4), done)[0]
+    stall.reset(every[:1], body([0.2]), place([2.05]))
+    assert not stall.ends(body([0.2] * 4), place([2.05] * 4), done)[0]
 
 
 def test_episodes_of_who_stands_end_and_count_as_stalled_not_as_falls() -> None:
-    library = MotionLibrary([walking(np.random.default_rng(0), 1.0)], affordance="carry")
+    library = MotionLibrary([walking(np.random.default_rng(0), 1.0)], use=BOX)
     bank = BoxBank(boxes(CONFIG.carry))
 
     def stand(config: WorldConfig, steps: int) -> dict[str, torch.Tensor]:
@@ -73,7 +72,7 @@ def test_episodes_of_who_stands_end_and_count_as_stalled_not_as_falls() -> None:
             found["fell"].append(step.fell[step.end_ids].float())
         return {key: torch.cat(rows) for key, rows in found.items()}
 
-    found = stand(replace(CONFIG, patience_s=0.5), 16)
+    found = stand(replace(CONFIG, stall_s=0.5), 16)
     stalled = found["stalled"] > 0.0
     assert stalled.sum() > 20
     assert not found["fall"][stalled].any()
@@ -81,7 +80,20 @@ def test_episodes_of_who_stands_end_and_count_as_stalled_not_as_falls() -> None:
     assert not stand(CONFIG, 16)["stalled"].any()
 
 
-def test_patience_of_less_than_a_step_is_refused() -> None:
+def test_a_time_out_of_less_than_a_step_is_refused() -> None:
     for wrong in (0.0, -1.0, float("nan")):
-        with pytest.raises(ConfigError, match="patience_s"):
-            Patience(1, wrong)
+        with pytest.raises(ConfigError, match="stall-s"):
+            StallTimeout(1, wrong)
+
+
+def test_a_state_that_calls_it_patience_is_restored() -> None:
+    library = MotionLibrary([walking(np.random.default_rng(0), 1.0)], use=BOX)
+    bank = BoxBank(boxes(CONFIG.carry))
+    one, other = (Shard(CONFIG, library, bank, range(4), seed) for seed in (1, 2))
+    for _ in range(3):
+        one.step(torch.zeros(4, 28))
+    old = {k.replace("stall_", "patience_"): v for k, v in one.state_dict().items()}
+    assert "patience_still" in old
+    other.load_state_dict(old)
+    for name, value in one.state_dict().items():
+        assert torch.equal(other.state_dict()[name].nan_to_num(), value.nan_to_num()), name

@@ -37,13 +37,13 @@ def test_the_reference_advances_one_frame_a_step_and_episodes_tell_where_they_en
 def test_an_action_is_added_to_the_references_set_point_within_the_bounds() -> None:
     one, other = shard(), shard(residual=False)
     action = torch.full((16, character.NU), 0.2)
-    low, high = (torch.from_numpy(bound) for bound in character.target_bounds())
+    low, high = (torch.from_numpy(bound) for bound in character.set_point_bounds())
     frame = one.state_dict()["frame"]
-    base = followed().setpoint[followed().ahead(frame, 1)].double()
+    base = followed().set_point[followed().ahead(frame, 1)].double()
     wanted = torch.maximum(torch.minimum(base + 0.2 * 0.35 * (high - low), high), low)
-    place = one._place()
-    assert torch.allclose(one._scenes.targets(action, place.setpoints()), wanted)
-    assert other._place().setpoints() is None
+    target = one._target()
+    assert torch.allclose(one._scenes.set_points(action, target.set_points()), wanted)
+    assert other._target().set_points() is None
 
 
 def test_the_end_of_a_clip_is_a_time_out() -> None:
@@ -61,14 +61,14 @@ def test_scenes_are_the_same_however_they_are_divided_and_after_a_restart() -> N
     whole, half = shard(), shard(range(8, 16))
     failures = {"failures": torch.arange(30.0)}
     for each in (whole, half):
-        each.heed(failures)
+        each.update_sampling(failures)
     for k in range(25):
         action = 0.1 * torch.sin(torch.arange(16 * character.NU).view(16, -1) + k)
         step, part = whole.step(action), half.step(action[8:])
         assert torch.equal(step.reward[8:], part.reward)
     again = shard()
     again.load_state_dict(whole.state_dict())
-    again.heed(failures)
+    again.update_sampling(failures)
     for k in range(10):
         action = 0.1 * torch.cos(torch.arange(16 * character.NU).view(16, -1) + k)
         assert torch.equal(whole.step(action).reward, again.step(action).reward)

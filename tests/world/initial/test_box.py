@@ -7,20 +7,20 @@ import pytest
 import torch
 
 from world import random_streams
-from world.character import features, servos
+from world.character import features
 from world.character import model as character
-from world.config import CarryConfig, StartMixture, WorldConfig
+from world.config import CarryConfig, InitialStates, WorldConfig
 from world.episodes.shard import Shard
 from world.errors import ClipError
-from world.initial.box import BoxStarter
+from world.initial.box import BoxSampler
 from world.motions.library import MotionLibrary, StyleMixture, StyleSource
 from world.motions.synthetic.carries import carrying
 from world.motions.synthetic.library import walking
+from world.motions.uses.box import BOX
 from world.objects.box_bank import BoxBank, boxes, resting
 from world.scene import box as box_scene
 from world.scene.batch import Scenes
 from world.tasks.carry import Carry, reach_m
-from world.teachers.carry import Phase
 
 CONFIG = WorldConfig(task="carry", carry=CarryConfig(sizes=12))
 
@@ -37,7 +37,7 @@ def library() -> MotionLibrary:
         carrying(generator, (0.7 * width, width, 0.6 * width), heights, 1.5, 0.6)
         for width, heights in ((0.34, (0.5, 0.6)), (0.48, (0.6, 0.5)))
     ]
-    return MotionLibrary([*carried, walking(generator, 1.0)], affordance="carry")
+    return MotionLibrary([*carried, walking(generator, 1.0)], use=BOX)
 
 
 def test_a_box_on_its_stand_stays_there(bank: BoxBank) -> None:
@@ -49,11 +49,11 @@ def test_a_box_on_its_stand_stays_there(bank: BoxBank) -> None:
     yaw = torch.tensor([[0.8, 0.6]]).expand(n, -1)
     layout = resting(there, yaw, there + torch.tensor([0.0, 3.0, 0.1]))
     none = torch.zeros(n, character.NV)
-    scenes.set_down(every, qpos, none, there, yaw)
-    bank.put(scenes, every, every, layout)
+    scenes.set_state(every, qpos, none, there, yaw)
+    bank.apply(scenes, every, every, layout)
     for _ in range(30):
         scenes.act(torch.zeros(n, 28))
-    now = scenes.now(bank.place(every, layout))
+    now = scenes.now(bank.target(every, layout))
     assert now.box is not None
     assert (now.box.position - there).norm(dim=1).max() < 2e-3
     assert now.box.velocity.norm(dim=1).max() < 5e-3
@@ -61,9 +61,9 @@ def test_a_box_on_its_stand_stays_there(bank: BoxBank) -> None:
 
 def test_starts_on_stands(library: MotionLibrary, bank: BoxBank) -> None:
     n = 1024
-    config = replace(CONFIG, starts=StartMixture(0, 1, 1))
-    starts = BoxStarter(config, library, bank, 0).draw(torch.arange(n), torch.ones(n).long())
-    layout, half = starts.layout, bank.half[starts.variant]
+    config = replace(CONFIG, initial=InitialStates(0, 1, 1))
+    states = BoxSampler(config, library, bank, 0).draw(torch.arange(n), torch.ones(n).long())
+    layout, half = states.layout, bank.half[states.variant]
     low, high = config.carry.stand_m
     for rests in (layout.start, layout.target):
         top = (rests - half * torch.tensor([0.0, 0.0, 1.0]))[:, 2]
@@ -71,28 +71,28 @@ def test_starts_on_stands(library: MotionLibrary, bank: BoxBank) -> None:
         assert high - 0.01 < top.max() <= high + 1e-5
     distance = layout.start[:, :2].norm(dim=1)
     assert (distance >= half[:, :2].norm(dim=1) + 0.35 - 1e-5).all()
-    assert distance[starts.kind == 2].max() > 9.9
+    assert distance[states.kind == 2].max() > 9.9
     carried = (layout.target - layout.start)[:, :2].norm(dim=1)
     assert 1.0 - 1e-5 <= carried.min() < 1.1
     assert 9.9 < carried.max() <= 10.0 + 1e-5
     assert (layout.target[:, :2].norm(dim=1) > 0.5).all()
-    place = BoxStarter(config, library, bank, 0).place(starts)
-    assert not Carry().stage(features.body(starts.qpos, starts.qvel), place)[:, 4].any()
+    place = BoxSampler(config, library, bank, 0).target(states)
+    assert not Carry().stage(features.body(states.qpos, states.qvel), place)[:, 4].any()
 
 
 def test_starts_from_the_clips_have_the_box_in_hand(library: MotionLibrary, bank: BoxBank) -> None:
     n = 512
-    config = replace(CONFIG, starts=StartMixture(1, 0, 0), clip_stages=(0, 0, 1))
-    starter = BoxStarter(config, library, bank, 0)
-    starts = starter.draw(torch.arange(n), torch.ones(n).long())
-    place, body = starter.place(starts), features.body(starts.qpos, starts.qvel)
+    config = replace(CONFIG, initial=InitialStates(1, 0, 0, reference_stages=(0, 0, 1)))
+    sampler = BoxSampler(config, library, bank, 0)
+    states = sampler.draw(torch.arange(n), torch.ones(n).long())
+    place, body = sampler.target(states), features.body(states.qpos, states.qvel)
     assert place.box is not None
     # 12 sizes are 4 cm of width apart: half of that, for each hand half, and two neighbours
     assert reach_m(body, place.box).max() < 0.05
     stages = Carry().stage(body, place).float().mean(dim=0)
     assert stages[0] == 1.0
     assert stages[1] > 0.7
-    press, weight = starter.load_n(starts)
+    press, weight = sampler.load_n(states)
     assert (press > 0.5 * weight / box_scene.FRICTION).all()
     # some of the targets are within reach of one who has only to put the box down
     off = (place.box.target - place.box.position)[:, :2].norm(dim=1)
@@ -104,20 +104,20 @@ def test_no_episode_starts_where_it_would_end(bank: BoxBank) -> None:
     n = 512
     generator = np.random.default_rng(0)
     low = carrying(generator, (0.24, 0.34, 0.2), (0.1, 0.1), 1.5, 0.6)
-    library = MotionLibrary([low, walking(generator, 1.0)], affordance="carry")
-    config = replace(CONFIG, starts=StartMixture(1, 0, 0), clip_stages=(1, 1, 1))
-    starter = BoxStarter(config, library, bank, 0)
-    starts = starter.draw(torch.arange(n), torch.ones(n).long())
+    library = MotionLibrary([low, walking(generator, 1.0)], use=BOX)
+    config = replace(CONFIG, initial=InitialStates(1, 0, 0, reference_stages=(1, 1, 1)))
+    sampler = BoxSampler(config, library, bank, 0)
+    states = sampler.draw(torch.arange(n), torch.ones(n).long())
     assert library.box is not None and library.box.position[library.stages[0], 2].max() < 0.3
-    assert starts.layout.position[:, 2].min() > 0.34
-    body = features.body(starts.qpos, starts.qvel)
-    assert not Carry().fell(body, starter.place(starts)).any()
+    assert states.layout.position[:, 2].min() > 0.34
+    body = features.body(states.qpos, states.qvel)
+    assert not Carry().fell(body, sampler.target(states)).any()
 
 
 def test_clips_without_a_box_are_refused_for_clip_starts(bank: BoxBank) -> None:
     clip = walking(np.random.default_rng(0), 1.0)
     with pytest.raises(ClipError, match="no clip carries a box"):
-        BoxStarter(CONFIG, MotionLibrary([clip], affordance="carry"), bank, 0)
+        BoxSampler(CONFIG, MotionLibrary([clip], use=BOX), bank, 0)
 
 
 def test_style_sees_the_box(library: MotionLibrary) -> None:
@@ -131,88 +131,18 @@ def test_style_sees_the_box(library: MotionLibrary) -> None:
     assert (after[:, features.OBJECT] - place).abs().max() < 0.2
 
 
-def holding(library: MotionLibrary, bank: BoxBank, lesson: bool, led: float) -> Shard:
-    """A shard whose standing characters begin with the box in hand."""
-    carry = replace(CONFIG.carry, in_hand=1.0, near_target=0.0, lesson=lesson, led=led)
-    config = replace(CONFIG, starts=StartMixture(0, 1, 0), standing=1.0, carry=carry)
-    return Shard(config, library, bank, range(24), 3)
-
-
-def test_a_box_in_hand_stays_there_where_the_script_leads_the_arms(
-    library: MotionLibrary, bank: BoxBank
-) -> None:
-    shard = holding(library, bank, False, 1.0)
-    scenes = shard._scenes
-    place = scenes.now(shard._places)  # pyright: ignore
-    assert place.box is not None
-    # the largest boxes are wider than the arms reach with ease
-    narrow = place.box.half[:, 1] < 0.25
+def test_a_box_in_hand_is_between_the_hands(library: MotionLibrary, bank: BoxBank) -> None:
+    carry = replace(CONFIG.carry, in_hand=1.0, near_target=0.0)
+    config = replace(CONFIG, initial=InitialStates(0, 1, 0, standing_fraction=1.0), carry=carry)
+    sampler = BoxSampler(config, library, bank, 3)
+    states = sampler.draw(torch.arange(24), torch.ones(24).long())
+    box = sampler.target(states).box
+    assert box is not None
+    # the arms do not reach round the largest boxes
+    narrow = box.half[:, 1] < 0.25
     assert narrow.sum() > 8
-    assert reach_m(scenes.body(), place.box)[narrow].max() < 0.04
-    stand = scenes.actions(servos.coordinates(scenes.qpos)).float()
-    ended = torch.zeros(24, dtype=torch.bool)
-    for _ in range(20):
-        step = shard.step(stand)
-        ended[step.end_ids] = True
-        assert step.taught is not None and step.led is not None and step.led.all()
-    place = scenes.now(shard._places)  # pyright: ignore
-    assert place.box is not None
-    above = place.box.position[:, 2] - scenes.body().root[:, 2]
-    assert not ended[narrow].any()
-    assert above[narrow].min() > -0.1
-    assert (reach_m(scenes.body(), place.box)[narrow] < 0.08).all()
-
-
-def test_a_lesson_that_does_not_lead_only_says(library: MotionLibrary, bank: BoxBank) -> None:
-    """The arms do what the action says, and the box falls; what they should have done is told."""
-    shard, plain = holding(library, bank, True, 0.0), holding(library, bank, False, 0.0)
-    for _ in range(4):
-        step, other = shard.step(torch.zeros(24, 28)), plain.step(torch.zeros(24, 28))
-        assert torch.equal(step.reward, other.reward)
-        assert other.taught is None
-        assert step.led is not None and not step.led.any()
-        assert step.taught is not None
-        told = ~step.taught.isnan()
-        # arms and the bend of the trunk, where the box is within reach
-        columns = [1, *range(6, 14)]
-        assert told[:, columns].all(dim=1).float().mean() > 0.9
-        assert told.sum() == told[:, columns].sum()
-        assert step.taught[told].abs().max() <= shard.config.action_clip
-
-
-def test_the_porter_teaches_who_is_at_the_box(library: MotionLibrary, bank: BoxBank) -> None:
-    """Those by the box, and who stays where he is, are told with all of the body what to do, in two
-    of five steps; the servos do what the action says, and a shard that goes on goes on being told
-    the same."""
-    carry = replace(CONFIG.carry, porter=True)
-    by_box = replace(CONFIG, near_m=(0.4, 1.4), starts=StartMixture(0, 1, 0))
-    config = replace(by_box, standing=1.0, carry=carry)
-    shard = Shard(config, library, bank, range(24), 3)
-    stand = shard._scenes.actions(servos.coordinates(shard._scenes.qpos)).float()
-    said = []
-    for _ in range(40):
-        step = shard.step(stand)
-        assert step.led is not None and not step.led.any() and step.taught is not None
-        said.append(~step.taught.isnan())
-    told = torch.stack(said)
-    assert torch.equal(told.all(dim=2), told.any(dim=2))
-    share = told.any(dim=2).float().unflatten(0, (8, 5)).mean(dim=1)
-    assert shard._porter is not None
-    picks_up = shard._porter.phase == Phase.PICK_UP
-    now = shard._place().box
-    assert now is not None
-    by_box = (now.position - shard._scenes.qpos[:, :3].float())[:, :2].norm(dim=1) < 1.2
-    torch.testing.assert_close(share[0], 0.4 * by_box.float())
-    torch.testing.assert_close(
-        share[-1], 0.4 * (by_box | picks_up | shard._porter.gait.balks).float()
-    )
-    assert 2 < picks_up.sum() < by_box.sum() < 24 == (share[-1] > 0.0).sum()
-    other = Shard(config, library, bank, range(24), 3)
-    other.load_state_dict(shard.state_dict())
-    for _ in range(3):
-        one, same = shard.step(stand), other.step(stand)
-        assert one.taught is not None and same.taught is not None
-        assert torch.equal(one.taught.nan_to_num(9.0), same.taught.nan_to_num(9.0))
+    body = features.body(states.qpos, states.qvel)
+    assert reach_m(body, box)[narrow].max() < 0.04
 
 
 def roll(shard: Shard, scenes: range, steps: int) -> torch.Tensor:

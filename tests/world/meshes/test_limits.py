@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.support.paths import ROOT
-from tests.world.meshes.test_meshes import CATALOGUE, TRIANGLES, library, mesh, y_up
+from tests.support.world.meshes import CATALOGUE, TRIANGLES, library, mesh, y_up
 from world.meshes import sweethome
 
 #: Reads every file of a folder as the importer does, and says what came of it and what it took.
@@ -21,7 +21,7 @@ from dataclasses import replace
 from pathlib import Path
 from world.errors import InhabitError
 from world.meshes import importing
-from world.meshes.build import Told
+from world.meshes.build import ImportOptions
 
 def peak():
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
@@ -31,11 +31,11 @@ start, found = peak(), {}
 for path in sorted(Path(sys.argv[1]).iterdir()):
     before = time.process_time()
     try:
-        jobs = importing.jobs([path], Told())
+        jobs = importing.jobs([path], ImportOptions())
         said = [job.refused for job in jobs if job.refused]
         for job in jobs:
             if not job.refused:
-                importing.make(replace(job, told=replace(job.told, category="chair")), "")
+                importing.make(replace(job, options=replace(job.options, category="chair")), "")
     except InhabitError as error:
         said = [str(error)]
     found[path.name] = (said, time.process_time() - before, peak() - start)

@@ -9,7 +9,7 @@ import pytest
 from console.app import main
 from world.errors import PieceError
 from world.furniture.affordance.relief import Relief, relief
-from world.furniture.piece import TRIED, Box, Lying, Piece, Place
+from world.furniture.piece import TEST_SCALES, Box, Lying, Piece, SeatTarget
 from world.furniture.surface import triangles
 from world.meshes import resting, store
 from world.meshes.build import Built
@@ -17,29 +17,29 @@ from world.objects import furniture_bank
 from world.objects.drop_test import scales, slips_at
 
 SLAB = (Box((0.0, 0.0, 0.43), (0.25, 0.35, 0.02)),)
-BENCH = Piece("bench", "low-stool", SLAB, (Place((0.0, 0.0, 0.45)),), 5.0)
+BENCH = Piece("bench", "low-stool", SLAB, (SeatTarget((0.0, 0.0, 0.45)),), 5.0)
 
 
 def solid(piece: Piece) -> Relief:
     return relief(triangles(piece))
 
 
-def at(x: float, facing_rad: float = 0.0) -> Place:
-    return Place((x, 0.0, 0.45), facing_rad)
+def at(x: float, facing_rad: float = 0.0) -> SeatTarget:
+    return SeatTarget((x, 0.0, 0.45), facing_rad)
 
 
 def test_a_place_that_holds_stays_where_it_is() -> None:
     (place,) = resting.confirmed(BENCH, solid(BENCH)).sit
-    assert place == replace(BENCH.sit[0], rests_at=TRIED)
+    assert place == replace(BENCH.sit[0], rests_at=TEST_SCALES)
     assert slips_at(place) == ()
 
 
 def test_a_place_at_the_edge_is_moved_back_until_it_holds() -> None:
     """The pelvis 2 cm past the front edge: it falls off; up to 12 cm back it carries."""
     before = replace(BENCH, sit=(at(0.27),))
-    assert resting.told(before).sit[0].rests_at == ()
+    assert resting.tested(before).sit[0].rests_at == ()
     (place,) = resting.confirmed(before, solid(BENCH)).sit
-    assert place.rests_at == TRIED
+    assert place.rests_at == TEST_SCALES
     assert 0.27 - max(resting.MOVES_M) - 1e-9 <= place.point_m[0] < 0.27
     assert place.point_m[1:] == pytest.approx((0.0, 0.45), abs=0.005)
 
@@ -62,15 +62,15 @@ def test_where_nobody_stays_is_refused_but_for_those_one_lies_on() -> None:
 
 def test_seats_that_a_scale_makes_too_high_are_not_tried() -> None:
     # 1.2 * 0.76 = 0.912 m
-    assert scales(Place((0.0, 0.0, 0.76))) == (0.8, 1.0)
-    assert scales(Place((0.0, 0.0, 0.74))) == TRIED
+    assert scales(SeatTarget((0.0, 0.0, 0.76))) == (0.8, 1.0)
+    assert scales(SeatTarget((0.0, 0.0, 0.74))) == TEST_SCALES
 
 
 @pytest.mark.parametrize(
     ("rests_at", "scale", "expected"),
     [
         (None, 0.85, 0.85),  # not tried
-        (TRIED, 0.85, 0.85),
+        (TEST_SCALES, 0.85, 0.85),
         ((1.2,), 0.85, 1.2),
         ((1.2,), 1.15, 1.15),  # next to one at which it holds
         ((0.8, 1.0), 1.15, 1.0),

@@ -8,13 +8,13 @@ import torch
 from world.character import model as character
 from world.furniture.catalogue import find
 from world.objects import clearance
-from world.objects.furniture_bank import Bank
+from world.objects.furniture_bank import FurnitureBank
 from world.scene import model as scene
 
 
 @pytest.mark.parametrize("name", ["chair-train-000", "armchair-test-001", "low-stool-train-002"])
 def test_depth_is_that_of_the_simulators_contacts(name: str) -> None:
-    bank = Bank([find(name)])
+    bank = FurnitureBank([find(name)])
     data = mujoco.MjData(bank.models[0])
     furniture = bank.models[0].body(scene.FURNITURE_BODY).id
     rng = np.random.default_rng(1)
@@ -50,7 +50,7 @@ def test_depth_is_that_of_the_simulators_contacts(name: str) -> None:
 
 def test_depth_by_hand() -> None:
     """The head, a sphere of 9.5 cm, 5 cm above the top of a solid block that it stands over."""
-    bank = Bank([find("low-stool-train-002")])
+    bank = FurnitureBank([find("low-stool-train-002")])
     top = float((bank.box_centre + bank.box_half)[0, bank.box_used[0], 2].max())
     centre_z = top + 0.05
     qpos = torch.from_numpy(character.standing_qpos()).float()[None]

@@ -10,7 +10,7 @@ from scipy import signal
 from console.evaluation import penetration
 from world.character import model as character
 from world.furniture.catalogue import catalogue
-from world.objects.furniture_bank import Bank
+from world.objects.furniture_bank import FurnitureBank
 from world.realism import measures
 from world.realism.measures import Motion
 
@@ -108,7 +108,7 @@ def test_the_nearest_transition_and_clips_are_no_neighbours_of_their_own() -> No
 
 def test_overlap_is_how_far_the_character_was_pushed_into_the_furniture() -> None:
     piece = catalogue("test", 1)[0]
-    model = Bank([piece]).models[0]
+    model = FurnitureBank([piece]).models[0]
     seat = np.array(piece.sit[0].point_m)
     # the pelvis sphere (radius 9 cm, 7 cm above the root) above the seat, then 3 cm into it
     qpos = np.tile(character.standing_qpos(), (3, 1))

@@ -12,7 +12,7 @@ from world.character import features
 from world.character import model as character
 from world.config import WorldConfig
 from world.furniture.catalogue import catalogue
-from world.objects.furniture_bank import Bank
+from world.objects.furniture_bank import FurnitureBank
 from world.scene.batch import Scenes
 from world.scene.perturbations import Mover, Thrower, Throwing, draw, launch
 
@@ -58,13 +58,13 @@ def test_a_launched_ball_meets_the_walking_body() -> None:
 def scenes() -> Scenes:
     """Three scenes with balls, furniture far away, characters standing at the origin."""
     what = draw("projectiles", 3, 0, 60)
-    bank = Bank(catalogue("test")[:3], "sit", what.balls())
+    bank = FurnitureBank(catalogue("test")[:3], "sit", what.balls())
     config = WorldConfig()
     made = Scenes(bank.models, config.action_scale, config.action_clip)
     every = torch.arange(3)
     far = torch.full((3, 2), 20.0)
     ahead = torch.tensor([[1.0, 0.0]]).repeat(3, 1)
-    made.set_down(every, STAND.repeat(3, 1), torch.zeros(3, 34), *bank.placed(every, far, ahead))
+    made.set_state(every, STAND.repeat(3, 1), torch.zeros(3, 34), *bank.placed(every, far, ahead))
     return made
 
 
@@ -100,7 +100,9 @@ def test_balls_hit_push_and_leave(scenes: Scenes) -> None:
 
 def test_a_hit_hands_over_its_momentum() -> None:
     """A floating, servoed character hit in the trunk: between inelastic and slightly elastic."""
-    model = Bank(catalogue("test")[:1], "sit", draw("projectiles", 1, 0, 60).balls()).models[0]
+    model = FurnitureBank(
+        catalogue("test")[:1], "sit", draw("projectiles", 1, 0, 60).balls()
+    ).models[0]
     model.opt.gravity[:] = 0
     data = mujoco.MjData(model)
     data.qpos[: character.NQ] = STAND

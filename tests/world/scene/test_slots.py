@@ -12,7 +12,7 @@ from world.errors import PieceError
 from world.furniture.catalogue import find
 from world.objects import seated_pose
 from world.objects.drop_test import drop
-from world.objects.furniture_bank import Bank, variants
+from world.objects.furniture_bank import FurnitureBank, variants
 from world.scene import slots
 from world.scene.batch import Scenes
 from world.scene.model import compile_scene
@@ -51,13 +51,13 @@ def test_models_of_a_mixture_have_one_layout() -> None:
 
 
 def test_a_mixture_steps_and_changes_its_pieces() -> None:
-    bank = Bank(variants(MIXED, 2, (0.8, 1.2)))
+    bank = FurnitureBank(variants(MIXED, 2, (0.8, 1.2)))
     scenes = Scenes([bank.models[0]] * len(bank), 0.3, 3.0)
     scenes.set_models(range(len(bank)), bank.models)
     qpos = torch.from_numpy(np.stack([seated_pose.qpos(p.sit[0]) for p in bank.pieces]))
     ids = torch.arange(len(bank))
     upright = torch.tensor([[1.0, 0.0]]).expand(len(bank), 2)
-    scenes.set_down(ids, qpos, torch.zeros(len(bank), 34), torch.zeros(len(bank), 3), upright)
+    scenes.set_state(ids, qpos, torch.zeros(len(bank), 34), torch.zeros(len(bank), 3), upright)
     for _ in range(20):
         scenes.act(torch.zeros(len(bank), NU))
     assert bool(scenes.finite().all())

@@ -19,9 +19,9 @@ from world.objects.box_bank import BoxBank, boxes
 from world.scene import box as box_scene
 from world.scene.box import BOX_KG, BOX_SIZE_M, box
 from world.scene.model import compile_scene
-from world.tasks import Place, make, state
+from world.scene.target import BoxState
+from world.tasks import Target, make, state
 from world.tasks.carry import Carry, grips, reach_m
-from world.tasks.task import BoxState
 
 
 def hands_walk(force_n: float, seconds: float = 4.0) -> tuple[float, float]:
@@ -129,7 +129,7 @@ def a_box(
     start: tuple[float, ...] | None = None,
     velocity: tuple[float, ...] = (0, 0, 0),
     yaw: float = 0.0,
-) -> Place:
+) -> Target:
     found = BoxState(
         position=torch.tensor([at]),
         rotation=torch.tensor([[math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]]),
@@ -139,10 +139,10 @@ def a_box(
         target=torch.tensor([target]),
     )
     facing = torch.tensor([[math.cos(yaw), math.sin(yaw)]])
-    return Place(found.target, facing, found.corners(), found.target, found)
+    return Target(found.target, facing, found.corners(), found.target, found)
 
 
-def terms(body: features.Body, where: Place) -> dict[str, float]:
+def terms(body: features.Body, where: Target) -> dict[str, float]:
     return dict(zip(Carry.terms, Carry().reward_terms(body, where)[0].tolist(), strict=True))
 
 
@@ -301,7 +301,7 @@ def test_stages() -> None:
     task = Carry()
     held = with_hands((0.4, -0.29, 1.0), (0.4, 0.29, 1.0))
 
-    def reached(body: features.Body, where: Place) -> list[str]:
+    def reached(body: features.Body, where: Target) -> list[str]:
         found = task.stage(body, where)[0].tolist()
         return [name for name, is_so in zip(task.stages, found, strict=True) if is_so]
 

@@ -10,17 +10,18 @@ import torch
 
 from world.character import features
 from world.character import model as character
-from world.config import StartMixture, WorldConfig
+from world.config import InitialStates, WorldConfig
 from world.episodes.shard import Shard
 from world.errors import PieceError
 from world.furniture.catalogue import catalogue, find
-from world.initial.furniture import Starter
+from world.furniture.usage import use_points
+from world.initial.furniture import FurnitureSampler
 from world.motions.library import MotionLibrary, StyleMixture, StyleSource
 from world.motions.synthetic.library import walking
 from world.motions.synthetic.lies import lying
-from world.objects.furniture_bank import Bank, variants
-from world.objects.targets import spots
-from world.tasks import HELD, Place, make, state
+from world.motions.uses.bed import BED
+from world.objects.furniture_bank import FurnitureBank, variants
+from world.tasks import HELD, Target, make, state
 from world.tasks.lie import HEAD_ABOVE_M, HIP_ABOVE_M, Lie
 from world.tasks.route import footprint, way
 
@@ -28,14 +29,14 @@ from world.tasks.route import footprint, way
 REACH_M = 0.236151 + 0.223894 + 0.175
 
 
-def bed(yaw: float = 0.0, height: float = 0.45) -> Place:
+def bed(yaw: float = 0.0, height: float = 0.45) -> Target:
     """2.0 x 1.2 m; got onto at its front (+x of the place), the head to the left (+y)."""
     corners = torch.tensor(
         [[x, y, z] for x in (-0.7, 0.5) for y in (-1.2, 0.8) for z in (0.0, 0.9)]
     )
     c, s = math.cos(yaw), math.sin(yaw)
     turn = torch.tensor([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    return Place(
+    return Target(
         torch.tensor([[0.0, 0.0, height]]),
         torch.tensor([[c, s]]),
         (corners @ turn.T)[None],
@@ -61,7 +62,7 @@ def on_the_back(height: float = 0.45) -> features.Body:
     return features.body(qpos, torch.zeros(1, character.NV))
 
 
-def terms(body: features.Body, where: Place) -> dict[str, float]:
+def terms(body: features.Body, where: Target) -> dict[str, float]:
     return dict(zip(Lie.terms, Lie().reward_terms(body, where)[0].tolist(), strict=True))
 
 
@@ -124,15 +125,15 @@ def upright(x: float, height: float) -> features.Body:
 
 
 @pytest.mark.parametrize("height", [0.45, 0.60, 0.76])
-@pytest.mark.parametrize("deep_m", [0.0, 0.6])
-def test_every_step_from_the_edge_to_lying_pays(height: float, deep_m: float) -> None:
+@pytest.mark.parametrize("half_depth_m", [0.0, 0.6])
+def test_every_step_from_the_edge_to_lying_pays(height: float, half_depth_m: float) -> None:
     """Also onto a table as high as the hip, and onto a bed whose place is a metre from its edge:
     where sitting on the edge paid no more than standing at it, it stood."""
     where = bed(height=height)
-    where = replace(where, corners=where.corners + torch.tensor([deep_m, 0.0, 0.0]))
+    where = replace(where, corners=where.corners + torch.tensor([half_depth_m, 0.0, 0.0]))
     on_the_way = [
-        standing(0.5 + deep_m + 0.32, 0.0),
-        upright(0.5 + deep_m - 0.15, height),
+        standing(0.5 + half_depth_m + 0.32, 0.0),
+        upright(0.5 + half_depth_m - 0.15, height),
         upright(0.15, height),
         on_the_back(height),
     ]
@@ -147,7 +148,7 @@ def test_error_is_the_worse_of_hip_and_head() -> None:
     # turned end for end the hip is right and the head 1.27 m off
     where = bed()
     assert where.head is not None
-    turned = Place(where.point, where.facing, where.corners, where.head * torch.tensor([1, -1, 1]))
+    turned = Target(where.point, where.facing, where.corners, where.head * torch.tensor([1, -1, 1]))
     error = task.error_m(on_the_back(), turned).item()
     assert error == pytest.approx(math.hypot(2 * REACH_M, sag), abs=1e-4)
 
@@ -200,41 +201,41 @@ def test_the_way_leads_round_the_bed(yaw: float) -> None:
 
 
 def test_where_pieces_are_got_onto() -> None:
-    sofa = spots(find("sofa-train-000"), "lie")
+    sofa = use_points(find("sofa-train-000"), "lie")
     assert [round(spot.facing_rad, 6) for spot in sofa] == [0.0]
-    sides = [spot.facing_rad for spot in spots(find("bed-train-000"), "lie")]
+    sides = [spot.facing_rad for spot in use_points(find("bed-train-000"), "lie")]
     assert len(sides) in (1, 2)
     assert all(abs(abs(side) - math.pi / 2) < 1e-6 for side in sides)
     # a single bed from both sides, a double bed from that of its sleeper
     single, double = find("bed-train-003"), find("bed-train-000")
     assert single.lie is not None and abs(single.lie.hip_m[1]) < 1e-6
-    assert len(spots(single, "lie")) == 2
+    assert len(use_points(single, "lie")) == 2
     assert double.lie is not None and double.lie.hip_m[1] > 0.3
-    assert [spot.facing_rad for spot in spots(double, "lie")] == [pytest.approx(math.pi / 2)]
+    assert [spot.facing_rad for spot in use_points(double, "lie")] == [pytest.approx(math.pi / 2)]
     with pytest.raises(PieceError, match="chair-train-000: has no place to lie"):
-        spots(find("chair-train-000"), "lie")
+        use_points(find("chair-train-000"), "lie")
     with pytest.raises(PieceError, match="has no place to lie"):
-        Bank([find("chair-train-000")], "lie")
+        FurnitureBank([find("chair-train-000")], "lie")
 
 
 @pytest.fixture(scope="module")
-def bank() -> Bank:
-    return Bank(variants(catalogue("train", 8, affordance="lie"), 4, (0.8, 1.2)), "lie")
+def bank() -> FurnitureBank:
+    return FurnitureBank(variants(catalogue("train", 8, affordance="lie"), 4, (0.8, 1.2)), "lie")
 
 
 @pytest.fixture(scope="module")
 def library() -> MotionLibrary:
     generator = np.random.default_rng(0)
     beds = [lying(generator, 0.45, 1.5, 0.3, 1, left) for left in (True, False)]
-    return MotionLibrary([*beds, walking(generator, 1.0)], affordance="lie")
+    return MotionLibrary([*beds, walking(generator, 1.0)], use=BED)
 
 
-def test_places_turn_with_the_pieces(bank: Bank) -> None:
+def test_places_turn_with_the_pieces(bank: FurnitureBank) -> None:
     n = len(bank)
     every = torch.arange(n)
     angle = torch.linspace(0.0, 6.0, n)
     facing = torch.stack((angle.cos(), angle.sin()), dim=1)
-    place = bank.place(every, torch.full((n, 2), 3.0), facing)
+    place = bank.target(every, torch.full((n, 2), 3.0), facing)
     assert place.head is not None
     along = place.head - place.point
     torch.testing.assert_close(along.norm(dim=1), (bank.head - bank.point).norm(dim=1))
@@ -245,10 +246,10 @@ def test_places_turn_with_the_pieces(bank: Bank) -> None:
     torch.testing.assert_close(ground.high, bank.high, atol=1e-4, rtol=0)
 
 
-def test_standing_starts_are_clear_of_the_bed(library: MotionLibrary, bank: Bank) -> None:
+def test_standing_starts_are_clear_of_the_bed(library: MotionLibrary, bank: FurnitureBank) -> None:
     n = 1024
-    config = WorldConfig(task="lie", starts=StartMixture(0, 1, 1))
-    starts = Starter(config, library, bank, 0).draw(torch.arange(n), torch.ones(n).long())
+    config = WorldConfig(task="lie", initial=InitialStates(0, 1, 1))
+    starts = FurnitureSampler(config, library, bank, 0).draw(torch.arange(n), torch.ones(n).long())
     outside = bank.beyond(starts.variant, torch.zeros(n, 2), starts.point, starts.facing)
     # those before it stand at 0.4 m and more from the edge, aslant by up to 60 degrees: 0.2 m
     assert outside.min() > 0.19
@@ -256,12 +257,14 @@ def test_standing_starts_are_clear_of_the_bed(library: MotionLibrary, bank: Bank
     assert starts.point.norm(dim=1).max() <= 10.0 + 1e-4
 
 
-def test_clip_starts_lie_on_the_bed_as_high_as_it_is(library: MotionLibrary, bank: Bank) -> None:
+def test_clip_starts_lie_on_the_bed_as_high_as_it_is(
+    library: MotionLibrary, bank: FurnitureBank
+) -> None:
     n = 256
-    config = WorldConfig(task="lie", starts=StartMixture(1, 0, 0), clip_stages=(0, 0, 1))
-    starts = Starter(config, library, bank, 0).draw(torch.arange(n), torch.ones(n).long())
+    config = WorldConfig(task="lie", initial=InitialStates(1, 0, 0, reference_stages=(0, 0, 1)))
+    starts = FurnitureSampler(config, library, bank, 0).draw(torch.arange(n), torch.ones(n).long())
     body = features.body(starts.qpos, starts.qvel)
-    place = bank.place(starts.variant, starts.point, starts.facing)
+    place = bank.target(starts.variant, starts.point, starts.facing)
     assert place.head is not None
     outside = bank.beyond(starts.variant, torch.zeros(n, 2), starts.point, starts.facing)
     assert (outside < 0).all()
@@ -284,8 +287,8 @@ def test_style_sees_higher_beds_too(library: MotionLibrary) -> None:
     assert (high_next[:, 0] - high[:, 0]).abs().max() < 0.05
 
 
-def test_the_shard_runs_and_tells_its_stages(library: MotionLibrary, bank: Bank) -> None:
-    config = WorldConfig(task="lie", starts=StartMixture(1, 1, 1))
+def test_the_shard_runs_and_tells_its_stages(library: MotionLibrary, bank: FurnitureBank) -> None:
+    config = WorldConfig(task="lie", initial=InitialStates(1, 1, 1))
     shard = Shard(config, library, bank, range(32), 0)
     ended = 0
     for _ in range(40):
@@ -298,4 +301,4 @@ def test_the_shard_runs_and_tells_its_stages(library: MotionLibrary, bank: Bank)
     seen, goal = shard.observe()
     assert seen.shape == (32, 114)
     assert goal.shape == (32, Lie.goal.width)
-    assert torch.equal(seen, state(shard._scenes.body(), shard._place()))
+    assert torch.equal(seen, state(shard._scenes.body(), shard._target()))

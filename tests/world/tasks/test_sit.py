@@ -7,7 +7,7 @@ import torch
 
 from world.character import features
 from world.character import model as character
-from world.tasks import Place, make
+from world.tasks import Target, make
 from world.tasks.sit import HIP_ABOVE_SEAT_M, Sit, approach, compressed, fallen
 
 
@@ -31,15 +31,15 @@ def upright(xy: torch.Tensor) -> torch.Tensor:
     return torch.cat((xy, torch.full_like(xy[:, :1], 0.88)), dim=1)
 
 
-def place(yaw: float = 0.0, height: float = 0.43) -> Place:
+def place(yaw: float = 0.0, height: float = 0.43) -> Target:
     corners = torch.tensor(
         [[x, y, z] for x in (-0.25, 0.25) for y in (-0.2, 0.2) for z in (0.0, 0.9)]
     )[None]
     facing = torch.tensor([[math.cos(yaw), math.sin(yaw)]])
-    return Place(torch.tensor([[0.0, 0.0, height]]), facing, corners)
+    return Target(torch.tensor([[0.0, 0.0, height]]), facing, corners)
 
 
-def terms(body: features.Body, where: Place) -> dict[str, float]:
+def terms(body: features.Body, where: Target) -> dict[str, float]:
     task = Sit()
     return dict(zip(task.terms, task.reward_terms(body, where)[0].tolist(), strict=True))
 
@@ -141,7 +141,7 @@ def test_leaning_on_the_back_or_an_arm_or_standing_behind_is_no_arrival() -> Non
     ):
         body = standing(x, y) if height is None else standing(x, y, height)
         found = terms(body, place())
-        error = (Sit().target(place()) - body.root).square().sum().item()
+        error = (Sit().hip(place()) - body.root).square().sum().item()
         expected = arrived * (0.3 + 0.7 * math.exp(-2.5 * error))
         assert found["approach"] == pytest.approx(expected, abs=1e-5), (x, y, height)
         assert bool(Sit().stage(body, place())[0, 0]) == bool(arrived)

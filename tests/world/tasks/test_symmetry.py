@@ -10,12 +10,11 @@ from world import random_streams, tasks
 from world.character import features
 from world.character import model as character
 from world.furniture.catalogue import find
-from world.furniture.piece import Box, Piece
-from world.furniture.piece import Place as Spot
-from world.objects.furniture_bank import Bank
-from world.objects.targets import spots
+from world.furniture.piece import Box, Piece, SeatTarget
+from world.furniture.usage import use_points
+from world.objects.furniture_bank import FurnitureBank
 from world.scene.batch import Scenes
-from world.tasks import Place, symmetry
+from world.tasks import Target, symmetry
 
 N, STEPS = 16, 6
 
@@ -48,20 +47,20 @@ def partner(joint: character.Joint) -> character.Joint:
 def block() -> Piece:
     """Alike on both sides, since the mirror image of a piece is another piece."""
     box = Box((0.0, 0.0, 0.25), (0.5, 1.0, 0.25))
-    spot = Spot((0.1, 0.0, 0.5), 0.0)
+    spot = SeatTarget((0.1, 0.0, 0.5), 0.0)
     return Piece("block", "chair", (box,), (spot,), 30.0)
 
 
 def scene(
-    qpos: Tensor, qvel: Tensor, point: Tensor, facing: Tensor, bank: Bank
-) -> tuple[Scenes, Place]:
+    qpos: Tensor, qvel: Tensor, point: Tensor, facing: Tensor, bank: FurnitureBank
+) -> tuple[Scenes, Target]:
     scenes = Scenes([bank.models[0]] * N, 0.35, 3.0)
     variant = torch.zeros(N, dtype=torch.int64)
-    scenes.set_down(torch.arange(N), qpos, qvel, *bank.placed(variant, point, facing))
-    return scenes, bank.place(variant, point, facing)
+    scenes.set_state(torch.arange(N), qpos, qvel, *bank.placed(variant, point, facing))
+    return scenes, bank.target(variant, point, facing)
 
 
-def observation(task: tasks.Task, scenes: Scenes, place: Place) -> Tensor:
+def observation(task: tasks.Task, scenes: Scenes, place: Target) -> Tensor:
     body = scenes.body()
     return torch.cat((tasks.state(body, place), task.goal_features(body, place)), dim=1)
 
@@ -70,7 +69,7 @@ def observation(task: tasks.Task, scenes: Scenes, place: Place) -> Tensor:
 def test_the_mirrored_action_gives_the_mirrored_future(name: str) -> None:
     task = tasks.make(name)
     reflect = symmetry.symmetry(task)
-    bank = Bank([block()])
+    bank = FurnitureBank([block()])
     draws = random_streams.normal(3, torch.arange(N), 0, 34 + 28 + 4).double()
     qpos = torch.from_numpy(character.standing_qpos()).repeat(N, 1)
     qpos[:, 7:] += 0.1 * draws[:, :36]
@@ -97,8 +96,8 @@ def test_the_mirrored_action_gives_the_mirrored_future(name: str) -> None:
         )
         action = 0.5 * random_streams.normal(5, torch.arange(N), step, 28)
         torch.testing.assert_close(
-            there.targets(reflect.action(action)),
-            reflect.action(here.targets(action)),
+            there.set_points(reflect.action(action)),
+            reflect.action(here.set_points(action)),
             atol=1e-6,
             rtol=0,
         )
@@ -112,7 +111,7 @@ def test_a_table_is_the_same_from_both_sides() -> None:
     sides = symmetry.symmetry(task)
     piece = find("table-test-004")
     # two variants: the second is used from the other side
-    bank = Bank([piece, piece], "lie")
+    bank = FurnitureBank([piece, piece], "lie")
     cross = [
         float(f[0] * (h - p)[1] - f[1] * (h - p)[0])
         for f, h, p in zip(bank.facing, bank.head, bank.point, strict=True)
@@ -129,9 +128,9 @@ def test_a_table_is_the_same_from_both_sides() -> None:
 
     def seen(variant: int, q: Tensor, v: Tensor, at: Tensor, along: Tensor) -> Tensor:
         body = features.body(q.float(), v.float())
-        place = bank.place(torch.full((N,), variant), at, along)
+        place = bank.target(torch.full((N,), variant), at, along)
         x = torch.cat((tasks.state(body, place), task.goal_features(body, place)), dim=1)
-        found, right = sides.seen(x)
+        found, right = sides.canonical(x)
         assert right is not None and bool((right == (variant == 0)).all())
         return found
 
@@ -143,7 +142,7 @@ def test_a_table_is_the_same_from_both_sides() -> None:
 @pytest.mark.parametrize("name", ["table-test-004", "bed-test-003", "sofa-test-000"])
 def test_corners_come_in_the_order_of_the_place(name: str) -> None:
     piece = find(name)
-    for spot in spots(piece, "lie"):
+    for spot in use_points(piece, "lie"):
         corners = spot.corners(piece)
         assert sorted(map(tuple, corners)) == sorted(map(tuple, piece.corners()))
         cos, sin = np.cos(spot.facing_rad), np.sin(spot.facing_rad)
@@ -160,8 +159,8 @@ def test_a_reflection_is_its_own_inverse_and_keeps_the_middle() -> None:
         x = torch.randn(5, len(reflect.observation.index))
         assert torch.equal(reflect.observation(reflect.observation(x)), x)
         assert sorted(reflect.observation.index.tolist()) == list(range(x.shape[1]))
-    neutral = torch.from_numpy(character.neutral_targets())
+    neutral = torch.from_numpy(character.neutral_set_points())
     torch.testing.assert_close(symmetry.actions()(neutral), neutral)
-    low, high = (torch.from_numpy(b) for b in character.target_bounds())
+    low, high = (torch.from_numpy(b) for b in character.set_point_bounds())
     mirrored = symmetry.actions()
     torch.testing.assert_close(torch.minimum(mirrored(low), mirrored(high)), low)

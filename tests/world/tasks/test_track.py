@@ -12,7 +12,8 @@ from world.character import servos
 from world.character.features import Body
 from world.tasks import make, state
 from world.tasks.symmetry import symmetry
-from world.tasks.track import AHEAD, GRIP_STEPS, Track, TrackPlace, gap_m, joint_coordinates
+from world.tasks.track import AHEAD, GRIP_STEPS, Track, joint_coordinates
+from world.tracking.target import TrackTarget, gap_m
 
 TASK = Track()
 NAMES = list(Track.terms)
@@ -22,12 +23,12 @@ def moved(found: Body, by: tuple[float, float, float]) -> Body:
     return replace(found, position=found.position + torch.tensor(by))
 
 
-def terms(found: Body, place: TrackPlace) -> dict[str, Tensor]:
-    return dict(zip(NAMES, TASK.reward_terms(found, place).unbind(1), strict=True))
+def terms(found: Body, target: TrackTarget) -> dict[str, Tensor]:
+    return dict(zip(NAMES, TASK.reward_terms(found, target).unbind(1), strict=True))
 
 
-def ends(found: Body, place: TrackPlace) -> list[str]:
-    stage = TASK.stage(found, place)[0]
+def ends(found: Body, target: TrackTarget) -> list[str]:
+    stage = TASK.stage(found, target)[0]
     return [name for name, hit in zip(Track.stages, stage.tolist(), strict=True) if hit]
 
 
@@ -40,24 +41,24 @@ def carried(count: int = 1) -> Tensor:
 def test_weights_add_up_and_a_perfect_reference_earns_one() -> None:
     assert sum(Track.terms.values()) == pytest.approx(1.0)
     every = torch.arange(len(followed().clip))
-    found, place = at(every)
-    earned = terms(found, place)
+    found, target = at(every)
+    earned = terms(found, target)
     for name in ("body", "joint", "velocity", "root", "box", "box_angle"):
         # the angle between equal quaternions is known to single precision
         assert float(earned[name].min()) > 0.999, name
-    assert place.box is not None
-    touches = (gap_m(found, place.box) < 0.02).all(dim=1)
-    whole = ~place.boxed() | ~place.holds() | touches
+    assert target.box is not None
+    touches = (gap_m(found, target.box) < 0.02).all(dim=1)
+    whole = ~target.boxed() | ~target.holds() | touches
     assert float(earned["contact"][whole].min()) > 0.95
-    assert int((whole & place.holds()).sum()) > 30
-    reward = TASK.reward_terms(found, place) @ torch.tensor(list(Track.terms.values()))
+    assert int((whole & target.holds()).sum()) > 30
+    reward = TASK.reward_terms(found, target) @ torch.tensor(list(Track.terms.values()))
     assert float(reward[whole].min()) > 0.99
 
 
 def test_rewards_of_a_character_that_drifts_with_and_without_the_box_in_hand() -> None:
     for frame, box in ((carried(), torch.exp(torch.tensor(-15 * 0.01))), (torch.tensor([5]), 1.0)):
-        found, place = at(frame)
-        drifted = terms(moved(found, (0.1, 0.0, 0.0)), place)
+        found, target = at(frame)
+        drifted = terms(moved(found, (0.1, 0.0, 0.0)), target)
         assert float(drifted["body"]) == pytest.approx(1.0, abs=1e-4)
         assert float(drifted["root"]) == pytest.approx(torch.exp(torch.tensor(-0.04)).item(), 1e-4)
         # relative to the root while it is held, in the world while it rests
@@ -65,30 +66,30 @@ def test_rewards_of_a_character_that_drifts_with_and_without_the_box_in_hand() -
 
 
 def test_rewards_of_other_poses_by_hand() -> None:
-    found, place = at(carried())
+    found, target = at(carried())
     off = found.position.clone()
     off[:, 1:, 2] += 0.1
-    assert float(terms(replace(found, position=off), place)["body"]) == pytest.approx(
+    assert float(terms(replace(found, position=off), target)["body"]) == pytest.approx(
         torch.exp(torch.tensor(-0.15)).item(), abs=1e-4
     )
     faster = replace(found, root_velocity=found.root_velocity + torch.tensor([0.5, 0.0, 0.0]))
-    assert float(terms(faster, place)["velocity"]) == pytest.approx(
+    assert float(terms(faster, target)["velocity"]) == pytest.approx(
         torch.exp(torch.tensor(-0.25)).item(), abs=1e-4
     )
-    assert place.box is not None
+    assert target.box is not None
     turn = torch.tensor([[0.9689124, 0.0, 0.0, 0.2474040]])  # 0.5 rad about z
-    turned = replace(place.box, rotation=rotations.multiply(turn, place.box.rotation))
-    assert float(terms(found, replace(place, box=turned))["box_angle"]) == pytest.approx(
+    turned = replace(target.box, rotation=rotations.multiply(turn, target.box.rotation))
+    assert float(terms(found, replace(target, box=turned))["box_angle"]) == pytest.approx(
         torch.exp(torch.tensor(-0.5)).item(), abs=1e-3
     )
-    away = replace(place.box, position=place.box.position + torch.tensor([0.0, 0.0, 2.0]))
-    assert float(terms(found, replace(place, box=away))["contact"]) == pytest.approx(0.0, abs=1e-6)
+    away = replace(target.box, position=target.box.position + torch.tensor([0.0, 0.0, 2.0]))
+    assert float(terms(found, replace(target, box=away))["contact"]) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_episodes_end_by_the_kind_of_deviation() -> None:
-    found, place = at(carried())
-    assert ends(found, place) == []
-    assert ends(moved(found, (0.69, 0.0, 0.0)), place) == ["end_box"]
+    found, target = at(carried())
+    assert ends(found, target) == []
+    assert ends(moved(found, (0.69, 0.0, 0.0)), target) == ["end_box"]
     free, far = at(torch.tensor([5]))
     assert ends(moved(free, (0.69, 0.0, 0.0)), far) == []
     assert ends(moved(free, (0.71, 0.0, 0.0)), far) == ["end_root"]
@@ -99,41 +100,41 @@ def test_episodes_end_by_the_kind_of_deviation() -> None:
     folded[:, 1:, 0] += 0.02
     assert ends(replace(free, position=folded), far) == ["end_body"]
     assert TASK.fell(replace(free, position=folded), far).tolist() == [True]
-    assert place.box is not None
-    dropped = replace(place.box, position=place.box.position - torch.tensor([0.0, 0.0, 0.31]))
-    assert ends(found, replace(place, box=dropped)) == ["end_box"]
+    assert target.box is not None
+    dropped = replace(target.box, position=target.box.position - torch.tensor([0.0, 0.0, 0.31]))
+    assert ends(found, replace(target, box=dropped)) == ["end_box"]
 
 
 def test_a_grip_is_lost_after_ten_control_steps_in_a_row() -> None:
-    found, place = at(carried())
-    assert place.box is not None
-    sideways = replace(place.box, position=place.box.position + torch.tensor([0.0, 0.0, 0.29]))
-    lost = replace(place, box=sideways)
+    found, target = at(carried())
+    assert target.box is not None
+    sideways = replace(target.box, position=target.box.position + torch.tensor([0.0, 0.0, 0.29]))
+    lost = replace(target, box=sideways)
     for step in range(GRIP_STEPS):
         assert ends(found, lost) == [], step
         lost.advance(found)
     assert ends(found, lost) == ["end_grip"]
     # the same grip found again counts from the start
-    kept = replace(place, box=place.box, frame=place.frame - 1)
+    kept = replace(target, box=target.box, frame=target.frame - 1)
     touching = body(kept.frame + 1, kept)
-    assert place.box is not None
+    assert target.box is not None
     kept.advance(touching)
-    assert kept.lost.tolist() == [0] or bool((gap_m(touching, place.box) > 0.02).any())
+    assert kept.lost.tolist() == [0] or bool((gap_m(touching, target.box) > 0.02).any())
 
 
 def test_the_clips_end_is_over_and_no_failure() -> None:
     last = followed().stop[:1] - 1
-    place = at(last - 1)[1]
-    assert place.over().tolist() == [False]
-    place.advance(body(last, place))
-    assert place.over().tolist() == [True]
-    assert TASK.fell(body(last, place), place).tolist() == [False]
+    target = at(last - 1)[1]
+    assert target.completed().tolist() == [False]
+    target.advance(body(last, target))
+    assert target.completed().tolist() == [True]
+    assert TASK.fell(body(last, target), target).tolist() == [False]
 
 
 def test_the_goal_shows_the_reference_ahead_in_the_heading_frame() -> None:
     frame = carried()
-    found, place = at(frame)
-    goal = TASK.goal_features(found, place)
+    found, target = at(frame)
+    goal = TASK.goal_features(found, target)
     assert goal.shape == (1, TASK.goal.width)
     table, reference = TASK.goal, followed()
 
@@ -150,24 +151,24 @@ def test_the_goal_shows_the_reference_ahead_in_the_heading_frame() -> None:
             part(f"box_in_{k}"), rotations.turn_back(found.heading, held)[0], atol=1e-5
         )
         assert part(f"right_grip_in_{k}").tolist() == [1.0]
-    error = reference.setpoint[frame + 1] - reference.coordinates[frame]
+    error = reference.set_point[frame + 1] - reference.coordinates[frame]
     assert torch.allclose(part("setpoint_error"), error[0], atol=1e-4)
-    assert place.box is not None
+    assert target.box is not None
     half = [float(part(f"box_half_{axis}")) for axis in "xyz"]
-    assert half == pytest.approx(place.box.half[0].tolist())
-    assert float(part("box_mass")) == pytest.approx(float(place.mass[0]))
+    assert half == pytest.approx(target.box.half[0].tolist())
+    assert float(part("box_mass")) == pytest.approx(float(target.mass[0]))
 
 
 def test_a_clip_without_a_box_shows_none_and_sees_its_seat() -> None:
     frame = followed().first[2:3] + 40
-    found, place = at(frame)
-    goal = TASK.goal_features(found, place)[0]
+    found, target = at(frame)
+    goal = TASK.goal_features(found, target)[0]
     for name in ("box_in_1", "box_axes_in_4", "right_reach", "box_mass", "left_grip_in_10"):
         assert float(goal[TASK.goal.slice(name)].abs().max()) == 0.0, name
     seat = clips()[2].seat
     assert seat is not None
-    there = torch.tensor([[*seat.point_m[:2], 0.0]]) + place.origin - found.root
-    seen = state(found, place)[0, -9:-6]
+    there = torch.tensor([[*seat.point_m[:2], 0.0]]) + target.origin - found.root
+    seen = state(found, target)[0, -9:-6]
     assert torch.allclose(seen, rotations.turn_back(found.heading, there)[0], atol=1e-5)
 
 
@@ -183,8 +184,8 @@ def test_the_mirror_image_of_a_scene_is_the_scene_of_the_mirror_image() -> None:
     reflect = symmetry(make("track")).observation
     observed = []
     for rows in (frames, frames + clips()[0].frames):
-        found, place = at(rows)
-        observed.append(torch.cat((state(found, place), TASK.goal_features(found, place)), 1))
+        found, target = at(rows)
+        observed.append(torch.cat((state(found, target), TASK.goal_features(found, target)), 1))
     own, image = observed
     # every box has a weight of its own
     mass = 114 + TASK.goal.slice("box_mass").start

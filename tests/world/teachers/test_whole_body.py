@@ -23,8 +23,8 @@ from world.teachers.whole_body import (
     Tasks,
     attitude,
     moments,
-    targets,
-    way_round,
+    rotation_error,
+    set_points,
 )
 
 
@@ -128,15 +128,15 @@ def test_the_heavier_of_two_tasks_that_contradict_wins_by_its_weight_squared() -
     assert move.abs().sum() == move[0, 7]
 
 
-def test_targets_are_a_share_of_the_move_and_the_effort_by_the_stiffness() -> None:
+def test_set_points_are_a_share_of_the_move_and_the_effort_by_the_stiffness() -> None:
     figure = Figure.of(torch.from_numpy(character.standing_qpos())[None], torch.zeros(1, 34))
     move, effort = torch.zeros(2, 1, 34, dtype=torch.float64)
     move[0, 6 + 17], effort[0, 6 + 17] = 0.1, 25.0
-    found = targets(figure, move, effort, torch.tensor([0.5]).double())
+    found = set_points(figure, move, effort, torch.tensor([0.5]).double())
     # a knee of 500 N·m/rad, bent by 0.2
     assert found[0, 17].item() == pytest.approx(0.2 + 0.05 + 25.0 / 500.0)
-    _, high = character.target_bounds()
-    far = targets(figure, 100.0 * move, 1e6 * effort, torch.tensor([0.5]).double())
+    _, high = character.set_point_bounds()
+    far = set_points(figure, 100.0 * move, 1e6 * effort, torch.tensor([0.5]).double())
     assert far[0, 17].item() == pytest.approx(high[17])
 
 
@@ -149,19 +149,19 @@ def test_attitudes_face_and_bend_forward() -> None:
     )
     torch.testing.assert_close(bent, rotations.matrix(q))
     level = attitude(heading, torch.zeros(1, dtype=torch.float64))
-    turn = way_round(level, bent)
+    turn = rotation_error(level, bent)
     left = torch.tensor([[-np.sin(0.7), np.cos(0.7), 0.0]])
     torch.testing.assert_close(turn, 0.4 * left)
 
 
 def squat(height_m: list[float], steps: int) -> tuple[Tensor, Tensor, Tensor]:
-    """Who leads both hands to this height before the feet: how far the mass got from where it rests
-    [n], and how far the hands are from there [n], m; and qpos [n, 43]."""
+    """Both hands move to this height before the feet: the largest distance of the mass from its
+    target [n], the final distance of the hands from theirs [n], m, and qpos [n, 43]."""
     n = len(height_m)
     scenes = Scenes([compile_scene(None)] * n, 0.35, 3.0)
     standing = torch.from_numpy(character.standing_qpos()).float()[None].repeat(n, 1)
     none, ahead = torch.zeros(n, 3), torch.tensor([[1.0, 0.0]]).repeat(n, 1)
-    scenes.set_down(torch.arange(n), standing, torch.zeros(n, 34), none - 5.0, ahead)
+    scenes.set_state(torch.arange(n), standing, torch.zeros(n, 34), none - 5.0, ahead)
     gait, worst = Gait(n), torch.zeros(n, dtype=torch.float64)
     high = torch.tensor(height_m, dtype=torch.float64)
     goal = torch.stack([torch.tensor([0.40, y]).double().expand(n, 2) for y in (-0.2, 0.2)], dim=1)
@@ -172,8 +172,8 @@ def squat(height_m: list[float], steps: int) -> tuple[Tensor, Tensor, Tensor]:
         feet, mass = Footing.of(figure), Mass.of(figure, Load(torch.zeros(n), none.double()))
         way = goal - figure.position[:, HANDS]
         step = way * (0.05 / way.norm(dim=2, keepdim=True).clamp_min(0.05))
-        led, held = torch.ones(n, dtype=torch.bool), torch.zeros(n, dtype=torch.bool)
-        reach = Reach(led, held, step, torch.zeros_like(step), goal, high, left, goal)
+        active, held = torch.ones(n, dtype=torch.bool), torch.zeros(n, dtype=torch.bool)
+        reach = Reach(active, held, step, torch.zeros_like(step), goal, high, left, goal)
         stops = torch.ones(n, dtype=torch.bool)
         stride = gait.advance(feet, mass, torch.zeros(n, 3).double(), stops)
         pace = Pace(torch.full((n,), 0.8).double(), torch.zeros(n, 2), torch.zeros(n, 3))

@@ -1,5 +1,5 @@
-"""Finds where one can lie: a stretch that carries trunk and legs, with a place for the head at its
-upper end, where there is a headboard, a pillow, an arm or nothing."""
+"""Finds lying targets: a stretch that carries trunk and legs, with room for the head at its upper
+end, at a headboard, a pillow, an arm or nothing."""
 
 import math
 
@@ -7,19 +7,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from world.furniture.affordance.relief import CELL_M, Relief
-from world.furniture.affordance.seats import Zone, seen, standing_out
-from world.furniture.piece import HIP_TO_HEAD_M, Lying, Place
+from world.furniture.affordance.seats import Zone, standing_out, zone_heights
+from world.furniture.piece import HIP_TO_HEAD_M, Lying, SeatTarget
 
 HEIGHTS_M = (0.10, 0.92)
-"""Heights at which a surface can be lain on."""
+"""Least and greatest height of a surface for lying."""
 DIRECTIONS = 16
-"""Headings tried, every 22.5 degrees."""
+"""Number of candidate headings, every 22.5 degrees."""
 WIDEST_M = 1.6
-"""An edge farther from the hip than this is not looked for."""
+"""Greatest distance of an edge from the hip."""
 FROM_EDGE_M = 0.26
-"""From the edge to the pelvis of who sits there, the better half of the thighs on the bed."""
+"""Distance from the edge to a sitting character's pelvis, with most of the thighs on the bed."""
 LEVEL_M = 0.08
-"""How far upholstery may be from its median and still carry."""
+"""Greatest deviation of a carrying surface from its median."""
 
 Array = NDArray[np.float64]
 
@@ -32,10 +32,10 @@ BELOW_FEET = Zone((-1.45, -0.90), (-0.16, 0.16))
 
 
 def find(relief: Relief, front_rad: float = 0.0) -> Lying | None:
-    """The best place to lie, piece frame; None where nothing is long and wide enough.
+    """The best lying target, piece frame; None where nothing is long and wide enough.
 
-    front_rad: heading of the piece's front, away from which the head of a bed lies where the
-    geometry does not say.
+    front_rad: heading of the piece's front; the head is at the other end where the geometry does
+    not decide.
     """
     x, y = relief.centres()
     low, high = HEIGHTS_M
@@ -45,25 +45,27 @@ def find(relief: Relief, front_rad: float = 0.0) -> Lying | None:
     rows = np.argwhere(flat)
     if not len(rows):
         return None
-    spots = np.stack((x[rows[:, 0]], y[rows[:, 1]]), axis=1)
+    points = np.stack((x[rows[:, 0]], y[rows[:, 1]]), axis=1)
     headings = np.arange(DIRECTIONS, dtype=np.float64) * (2 * math.pi / DIRECTIONS)
-    score = np.stack([_scored(relief, spots, heading, front_rad) for heading in headings])
+    score = np.stack([_scored(relief, points, heading, front_rad) for heading in headings])
     best = int(np.argmax(score))
     if not math.isfinite(float(score.flat[best])):
         return None
-    d, n = divmod(best, len(spots))
-    hip, heading = spots[n], float(headings[d])
+    d, n = divmod(best, len(points))
+    hip, heading = points[n], float(headings[d])
     head = hip + HIP_TO_HEAD_M * np.array([math.cos(heading), math.sin(heading)])
     zones = (Zone((-0.1, 0.1), (-0.15, 0.15)), HEAD)
-    heights = [float(np.median(seen(relief, hip[None], zone, heading)[0])) for zone in zones]
+    heights = [
+        float(np.median(zone_heights(relief, hip[None], zone, heading)[0])) for zone in zones
+    ]
     return Lying(
         (float(hip[0]), float(hip[1]), heights[0]), (float(head[0]), float(head[1]), heights[1])
     )
 
 
-def edges(relief: Relief, lie: Lying) -> tuple[Place, ...]:
-    """Where one sits on a bed before lying down so: on its long edges, facing out, beside the hip;
-    the nearer edge first, and none where something stands there or the floor is too far down."""
+def edges(relief: Relief, lie: Lying) -> tuple[SeatTarget, ...]:
+    """Seat targets on a bed with this lying target: on its long edges, facing out, beside the hip;
+    the nearer edge first, none where something blocks it or the drop is too small for the legs."""
     hip, head = np.array(lie.hip_m), np.array(lie.head_m)
     along = math.atan2(head[1] - hip[1], head[0] - hip[0])
     found = []
@@ -80,23 +82,24 @@ def edges(relief: Relief, lie: Lying) -> tuple[Place, ...]:
         # a rail or a wall at the edge, or a drop too small for legs
         if heights[edge : edge + 8].max() > LEVEL_M or heights[edge:].min() > -0.10:
             continue
-        spot = hip[:2] + (reach[edge] - FROM_EDGE_M) * out
-        place = Place((float(spot[0]), float(spot[1]), float(hip[2])), heading)
-        found.append((float(reach[edge]), place))
-    return tuple(place for _, place in sorted(found, key=lambda item: item[0]))
+        point = hip[:2] + (reach[edge] - FROM_EDGE_M) * out
+        target = SeatTarget((float(point[0]), float(point[1]), float(hip[2])), heading)
+        found.append((float(reach[edge]), target))
+    return tuple(target for _, target in sorted(found, key=lambda item: item[0]))
 
 
-def _scored(relief: Relief, spots: Array, heading: float, front_rad: float) -> Array:
-    """Scores [n] of hips at the spots, the head towards the heading; −inf where one cannot lie."""
-    trunk = seen(relief, spots, TRUNK, heading)
+def _scored(relief: Relief, points: Array, heading: float, front_rad: float) -> Array:
+    """Scores [n] of hips at the points, with the head towards the heading; −inf where lying is
+    impossible."""
+    trunk = zone_heights(relief, points, TRUNK, heading)
     height = np.median(trunk, axis=1)[:, None]
     carried = (np.abs(trunk - height) < LEVEL_M).mean(axis=1)
-    thighs = (np.abs(seen(relief, spots, THIGHS, heading) - height) < LEVEL_M).mean(axis=1)
-    below = seen(relief, spots, SHINS, heading) - height
-    # over the arm of a short sofa, or over the end, legs hang or rest
+    thighs = (np.abs(zone_heights(relief, points, THIGHS, heading) - height) < LEVEL_M).mean(axis=1)
+    below = zone_heights(relief, points, SHINS, heading) - height
+    # the legs may hang or rest over the arm of a short sofa, or over its end
     shins = (np.abs(below) < LEVEL_M).mean(axis=1)
     barred = (below > 0.30).mean(axis=1)
-    head = seen(relief, spots, HEAD, heading) - height
+    head = zone_heights(relief, points, HEAD, heading) - height
     pillow = ((head > -0.08) & (head < 0.25)).mean(axis=1)
     raised = np.clip(head.mean(axis=1), 0.0, 0.10) / 0.10
     low, high = HEIGHTS_M
@@ -108,10 +111,10 @@ def _scored(relief: Relief, spots: Array, heading: float, front_rad: float) -> A
         & (height[:, 0] > low)
         & (height[:, 0] < high)
     )
-    behind = standing_out(relief, spots, ABOVE_HEAD, heading, height[:, 0], 0.10)
-    ahead = standing_out(relief, spots, BELOW_FEET, heading, height[:, 0], 0.10)
-    taller = _highest(relief, spots, ABOVE_HEAD, heading) - _highest(
-        relief, spots, BELOW_FEET, heading
+    behind = standing_out(relief, points, ABOVE_HEAD, heading, height[:, 0], 0.10)
+    ahead = standing_out(relief, points, BELOW_FEET, heading, height[:, 0], 0.10)
+    taller = _highest(relief, points, ABOVE_HEAD, heading) - _highest(
+        relief, points, BELOW_FEET, heading
     )
     score = (
         2.0 * carried
@@ -122,7 +125,7 @@ def _scored(relief: Relief, spots: Array, heading: float, front_rad: float) -> A
         - 0.2 * ahead
         + 1.2 * np.clip(taller, -0.3, 0.3)
         + 0.5 * raised
-        + 0.8 * _centred(relief, spots, heading, height[:, 0])
+        + 0.8 * _centred(relief, points, heading, height[:, 0])
         - 2.0 * np.clip(head.mean(axis=1) - 0.12, 0.0, 0.15) / 0.10
         + 0.8 * math.cos(4 * (heading - front_rad))
         - 0.25 * math.cos(heading - front_rad)
@@ -130,17 +133,17 @@ def _scored(relief: Relief, spots: Array, heading: float, front_rad: float) -> A
     return np.where(possible, score, -np.inf)
 
 
-def _highest(relief: Relief, spots: Array, zone: Zone, heading: float) -> Array:
-    return seen(relief, spots, zone, heading).max(axis=1)
+def _highest(relief: Relief, points: Array, zone: Zone, heading: float) -> Array:
+    return zone_heights(relief, points, zone, heading).max(axis=1)
 
 
-def _centred(relief: Relief, spots: Array, heading: float, height: Array) -> Array:
-    """How evenly upholstery runs on to both sides [n], up to 0.45 m: 1 in the middle."""
+def _centred(relief: Relief, points: Array, heading: float, height: Array) -> Array:
+    """Symmetry [n] of the surface's extent to both sides, up to 0.45 m: 1 in the middle."""
     reach = np.arange(CELL_M, 0.45, 2 * CELL_M)
     across = np.array([-math.sin(heading), math.cos(heading)])
     runs = []
     for sign in (1.0, -1.0):
-        at = spots[:, None] + (sign * reach)[:, None] * across
+        at = points[:, None] + (sign * reach)[:, None] * across
         same = np.abs(relief.at(at[..., 0], at[..., 1]) - height[:, None]) < LEVEL_M
         runs.append(np.cumprod(same, axis=1).sum(axis=1) / len(reach))
     return np.minimum(*runs)

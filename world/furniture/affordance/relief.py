@@ -1,4 +1,4 @@
-"""The relief of a piece: on a fine grid, the height of the surface that a person would meet."""
+"""The relief of a piece: the height of its usable surface on a fine grid."""
 
 from dataclasses import dataclass
 
@@ -9,11 +9,11 @@ from scipy import ndimage
 CELL_M = 0.02
 """Edge of a cell."""
 PER_CELL = 6.0
-"""Points sampled on each cell's worth of surface."""
+"""Sampled points per cell area of surface."""
 HEADROOM_M = 0.75
-"""Free height that a person needs above a surface, sitting on it."""
+"""Free height above a surface that a sitting person needs."""
 SLIT_M = 0.07
-"""Gaps between slats, cushions and wires that carry a person all the same."""
+"""Greatest gap between slats, cushions and wires that still carries a person."""
 MAX_POINTS = 3_000_000
 
 Points = NDArray[np.float64]
@@ -26,7 +26,7 @@ class Relief:
     height_m: NDArray[np.float64]
     """[nx, ny]: of the lowest surface with HEADROOM_M above it, slits closed; 0 is the floor."""
     raw_m: NDArray[np.float64]
-    """[nx, ny]: the same with its slits."""
+    """[nx, ny]: the same with open slits."""
     low_m: NDArray[np.float64]
     """[2]: the grid's corner."""
 
@@ -60,7 +60,7 @@ def relief(triangles_m: Points) -> Relief:
 
 
 def _sampled(triangles_m: Points) -> Points:
-    """Points [m, 3] spread evenly over the triangles, the same ones every time."""
+    """Points [m, 3] spread evenly over the triangles, deterministic."""
     a, b, c = triangles_m[:, 0], triangles_m[:, 1], triangles_m[:, 2]
     area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
     total = float(area.sum())
@@ -77,7 +77,8 @@ def _sampled(triangles_m: Points) -> Points:
 
 
 def _lowest_free(points: Points, low: NDArray[np.float64], shape: tuple[int, int]) -> Points:
-    """[nx, ny]: of each column's surfaces the lowest with HEADROOM_M above it; 0 for the floor."""
+    """[nx, ny]: height of the lowest surface of each column with HEADROOM_M above it; 0: the
+    floor."""
     cell = np.floor((points[:, :2] - low) / CELL_M).astype(np.int64)
     column = cell[:, 0] * shape[1] + cell[:, 1]
     order = np.lexsort((points[:, 2], column))
@@ -85,7 +86,7 @@ def _lowest_free(points: Points, low: NDArray[np.float64], shape: tuple[int, int
     above = np.append(z[1:], np.inf)
     last = np.append(column[1:] != column[:-1], True)
     free = last | (above - z > HEADROOM_M)
-    # the floor itself counts where the lowest surface is out of reach of a head
+    # the floor counts where the lowest surface is out of reach of a head
     first = np.append(True, last[:-1])
     floor_free = np.zeros(shape[0] * shape[1], dtype=bool)
     floor_free[column[first & (z > HEADROOM_M + 0.4)]] = True

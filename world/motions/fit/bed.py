@@ -1,4 +1,7 @@
-"""The bed that a clip lies on, from the stretch in which the trunk is down and still."""
+"""The beds of a clip, fitted to the stretches in which the trunk is down and still."""
+
+import itertools
+from dataclasses import replace
 
 import numpy as np
 import torch
@@ -6,7 +9,7 @@ from torch import Tensor
 
 from world.character import model as character
 from world.motions.clip import Clip
-from world.motions.fit.ground import body_poses, smooth, stretches
+from world.motions.fit.poses import body_poses, smooth, stretches
 from world.motions.objects import Bed
 
 #: Spheres of the trunk that rest on a bed: body, centre in its frame (m), radius (m).
@@ -16,26 +19,25 @@ _TRUNK = (
     ("torso", (0.0, 0.0, 0.12), 0.11),
 )
 _HEAD_CENTRE_M = (0.0, 0.0, 0.175)
-#: Trunk at least this far from vertical: lying (who leans on a pile of pillows does not lie).
+#: Trunk at least this far from vertical: lying; leaning on a pile of pillows does not count.
 _LYING_UP = np.cos(np.deg2rad(60.0))
 #: Trunk moving slower than this is at rest, m/s.
 _REST_SPEED_M_S = 0.15
 _REST_MIN_S = 1.0
-#: Rests on the same bed that lie no further apart than this in time are one, s: one turns over.
+#: Rests on a bed with gaps up to this are one, s: the character turns over.
 _TURNING_OVER_S = 4.0
-#: What one lies on below this is the floor, m.
+#: A surface below this is the floor, m.
 _LOWEST_M = 0.12
-#: From which height of the pelvis the character is up beside the bed, m.
+#: A pelvis above this is up beside the bed, m.
 _UP_M = 0.72
 
 
 def find_beds(clip: Clip) -> list[Bed]:
-    """The beds that a floor-mended clip lies on, in order.
+    """The beds that a floor-corrected clip lies on, in order.
 
-    The surface is where the trunk's underside rests (the median of its three spheres: mattresses
-    give way, so that the lowest one is too low), hip and head are the points on it below the
-    pelvis and the middle of the head, and the side is the one that the character comes from and
-    leaves to.
+    The surface is the height of the trunk's underside at rest: the median of its three spheres,
+    since on a soft mattress the lowest one is too low. Hip and head are the points on it below the
+    pelvis and the centre of the head. The access side is where the character comes from and leaves.
     """
     position, rotation = body_poses(clip)
     pelvis = position[:, 0].numpy().astype(np.float64)
@@ -47,7 +49,7 @@ def find_beds(clip: Clip) -> list[Bed]:
     sigma = 0.1 * clip.fps
     speed = np.stack([np.gradient(smooth(x, sigma)) for x in chest.T], axis=1) * clip.fps
     still = np.linalg.norm(speed, axis=1) < _REST_SPEED_M_S
-    # one who leans forward from a seat has the chest higher than the pelvis, and no bed below it
+    # leaning forward on a seat: the chest is above the pelvis, without a bed below it
     on_it = pelvis[:, 2] > surface
     lying = (trunk_up < _LYING_UP) & (pelvis[:, 2] < _UP_M) & on_it
     beds: list[Bed] = []
@@ -78,6 +80,21 @@ def find_beds(clip: Clip) -> list[Bed]:
     return beds
 
 
+def with_beds(clip: Clip) -> list[Clip]:
+    """The parts of a clip, each with at most one bed."""
+    beds = find_beds(clip)
+    if not beds:
+        return [clip]
+    stops = [(a.to_frame + b.from_frame) // 2 for a, b in itertools.pairwise(beds)]
+    parts = []
+    for index, (bed, start, stop) in enumerate(
+        zip(beds, [0, *stops], [*stops, clip.frames], strict=True)
+    ):
+        name = clip.name if len(beds) == 1 else f"{clip.name}#{index + 1}"
+        parts.append(replace(clip, name=name, bed=bed).part(start, stop))
+    return parts
+
+
 def point(
     position: Tensor, rotation: Tensor, body: str, offset_m: tuple[float, float, float]
 ) -> np.ndarray:
@@ -88,7 +105,7 @@ def point(
 
 
 def joined(found: list[tuple[int, int]], gap: int) -> list[tuple[int, int]]:
-    """Stretches with those that lie at most `gap` frames apart made one."""
+    """Stretches, merged where they are at most `gap` frames apart."""
     result: list[tuple[int, int]] = []
     for start, stop in found:
         if result and start - result[-1][1] <= gap:

@@ -1,5 +1,7 @@
-"""The box that a clip carries, from its hands: at rest before the grasp, rigid with the hands while
-they hold it, at rest after the release."""
+"""The box of a clip, fitted to its hands: at rest before the grasp, rigid with the hands during the
+hold, at rest after the release."""
+
+from dataclasses import replace
 
 import numpy as np
 import torch
@@ -7,48 +9,49 @@ import torch
 from world import rotations
 from world.character import model as character
 from world.motions.clip import Clip
-from world.motions.fit.ground import body_poses, smooth, stretches
+from world.motions.fit.poses import body_poses, smooth, stretches
 from world.motions.objects import BoxTrack
 
-#: Radius of the character's hands, m: the box is that much narrower than they are apart.
+#: Radius of the character's hands, m: the box is narrower than their distance by twice this.
 HAND_M = 0.04
-#: Hands that hold something: this far apart, their distance steady to this (standard deviation over
-#: _STEADY_S), level to this, ahead of the pelvis by this; m and s.
+#: A hold: hands this far apart, with a distance steady to this (standard deviation over _STEADY_S),
+#: level to this, ahead of the pelvis by this; m and s.
 _APART_M = (0.20, 0.85)
 _STEADY_M, _STEADY_S = 0.012, 0.4
 _LEVEL_M, _AHEAD_M = 0.2, 0.05
-#: The line between the hands is this square to the heading.
+#: The line between the hands is square to the heading within this angle.
 _ACROSS = np.cos(np.deg2rad(40.0))
-#: What is held is carried somewhere: its centre moves by this, m.
+#: In a hold the centre between the hands moves by at least this, m.
 _CARRIED_M = 0.25
-#: Hands that swing or rest while one walks or sits stay nearer to the pelvis than this, m: further
-#: ahead they hold something if they do so for the shorter time, s; nearer if they do for the longer
-#: one, no further apart than this, m, and up from a seat, m.
+#: Swinging or resting hands are nearer to the pelvis than this, m. Further ahead, a hold lasts at
+#: least the shorter time, s; nearer, it lasts at least the longer one, with the hands at most this
+#: far apart, m, and the pelvis above this, m.
 _HELD_AHEAD_M = 0.26
 _SHORTEST_S = (0.8, 1.5)
 _CLOSE_M = 0.42
 _UP_M = 0.70
-#: Nobody carries anything with the pelvis lower than this, m.
+#: With the pelvis lower than this there is no hold, m.
 _DOWN_M = 0.50
-#: Losses of the grip shorter than this are none, s.
+#: Gaps of the grip up to this are closed, s.
 _GAP_S = 0.4
-#: The hands have closed on the box when they are within this of its width, m.
+#: The hands are closed on the box when their distance is within this of its width, m.
 _CLOSED_M = 0.015
-#: From the lowest point of a bend to where wrists that turned are as far apart as the box is wide:
-#: at most this long, s, and this much nearer, m.
+#: Wrists that turn are further apart or nearer at the lowest point of a bend: a hold is extended to
+#: there within this time, s, and this difference of their distance, m.
 _TURNING_S, _TURNING_M = 1.2, 0.14
 _ON_ITS_WAY_M_S = 0.15
 #: From the pelvis to the near face of a carried box: at least the depth of the trunk, m.
 _TRUNK_M = 0.13
-#: Depth and height of a box by its width: the paper's 30 × 50 × 35 cm, long side across.
+#: Depth and height of a box, as fractions of its width: the paper's 30 × 50 × 35 cm, long side
+#: across.
 _DEPTH, _HEIGHT = 0.7, 0.6
 
 
 def find_box(clip: Clip) -> BoxTrack | None:
-    """The track of the box that a clip carries; None if its hands never carry anything.
+    """The track of a clip's box; None if its hands hold nothing.
 
-    The box is level and square to the line between the hands; its width is their distance less
-    their thickness, its depth and height follow from that in the paper's proportions.
+    The box is level and square to the line between the hands. Its width is their distance less
+    their thickness; depth and height have the paper's proportions.
     """
     position, _ = body_poses(clip)
     hands = [
@@ -73,7 +76,7 @@ def find_box(clip: Clip) -> BoxTrack | None:
     tilt = np.arcsin(np.clip(line[:, 2] / apart, -1, 1))
     width = float(np.median(apart[held])) - 2 * HAND_M
     size = (_DEPTH * width, width, _HEIGHT * width)
-    # wrists hold a box by its near half: it is no deeper in the hands than the trunk lets it be
+    # wrists hold a box at its near half, and the trunk limits how near it is
     carried = held & (middle[:, 2] > clip.root_position_m[:, 2] - 0.1)
     near = float(np.median(ahead[carried if carried.any() else held]))
     offset = float(np.clip(_TRUNK_M + 0.5 * size[0] - near, 0.0, 0.5 * size[0]))
@@ -84,15 +87,20 @@ def find_box(clip: Clip) -> BoxTrack | None:
     return BoxTrack(pose.astype(np.float32), size, held)
 
 
+def with_box(clip: Clip) -> list[Clip]:
+    """The clip with its box, if any."""
+    return [replace(clip, box=find_box(clip))]
+
+
 def _gripping(clip: Clip, hands: list[np.ndarray]) -> np.ndarray:
-    """[T] bool: whether the hands are placed as those that hold something between them."""
+    """[T] bool: the hands are posed as in a hold."""
     line = hands[1] - hands[0]
     apart = np.linalg.norm(line, axis=1)
     half = max(1, round(0.5 * _STEADY_S * clip.fps))
     windows = np.lib.stride_tricks.sliding_window_view(
         np.pad(apart, half, mode="edge"), 2 * half + 1
     )
-    # steady on one side of the frame is enough: a grip begins and ends somewhere
+    # steady on one side of the frame is enough, at the begin and end of a grip
     spread = windows.std(axis=1)
     before, after = np.roll(spread, half), np.roll(spread, -half)
     before[:half], after[len(after) - half :] = np.inf, np.inf
@@ -107,14 +115,14 @@ def _gripping(clip: Clip, hands: list[np.ndarray]) -> np.ndarray:
 
 
 def _ahead(clip: Clip, hands: list[np.ndarray]) -> np.ndarray:
-    """[T]: how far ahead of the pelvis the middle between the hands is, m."""
+    """[T]: distance of the centre between the hands ahead of the pelvis, m."""
     heading = rotations.heading(torch.from_numpy(clip.local_rotation[:, 0])).numpy()
     middle = 0.5 * (hands[0] + hands[1])
     return np.sum((middle - clip.root_position_m)[:, :2] * heading, axis=1)
 
 
 def _filled(mask: np.ndarray, gap: int) -> list[tuple[int, int]]:
-    """The stretches of a mask, those less than `gap` frames apart made one."""
+    """The stretches of a mask, merged where at most `gap` frames apart."""
     filled = mask.copy()
     for start, stop in stretches(~mask):
         if stop - start <= gap and start > 0 and stop < len(mask):
@@ -123,9 +131,8 @@ def _filled(mask: np.ndarray, gap: int) -> list[tuple[int, int]]:
 
 
 def closed(apart: np.ndarray, start: int, stop: int, frames: int) -> tuple[int, int] | None:
-    """A hold cut, or widened, to the frames in which the hands are as far apart as the box is wide.
-
-    A hold that reaches an end of the clip goes on there.
+    """A hold, cut or extended to the frames in which the hands' distance is the box's width; None
+    where there are none.
     """
     width = float(np.median(apart[start:stop]))
     tight = np.abs(apart - width) < _CLOSED_M
@@ -143,8 +150,8 @@ def closed(apart: np.ndarray, start: int, stop: int, frames: int) -> tuple[int, 
 def _holds(
     clip: Clip, apart: np.ndarray, ahead: np.ndarray, middle: np.ndarray, grip: slice
 ) -> bool:
-    """Whether hands that keep their distance hold something: they carry it, and reach for it or
-    keep it long."""
+    """Whether hands at a constant distance hold something: they move, and are far ahead or stay so
+    for long."""
     pelvis = float(np.median(clip.root_position_m[grip, 2]))
     if np.linalg.norm(np.ptp(middle[grip], axis=0)) < _CARRIED_M or pelvis < _DOWN_M:
         return False
@@ -157,11 +164,11 @@ def _holds(
 def _from_the_bend(
     apart: np.ndarray, height: np.ndarray, start: int, stop: int, fps: int
 ) -> tuple[int, int]:
-    """A hold widened to where the hands are lowest before and after it, if they only come up from
-    there, and go down to there, with the box."""
+    """A hold extended to the lowest positions of the hands before and after it, where they only
+    rise from the first and only fall to the second."""
     reach = round(_TURNING_S * fps)
     width = float(np.median(apart[start:stop]))
-    # hands that close on a box stand still: already on their way, they have had it for a while
+    # hands are still when they close on a box: moving ones hold it already
     speed = np.gradient(height) * fps
     before = np.arange(max(0, start - reach), start + 1)
     lowest = int(before[np.argmin(height[before])])
@@ -183,13 +190,13 @@ def _from_the_bend(
 
 
 def _only_rises(height: np.ndarray) -> bool:
-    """Whether heights rise by more than 5 cm, and nowhere fall by more than 1 cm."""
+    """Whether heights rise by more than 5 cm and never fall by more than 1 cm."""
     climbed = np.maximum.accumulate(height)
     return bool(height[-1] - height[0] > 0.05 and (climbed - height).max() < 0.01)
 
 
 def _resting(path: np.ndarray, held: np.ndarray) -> np.ndarray:
-    """Where the box is while no hand holds it: where it was last put, or is first taken."""
+    """The path with the box at rest outside the holds: at its last release, or its first grasp."""
     rest = path.copy()
     holds = stretches(held)
     for start, stop in stretches(~held):

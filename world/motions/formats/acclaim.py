@@ -1,6 +1,6 @@
 """Reader of Acclaim motions: an `.amc` file and the `.asf` skeleton that lies beside it.
 
-The parsers on PyPI demand an order of keywords that CMU's files do not have; the format is small.
+The parsers on PyPI require an order of keywords that CMU's files do not have; the format is small.
 Source: J. Lander, "Working with motion capture file formats" (1998): a bone's rotation in the world
 is its parent's times C M inverse(C), C being its `axis`, M its degrees of freedom.
 """
@@ -14,11 +14,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from world.errors import ClipError
-from world.motions.formats.licences import licence
 from world.motions.formats.recording import Recording, forward
+from world.motions.licences import licence
 
 SUFFIXES = (".amc",)
-#: AMC files do not state their rate; CMU's is this.
+#: CMU's rate; AMC files do not state theirs.
 RATE_HZ = 120.0
 _DOFS = ("rx", "ry", "rz")
 
@@ -29,17 +29,17 @@ class Bone:
 
     name: str
     along: np.ndarray
-    """[3]: from its start to its end, in the file's unit, at the zero pose."""
+    """[3]: from start to end at the zero pose, in the file's unit."""
     axis: np.ndarray
-    """[3, 3]: the frame that its rotations are given in."""
+    """[3, 3]: frame of its rotations."""
     order: str
-    """Axes in the order in which rotations are applied, such as xyz."""
+    """Axes in the order of application, such as xyz."""
     dof: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Skeleton:
-    """An ASF skeleton: bones by name, and which hangs from which."""
+    """An ASF skeleton: bones and parents by name."""
 
     root_order: tuple[str, ...]
     root_axis: str
@@ -49,7 +49,7 @@ class Skeleton:
 
 
 def read(path: Path) -> Recording:
-    """The motion in an AMC file with the skeleton beside it; ClipError in one line otherwise."""
+    """The motion in an AMC file with the skeleton beside it. Raises ClipError."""
     skeleton_path = beside(path)
     try:
         skeleton = _skeleton(skeleton_path.read_text(errors="replace"))
@@ -81,7 +81,8 @@ def read(path: Path) -> Recording:
 
 
 def beside(path: Path) -> Path:
-    """The skeleton of an AMC file: of its own name, of its subject's, or the only one there."""
+    """The skeleton file of an AMC file: of its own name, of its subject's, or the only one
+    there."""
     folder = path.parent
     found = {p.stem.lower(): p for p in folder.iterdir() if p.suffix.lower() == ".asf"}
     for stem in (path.stem, path.stem.split("_")[0]):
@@ -201,8 +202,8 @@ def _whole(
 def _pose(
     skeleton: Skeleton, values: dict[str, np.ndarray], frames: int
 ) -> tuple[tuple[str, ...], tuple[int, ...], np.ndarray, np.ndarray]:
-    """Joint names, parents, offsets [J, 3] and local rotations [T, J, 3, 3]: a joint a bone, where
-    the bone starts, and one at each open end."""
+    """Joint names, parents, offsets [J, 3] and local rotations [T, J, 3, 3]: one joint at the start
+    of each bone, and one at each open end."""
     names, parents, offsets = ["root"], [-1], [np.zeros(3)]
     turn = [skeleton.root_order.index(f"r{axis}") for axis in skeleton.root_axis]
     local = [
@@ -236,7 +237,7 @@ def _pose(
 
 
 def _turned(bone: Bone, values: np.ndarray | None, degrees: bool, still: np.ndarray) -> np.ndarray:
-    """A bone's rotations [T, 3, 3] against its parent."""
+    """A bone's rotations [T, 3, 3] relative to its parent."""
     if values is None or not bone.dof:
         return still
     angles = np.zeros((len(still), 3))

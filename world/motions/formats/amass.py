@@ -4,12 +4,13 @@ Source: github.com/nghorbani/amass: `trans`, `poses` or `root_orient` and `pose_
 `gender`, and the rate as `mocap_framerate` or `mocap_frame_rate`.
 """
 
+import zipfile
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 
 from world.errors import ClipError
+from world.motions import npz
 from world.motions.formats import smpl
 from world.motions.formats.recording import Recording
 
@@ -18,9 +19,9 @@ RATES = ("mocap_framerate", "mocap_frame_rate")
 
 
 def read(path: Path) -> Recording:
-    """The motion in an AMASS file; ClipError in one line if it is none."""
+    """The motion in an AMASS file. Raises ClipError."""
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with npz.opened(path) as file:
             rate = next((key for key in RATES if key in file), None)
             if rate is None:
                 raise ClipError(f"{path}: no rate: AMASS has {' or '.join(RATES)}")
@@ -30,6 +31,6 @@ def read(path: Path) -> Recording:
                 poses = file["poses"]
             else:
                 poses = np.concatenate((file["root_orient"], file["pose_body"]), axis=1)
-    except (OSError, ValueError, KeyError, TypeError, EOFError, BadZipFile) as error:
+    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
         raise ClipError(f"{path}: not a readable AMASS motion ({error})") from error
     return smpl.recording(path, fps, translation, poses)

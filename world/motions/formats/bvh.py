@@ -1,8 +1,7 @@
-"""Reader of BVH files (Biovision hierarchy): CMU's, ACCAD's, LAFAN1's and their like.
+"""Reader of BVH files (Biovision hierarchy), such as CMU's, ACCAD's and LAFAN1's.
 
-The text is read by pybvh; the unit and the upward axis, which BVH does not state, are inferred
-later. The ROOT's OFFSET is not added to its position channels: some files repeat the first frame
-there.
+pybvh parses the text; the unit and the upward axis, which BVH does not state, are inferred later.
+The ROOT's OFFSET is not added to its position channels: some files repeat the first frame there.
 """
 
 import tempfile
@@ -15,21 +14,21 @@ from scipy.spatial.transform import Rotation
 
 from world.errors import ClipError
 from world.motions.formats.bvh_channels import rigid
-from world.motions.formats.licences import licence
 from world.motions.formats.recording import Recording, forward
+from world.motions.licences import licence
 
 if TYPE_CHECKING:
     import pybvh
 
 SUFFIXES = (".bvh",)
-#: A first frame that all joints leave at more than this times their usual pace, and by this many
-#: radians on average, is a pose that the converter put in front.
+#: A first frame is a pose added by the converter where all joints leave it at more than this
+#: multiple of their usual speed, and by this many radians on average.
 _ADDED_POSE = 8.0
 _ADDED_POSE_RAD = 0.15
 
 
 def read(path: Path) -> Recording:
-    """The motion in a BVH file; ClipError in one line if it is none."""
+    """The motion in a BVH file. Raises ClipError."""
     try:
         text = path.read_text(errors="replace")
         plain = rigid(text)
@@ -65,7 +64,7 @@ def read(path: Path) -> Recording:
 
 
 def _parsed(path: Path, text: str | None) -> "pybvh.Bvh":
-    """What pybvh makes of the file, or of a text in its place."""
+    """The file, or a text in its place, parsed by pybvh."""
     import pybvh
 
     with warnings.catch_warnings(), tempfile.TemporaryDirectory() as folder:
@@ -77,7 +76,7 @@ def _parsed(path: Path, text: str | None) -> "pybvh.Bvh":
 
 
 def has_added_pose(local: np.ndarray) -> bool:
-    """Whether the first of local rotations [T, J, 3, 3] is a pose that was put in front."""
+    """Whether the first of local rotations [T, J, 3, 3] is a pose that the converter added."""
     if local.shape[0] < 4:
         return False
     turned = np.swapaxes(local[:-1], -1, -2) @ local[1:]

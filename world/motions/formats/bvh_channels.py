@@ -1,13 +1,13 @@
-"""BVH files whose every joint has position channels, as some exporters write, without these.
+"""Removal of position channels from BVH files in which every joint has them.
 
-Bones do not stretch in a skeleton: the channels repeat the OFFSETs, and pybvh does not read them.
+The channels repeat the OFFSETs, since bones do not stretch, and pybvh does not read them.
 """
 
 
 def rigid(text: str) -> str | None:
-    """The file's text with the position channels of all joints but the root taken out.
+    """The text without the position channels of all joints but the root; None where there are none.
 
-    None where there are none. Raises ValueError where a CHANNELS line is damaged.
+    Raises ValueError where a CHANNELS line is damaged.
     """
     lines = text.splitlines()
     kept: list[bool] = []

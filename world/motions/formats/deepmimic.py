@@ -1,7 +1,7 @@
-"""Reader of DeepMimic's `.txt` motions, whose humanoid is ours with y up and z to the right.
+"""Reader of DeepMimic's `.txt` motions; their humanoid is ours with y up and z to the right.
 
-Source: github.com/xbpeng/DeepMimic, data/motions and its wiki: 44 numbers a frame; rotations w, x,
-y, z in the parent's frame; knees bend by negative, elbows by positive angles.
+Source: github.com/xbpeng/DeepMimic, data/motions and its wiki: 44 numbers per frame; rotations w,
+x, y, z in the parent's frame; knees bend by negative, elbows by positive angles.
 """
 
 import json
@@ -17,6 +17,8 @@ from world.motions.formats.recording import Recording
 
 SUFFIXES = (".txt", ".json")
 _COLUMNS = 44
+#: Greatest number of frames of a resampled motion: hours.
+_MOST_STEPS = 1_000_000
 _BALLS = {
     "pelvis": 4,
     "torso": 8,
@@ -32,7 +34,7 @@ _HINGES = {"right_shin": 20, "right_lower_arm": 29, "left_shin": 34, "left_lower
 
 
 def read(path: Path) -> Recording:
-    """The motion in a DeepMimic file; ClipError in one line if it is none."""
+    """The motion in a DeepMimic file. Raises ClipError."""
     try:
         content = json.loads(path.read_text())
         rows = content["Frames"]
@@ -63,17 +65,21 @@ def read(path: Path) -> Recording:
     duration = frames[:-1, 0]
     if not (duration > 0).all():
         raise ClipError(f"{path}: a frame lasts {duration.min():g} s; durations are above 0")
-    return own.recording(path, *_uniform(duration, root, local))
+    return own.recording(path, *_uniform(path, duration, root, local))
 
 
 def _uniform(
-    duration: np.ndarray, root: np.ndarray, local: np.ndarray
+    path: Path, duration: np.ndarray, root: np.ndarray, local: np.ndarray
 ) -> tuple[float, np.ndarray, np.ndarray]:
-    """Rate, roots and rotations at equal steps in time."""
+    """Rate, root positions and rotations at equal time steps."""
     step = float(np.median(duration))
     if np.ptp(duration) < 0.01 * step:
         return 1.0 / step, root, local
     times = np.concatenate(([0.0], np.cumsum(duration)))
+    if not times[-1] < _MOST_STEPS * step:
+        raise ClipError(
+            f"{path}: lasts {times[-1]:.3g} s at {step:.3g} s a frame; at most {_MOST_STEPS} frames"
+        )
     at = np.arange(0.0, times[-1] + 1e-9, step)
     moved = np.stack([np.interp(at, times, column) for column in root.T], axis=-1)
     turned = np.stack(

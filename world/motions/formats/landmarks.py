@@ -1,4 +1,4 @@
-"""Which joint of a recording is which part of a body: by the names in use, or by a map file."""
+"""Assignment of a recording's joints to parts of the body, by their names or by a map file."""
 
 import difflib
 import json
@@ -12,7 +12,7 @@ from world.errors import ClipError
 from world.motions.formats.recording import Recording
 
 SIDES = ("right", "left")
-#: Names of each part without their side, the surest first: MotionBuilder and Mixamo, Acclaim,
+#: Names of each part without their side, the most certain first: MotionBuilder and Mixamo, Acclaim,
 #: SMPL, the humanoids of reinforcement learning, Rigify.
 _SIDED = {
     "hip": ("upleg", "upperleg", "thigh", "femur", "hip"),
@@ -24,7 +24,7 @@ _SIDED = {
     "wrist": ("wrist", "hand"),
 }
 _MIDDLE = {"head": ("head", "skull", "upperneck", "neck")}
-#: Parts without which no body can be retargeted.
+#: Parts that retargeting requires.
 REQUIRED = (
     "head",
     *(f"{side}_{part}" for part in _SIDED if part != "toe" for side in SIDES),
@@ -35,7 +35,7 @@ _UNIT, _UP = "unit_m", "up"
 
 @dataclass(frozen=True)
 class Map:
-    """What a `--map` file says of recordings that names and sizes do not tell."""
+    """Content of a `--map` file: what cannot be inferred from names and sizes."""
 
     joints: Mapping[str, str] = field(default_factory=dict)
     """Joint names by part of the body, e.g. left_knee: LeftLeg."""
@@ -46,10 +46,11 @@ class Map:
 
 
 def read_map(path: Path) -> Map:
-    """A map file: JSON with parts of the body and joint names, and perhaps `unit_m` and `up`."""
+    """Read a map file: JSON with joint names by part of the body, and optionally `unit_m` and
+    `up`."""
     try:
         content = json.loads(path.read_text())
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise ClipError(f"{path}: not a readable map file ({error})") from error
     if not isinstance(content, dict):
         raise ClipError(f'{path}: a map file is an object such as {{"left_knee": "LeftLeg"}}')
@@ -74,17 +75,17 @@ def _checked(path: Path, key: str, value: Any) -> None:
 
 
 def find(recording: Recording, given: Mapping[str, str] | None = None) -> dict[str, int]:
-    """Index of the joint of each part of the body in a recording, as `among` finds them."""
+    """Index of the joint of each part of the body in a recording; see `among`."""
     return among(recording.names, recording.name, given)
 
 
 def among(
     names: Sequence[str], whose: str, given: Mapping[str, str] | None = None
 ) -> dict[str, int]:
-    """Index of the joint of each part of the body; ClipError names the parts that are not found.
+    """Index of the joint of each part of the body, by a known name or by `given`.
 
-    Toes may be missing; everything else has to be there, by a known name or in `given`. The
-    message starts with `whose`.
+    Raises ClipError, which begins with `whose` and lists the parts that are not found; toes are
+    optional.
     """
     given = given or {}
     plain = [_plain(name) for name in names]
@@ -98,7 +99,7 @@ def among(
                 )
             found[role] = list(names).index(given[role])
             continue
-        # what already is the ankle cannot be the toes as well
+        # the joint of the ankle cannot be that of the toes too
         taken = set(found.values())
         for alias in _aliases(role):
             wanted = (role.rpartition("_")[0], alias)
@@ -129,7 +130,7 @@ def _complaint(
 
 
 def _nearest(role: str, names: Sequence[str]) -> str:
-    """The name that is most like one of a part's names."""
+    """The name that is most similar to one of a part's names."""
     side = role.rpartition("_")[0]
     likeness = {
         name: max(
@@ -149,7 +150,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _plain(name: str) -> tuple[str, str]:
-    """Side (right, left or nothing) and the rest of a joint's name, in small letters."""
+    """Side (right, left or empty) and the rest of a joint's name, in lower case."""
     text = name.rsplit(":", 1)[-1]
     text = re.sub(r"^(mixamorig\d*|bip0?1|def|b)[_\- ]+", "", text, flags=re.IGNORECASE)
     patterns = (
@@ -168,7 +169,7 @@ def _plain(name: str) -> tuple[str, str]:
             rest = match.group(at_rest)
             break
     else:
-        # Acclaim glues the side to the bone: lfemur, rtibia
+        # Acclaim joins the side to the bone: lfemur, rtibia
         match = re.match(
             r"^([rl])(femur|tibia|foot|toes|humerus|radius|wrist|hand|hipjoint|clavicle)$", text
         )

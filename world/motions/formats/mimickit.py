@@ -1,9 +1,9 @@
 """Reader of MimicKit's `.pkl` motions of its humanoid: root, its rotation vector, 28 joint angles.
 
 Source: github.com/xbpeng/MimicKit, mimickit/anim/motion.py and data/assets/humanoid/humanoid.xml:
-our bones and joint order, z up, ball joints as rotation vectors. Its rest pose spreads the arms,
-ours lets them hang; older files of that family have them hang too. The left elbow tells: spread, it
-bends by negative angles.
+our bones and joint order, z up, ball joints as rotation vectors. Its rest pose has spread arms,
+ours and that of older files have hanging ones. The sign of the left elbow shows which: with spread
+arms it bends by negative angles.
 """
 
 from pathlib import Path
@@ -22,14 +22,14 @@ _COLUMNS = 34
 
 
 def read(path: Path) -> Recording:
-    """The motion in a MimicKit pickle; ClipError in one line if it is none."""
+    """The motion in a MimicKit pickle. Raises ClipError."""
     content = safe_pickle.load(path)
     missing = [key for key in KEYS if key not in safe_pickle.keys(content, path)]
     if missing:
         raise ClipError(f"{path}: no {', '.join(missing)}; a MimicKit motion has {', '.join(KEYS)}")
     try:
-        frames = np.asarray(content["frames"], dtype=np.float64)
-        fps = float(content["fps"])
+        frames = safe_pickle.numbers(content["frames"])
+        fps = safe_pickle.number(content["fps"])
     except (ValueError, TypeError) as error:
         raise ClipError(f"{path}: not a readable MimicKit motion ({error})") from error
     if frames.ndim != 2 or frames.shape[1] != _COLUMNS:
@@ -59,11 +59,11 @@ def read(path: Path) -> Recording:
 
 
 def arms_spread(frames: np.ndarray) -> bool:
-    """Whether frames [T, 34] are against a rest pose with spread arms."""
+    """Whether frames [T, 34] are relative to a rest pose with spread arms."""
     left_elbow = 6 + sum(len(j.range_deg) for j in character.JOINTS[:5])
     return bool(frames[:, left_elbow].mean() < 0)
 
 
 def _hanging(name: str) -> Rotation:
-    """From our hanging upper arm to MimicKit's spread one, in the chest's axes."""
+    """Rotation from our hanging upper arm to MimicKit's spread one, in the chest's axes."""
     return Rotation.from_euler("x", -90.0 if name.startswith("right") else 90.0, degrees=True)

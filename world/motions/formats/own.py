@@ -1,4 +1,7 @@
-"""Recordings on the character's own skeleton: formats whose humanoid has our bones and axes."""
+"""Recordings on the character's own skeleton: our clips, and formats with our bones and axes.
+
+A clip is read as a recording so that it can be imported again, which corrects its contacts.
+"""
 
 from pathlib import Path
 
@@ -7,9 +10,11 @@ from scipy.spatial.transform import Rotation
 
 from world.character import kinematics
 from world.character import model as character
-from world.motions.formats.licences import licence
+from world.motions import clip_file
 from world.motions.formats.recording import Recording, forward
+from world.motions.licences import licence
 
+SUFFIXES, KEYS = (clip_file.SUFFIX,), clip_file.KEYS
 _SOLE_FRONT_M = np.array([0.1335, 0.0, -0.05])
 NAMES = (*character.BODIES, "right_foot_end", "left_foot_end")
 PARENTS = (
@@ -17,6 +22,13 @@ PARENTS = (
     character.BODIES.index("right_foot"),
     character.BODIES.index("left_foot"),
 )
+
+
+def read(path: Path) -> Recording:
+    """Return the clip in a file of our own format as a recording."""
+    clip = clip_file.read(path)
+    root, local = clip.root_position_m.astype(float), clip.local_rotation.astype(float)
+    return recording(path, clip.fps, root, local)
 
 
 def offsets() -> np.ndarray:
@@ -28,7 +40,7 @@ def recording(path: Path, fps: float, root: np.ndarray, local: np.ndarray) -> Re
     """A recording of root positions [T, 3] m and local quaternions [T, 15, 4] (w, x, y, z)."""
     turn = Rotation.from_quat(local.reshape(-1, 4), scalar_first=True).as_matrix()
     turn = turn.reshape(-1, 15, 3, 3)
-    # the fronts of the soles, so that it shows whether a foot stands on its toes
+    # the fronts of the soles are joints too, so that standing on the toes is detected
     turn = np.concatenate((turn, np.tile(np.eye(3), (len(turn), 2, 1, 1))), axis=1)
     offset = np.concatenate((offsets(), np.tile(_SOLE_FRONT_M, (2, 1))))
     position, rotation = forward(PARENTS, offset, turn, root)

@@ -1,8 +1,8 @@
-"""Reader of poselib's `.npy` motions (IsaacGymEnvs, ASE and what came of them).
+"""Reader of poselib's `.npy` motions (IsaacGymEnvs, ASE and their successors).
 
 Source: NVIDIA's poselib: a pickled dictionary with `rotation` [T, J, 4] (x, y, z, w), local or
 global, `root_translation` [T, 3], `skeleton_tree` (node_names, parent_indices, local_translation),
-`fps`; z up, metres. The pickle is read without running anything.
+`fps`; z up, metres. The pickle is read without executing code.
 """
 
 from pathlib import Path
@@ -14,17 +14,17 @@ from scipy.spatial.transform import Rotation
 from world.character import model as character
 from world.errors import ClipError
 from world.motions.formats import own, safe_pickle
-from world.motions.formats.licences import licence
 from world.motions.formats.recording import Recording, forward
+from world.motions.licences import licence
 
 SUFFIXES = (".npy",)
 KEYS = ("rotation", "root_translation", "skeleton_tree", "fps")
-#: Bones that differ from ours by less are ours, m.
+#: Greatest difference of offsets from the character's own skeleton, m.
 _OURS_M = 0.02
 
 
 def read(path: Path) -> Recording:
-    """The motion in a poselib file; ClipError in one line if it is none."""
+    """The motion in a poselib file. Raises ClipError."""
     content = safe_pickle.load_npy(path)
     missing = [key for key in KEYS if key not in safe_pickle.keys(content, path)]
     if missing:
@@ -33,10 +33,10 @@ def read(path: Path) -> Recording:
         tree = content["skeleton_tree"]
         names = tuple(str(name) for name in tree["node_names"])
         parents = tuple(int(p) for p in _array(tree["parent_indices"]))
-        offset = _array(tree["local_translation"]).astype(np.float64)
-        rotation = _array(content["rotation"]).astype(np.float64)
-        root = _array(content["root_translation"]).astype(np.float64)
-        fps = float(content["fps"])
+        offset = _array(tree["local_translation"])
+        rotation = _array(content["rotation"])
+        root = _array(content["root_translation"])
+        fps = safe_pickle.number(content["fps"])
         is_local = bool(content.get("is_local", True))
     except (ValueError, TypeError, KeyError) as error:
         raise ClipError(f"{path}: not a readable poselib motion ({error})") from error
@@ -85,5 +85,5 @@ def is_ours(names: tuple[str, ...], offset: np.ndarray) -> bool:
 
 
 def _array(field: Any) -> np.ndarray:
-    """poselib keeps arrays as {'arr': ..., 'context': ...}."""
-    return np.asarray(field["arr"] if isinstance(field, dict) else field)
+    """The array of a field that poselib stores as {'arr': ..., 'context': ...}."""
+    return safe_pickle.numbers(field["arr"] if isinstance(field, dict) else field)

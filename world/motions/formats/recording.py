@@ -1,4 +1,4 @@
-"""What a file of any format holds of a motion: a skeleton's joints in the world, frame by frame."""
+"""Recordings, which readers of all formats return: the joints of a skeleton in the world."""
 
 from dataclasses import dataclass, replace
 
@@ -6,37 +6,37 @@ import numpy as np
 
 from world.errors import ClipError
 
-#: Fewest frames of a motion: two, for a velocity.
+#: Least number of frames of a motion: two, for a velocity.
 FEWEST_FRAMES = 2
 RATES_HZ = (1.0, 1000.0)
 
 
 @dataclass(frozen=True)
 class Recording:
-    """A motion on the body that it was recorded on: T frames of J joints."""
+    """A motion on the recorded skeleton: T frames of J joints."""
 
     name: str
     fps: float
     names: tuple[str, ...]
-    """Names of the J joints, as in the file; parents stand before their children."""
+    """Names of the J joints in the file; parents precede their children."""
     parents: tuple[int, ...]
     """Each joint's parent, −1 for the root."""
     position: np.ndarray
-    """[T, J, 3] float64: joints in the file's world, in its length unit and with its axes."""
+    """[T, J, 3] float64: joints in the file's world, unit and axes."""
     rotation: np.ndarray
     """[T, J, 3, 3]: each joint's rotation in the file's world, from its axes at the zero pose."""
     source: str
     licence: str
     unit_m: float | None = None
-    """Length unit of the file, m; None where the format does not say and it has to be inferred."""
+    """Length unit of the file, m; None where it must be inferred."""
     up: str | None = None
-    """The file's upward axis, y or z; None where it has to be inferred."""
+    """The file's upward axis, y or z; None where it must be inferred."""
     likely_up: str = "y"
-    """The axis that it is unless the person stands along the other."""
+    """The upward axis to infer unless the person stands along the other one."""
     own_body: bool = False
     """Whether the joints are the character's own bodies, of its size and with its axes."""
     approximated: tuple[str, ...] = ()
-    """What the reader had to assume, in words."""
+    """Assumptions of the reader, in words."""
 
     @property
     def frames(self) -> int:
@@ -48,7 +48,7 @@ class Recording:
 
 
 def validate(recording: Recording) -> Recording:
-    """The recording itself, or ClipError in one line if it holds no usable motion."""
+    """Return the recording itself. Raises ClipError if it has no usable motion."""
     name = recording.name
     if recording.frames < FEWEST_FRAMES:
         raise ClipError(

@@ -1,42 +1,49 @@
-"""Which formats there are, and which of them a file is. A new format is a file and a line here."""
+"""The registry of motion formats, and detection of a file's format.
+
+A new format is a file and a line here. Training reads the format `clip` alone; `motions import`
+makes clips of the others.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from zipfile import BadZipFile
-
-import numpy as np
 
 from world.errors import ChoiceError, ClipError
+from world.motions import npz
 from world.motions.formats import (
     acclaim,
     amass,
     bvh,
-    character_npz,
     deepmimic,
     mimickit,
+    own,
     poselib,
     safe_pickle,
     samp_pickle,
 )
 from world.motions.formats.recording import Recording, validate
+from world.refusals import refusing
+
+MAX_FILE_BYTES = 1 << 29
+"""Greatest size of a motion file: hours of motion."""
 
 
 @dataclass(frozen=True)
 class Format:
-    """One format: how its files end, what tells them from others that end so, and its reader."""
+    """One format: suffixes, fields by which it is detected, and reader."""
 
     suffixes: tuple[str, ...]
     read: Callable[[Path], Recording]
     keys: tuple[tuple[str, ...], ...] = ()
-    """Sets of fields of which one is there in full; none for a format alone with its suffix."""
+    """Alternative sets of fields, of which a file has one in full; empty for a format with a suffix
+    of its own."""
 
 
 FORMATS = {
     "bvh": Format(bvh.SUFFIXES, bvh.read),
     "acclaim": Format(acclaim.SUFFIXES, acclaim.read),
     "deepmimic": Format(deepmimic.SUFFIXES, deepmimic.read),
-    "clip": Format(character_npz.SUFFIXES, character_npz.read, (character_npz.KEYS,)),
+    "clip": Format(own.SUFFIXES, own.read, (own.KEYS,)),
     "amass": Format(
         amass.SUFFIXES,
         amass.read,
@@ -50,14 +57,21 @@ SUFFIXES = tuple(sorted({suffix for f in FORMATS.values() for suffix in f.suffix
 
 
 def read(path: Path, name: str | None = None) -> Recording:
-    """The motion in a file, of the named format or of the one that it is.
+    """The motion in a file, of the named or the detected format.
 
-    ClipError in one line where it is none or holds no usable motion; ChoiceError for a name that is
-    no format.
+    Raises ClipError where it has no usable motion, ChoiceError for an unknown format.
     """
     if name is not None and name not in FORMATS:
         raise ChoiceError("format", name, list(FORMATS))
-    return validate(FORMATS[name or detected(path)].read(path))
+    with refusing(ClipError, path, "motion"):
+        _bounded(path)
+        return validate(FORMATS[name or detected(path)].read(path))
+
+
+def _bounded(path: Path) -> None:
+    size = path.stat().st_size
+    if size > MAX_FILE_BYTES:
+        raise ClipError(f"{path}: {size / 1e6:.0f} MB; at most {MAX_FILE_BYTES / 1e6:.0f} are read")
 
 
 def detected(path: Path) -> str:
@@ -84,16 +98,13 @@ def detected(path: Path) -> str:
 
 def _fields(path: Path) -> tuple[str, ...]:
     if path.suffix.lower() == ".npz":
-        try:
-            with np.load(path, allow_pickle=False) as file:
-                return tuple(file.files)
-        except (OSError, ValueError, EOFError, BadZipFile) as error:
-            raise ClipError(f"{path}: not a readable .npz file ({error})") from error
+        with refusing(ClipError, path, ".npz file"), npz.opened(path) as file:
+            return tuple(file)
     return safe_pickle.keys(safe_pickle.load(path), path)
 
 
 def find(paths: list[Path], name: str | None = None) -> list[Path]:
-    """The motion files among files and folders, sorted; ClipError names a path without any."""
+    """The motion files of files and folders, sorted. Raises ClipError for a path without any."""
     if name is not None and name not in FORMATS:
         raise ChoiceError("format", name, list(FORMATS))
     suffixes = FORMATS[name].suffixes if name else SUFFIXES
@@ -112,7 +123,7 @@ def find(paths: list[Path], name: str | None = None) -> list[Path]:
 
 
 def _may_be(path: Path, suffixes: tuple[str, ...]) -> bool:
-    """Whether a file in a folder is meant: notes and licences end in .txt, too."""
+    """Whether a file in a folder may be a motion: notes and licences are .txt files, too."""
     suffix = path.suffix.lower()
     if suffix not in suffixes or not path.is_file():
         return False

@@ -1,7 +1,7 @@
-"""Motions as poses of SMPL's family of bodies: 22 body joints, rotation vectors, a translation.
+"""Recordings of SMPL-family poses: 22 body joints, rotation vectors, a translation.
 
-The body models themselves are under a licence of their own and are not read: joints stand where
-they do on the mean SMPL body of 1.7 m, whoever was recorded. Offsets: Loper et al. 2015, "SMPL: a
+The body models have a licence of their own and are not read: joints have the offsets of the mean
+SMPL body of 1.7 m for every subject. Offsets: Loper et al. 2015, "SMPL: a
 skinned multi-person linear model", mean shape, its joint regressor; rounded to the millimetre, the
 mean of both sides.
 """
@@ -12,8 +12,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from world.errors import ClipError
-from world.motions.formats.licences import licence
 from world.motions.formats.recording import Recording, forward
+from world.motions.licences import licence
 
 NAMES = (
     "Pelvis", "L_Hip", "R_Hip", "Spine1", "L_Knee", "R_Knee", "Spine2", "L_Ankle", "R_Ankle",
@@ -21,7 +21,7 @@ NAMES = (
     "R_Shoulder", "L_Elbow", "R_Elbow", "L_Wrist", "R_Wrist",
 )  # fmt: skip
 PARENTS = (-1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19)
-#: Of the left and middle joints, in mm: x to the left, y up, z ahead, arms spread.
+#: Offsets of the left and middle joints, mm: x to the left, y up, z ahead, arms spread.
 _OFFSET_MM = {
     "Hip": (59, -86, -16),
     "Knee": (43, -385, 2),
@@ -37,7 +37,7 @@ _OFFSET_MM = {
     "Neck": (0, 212, -33),
     "Head": (0, 89, 50),
 }
-#: Where the root joint stands before the translation, m.
+#: Position of the root joint before the translation, m.
 _ROOT_M = np.array([-0.002, -0.241, 0.029])
 APPROXIMATED = (
     "joints of the mean SMPL body (1.7 m): the person's own shape (betas, gender) is left out",

@@ -1,1 +1,1 @@
-"""Retargeting: motions of other bodies on the character."""
+"""Retargeting of motions of other bodies to the character."""

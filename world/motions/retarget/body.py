@@ -1,8 +1,7 @@
-"""A recording as our character's bodies would follow it: scaled, upright, body by body, at 30 Hz.
+"""Targets of the character's bodies from a recording: scaled, upright, at 30 Hz.
 
-Joint positions and global rotations are read, never local angles: rest poses differ from file to
-file. What a body's own axes are is learnt from the motion itself, from the frames in which the
-person is straight.
+Joint positions and global rotations are used, never local angles, since rest poses differ between
+files. The axes of the bodies are estimated from the frames in which the person is straight.
 """
 
 from collections.abc import Mapping
@@ -21,13 +20,13 @@ Array = np.ndarray
 #: Length of our leg from hip to ankle, m, and height of the ankle above a flat sole.
 LEG_M = 0.421546 + 0.40987
 ANKLE_M = 0.05
-#: What a grown person's legs measure from hip to ankle, m: units are inferred from it.
+#: Least and greatest length of an adult's legs from hip to ankle, m, from which units are inferred.
 _LEGS_M = (0.55, 1.20)
 #: Length units in use: m, cm, mm, inch, and CMU's 1/0.45 inch.
 _UNITS_M = (1.0, 0.01, 0.001, 0.0254, 0.0254 / 0.45)
-#: A foot slower than this (m/s) and no higher than this above its lowest (m) stands.
+#: A foot that is slower than this, m/s, and at most this above its lowest height, m, stands.
 _STANDS_M_S, _STANDS_M = 0.2, 0.05
-#: Pitch of the line from ankle to toes on a flat foot, where a clip never stands, rad.
+#: Pitch of the line from ankle to toes on a flat foot, for clips that never stand, rad.
 _TOE_PITCH_RAD = np.deg2rad(20.0)
 
 
@@ -46,7 +45,7 @@ _OWN = {
 
 @dataclass(frozen=True)
 class Scaled:
-    """A recording in metres, z up, at 30 Hz, as large as our character and on its floor."""
+    """A recording in metres, z up, at 30 Hz, at the character's size and on its floor."""
 
     fps: int
     position: Array
@@ -57,7 +56,7 @@ class Scaled:
     """Index of the joint of each part of the body."""
     parents: tuple[int, ...]
     scale: float
-    """Our leg over the recorded one."""
+    """Length of our leg over that of the recorded one."""
     ankle_m: float
     """Height of the recorded ankle above its sole, scaled, m."""
 
@@ -70,26 +69,26 @@ class Scaled:
         return self.rotation[:, index]
 
     def lowered(self, by_m: Array) -> "Scaled":
-        """The recording lowered by so much in each frame [T], m."""
+        """The recording lowered by by_m [T] m in each frame."""
         return replace(self, position=self.position - by_m[:, None, None] * np.array([0, 0, 1.0]))
 
 
 @dataclass(frozen=True)
 class Targets:
-    """Where our 15 bodies should be: T frames."""
+    """Targets of our 15 bodies: T frames."""
 
     root: Array
     """[T, 3] m: the pelvis."""
     rotation: Array
-    """[T, 15, 3, 3]: each body's in the world."""
+    """[T, 15, 3, 3]: of each body in the world."""
     ankle: Array
-    """[T, 2, 3] m: right and left, as high above the floor as our own."""
+    """[T, 2, 3] m: right and left, at our ankles' height above the floor."""
     hand: Array
     """[T, 2, 3] m: right and left."""
 
 
 def scaled(recording: Recording, joint: Mapping[str, int], fps: int) -> Scaled:
-    """The recording brought to our size, upright and to `fps`; ClipError for absurd units."""
+    """The recording at our size, upright, at `fps`. Raises ClipError for implausible units."""
     position, rotation = _z_up(recording, joint)
     leg = _leg(position, joint)
     unit = recording.unit_m or infer_unit_m(recording.name, leg)
@@ -107,7 +106,7 @@ def scaled(recording: Recording, joint: Mapping[str, int], fps: int) -> Scaled:
 
 
 def own(recording: Recording, fps: int) -> tuple[Scaled, Targets]:
-    """A recording on the character's own body, at `fps`: as it is."""
+    """A recording on the character's own body, at `fps`, otherwise unchanged."""
     position, rotation = resampled(recording.position, recording.rotation, recording.fps, fps)
     joint = {role: character.BODIES.index(body) for role, body in _OWN.items()}
     scaled = Scaled(fps, position, rotation, joint, recording.parents, 1.0, ANKLE_M)
@@ -115,9 +114,11 @@ def own(recording: Recording, fps: int) -> tuple[Scaled, Targets]:
 
 
 def own_targets(scaled: Scaled) -> Targets:
-    """The bodies of a recording on the character's own body."""
-    place = scaled.position
-    return Targets(place[:, 0], scaled.rotation[:, :15], place[:, [11, 14]], place[:, [5, 8]])
+    """Targets of a recording on the character's own body."""
+    position = scaled.position
+    return Targets(
+        position[:, 0], scaled.rotation[:, :15], position[:, [11, 14]], position[:, [5, 8]]
+    )
 
 
 def _z_up(recording: Recording, joint: Mapping[str, int]) -> tuple[Array, Array]:
@@ -129,14 +130,14 @@ def _z_up(recording: Recording, joint: Mapping[str, int]) -> tuple[Array, Array]
 
 
 def upward(recording: Recording, joint: Mapping[str, int]) -> str:
-    """The upward axis, y or z: the likely one, unless the person mostly stands along the other
-    with the feet near its 0, never along the likely one, and does not lie still on that one's 0.
+    """The upward axis, y or z: the likely one, unless the person mostly stands along the other one
+    with the feet near its 0, never stands along the likely one, and does not lie still at its 0.
     """
     likely = "yz".index(recording.likely_up) + 1
     other = 3 - likely
-    place = recording.position
-    feet = 0.5 * (place[:, joint["right_ankle"]] + place[:, joint["left_ankle"]])
-    body = place[:, joint["head"]] - feet
+    position = recording.position
+    feet = 0.5 * (position[:, joint["right_ankle"]] + position[:, joint["left_ankle"]])
+    body = position[:, joint["head"]] - feet
     length = np.maximum(np.linalg.norm(body, axis=-1), 1e-9)
     tall = length.max()
     along = body / length[:, None]
@@ -144,7 +145,7 @@ def upward(recording: Recording, joint: Mapping[str, int]) -> str:
     never = (along[:, likely] < 0.7).all()
     grounded = abs(np.percentile(feet[:, other], 2)) < 0.2 * tall
     stays = np.ptp(feet, axis=0).max() < 0.4 * tall
-    lies = stays and -0.06 * tall < place[..., likely].min() < 0.2 * tall
+    lies = stays and -0.06 * tall < position[..., likely].min() < 0.2 * tall
     return "yz"[other - 1] if mostly and never and grounded and not lies else recording.likely_up
 
 
@@ -161,7 +162,8 @@ def _leg(position: Array, joint: Mapping[str, int]) -> float:
 
 
 def infer_unit_m(name: str, leg: float) -> float:
-    """The length unit in which legs of `leg` units are a person's; ClipError where none is."""
+    """The length unit, m, in which legs of `leg` units are an adult's. Raises ClipError without
+    one."""
     low, high = _LEGS_M
     for unit in _UNITS_M:
         if low <= leg * unit <= high:
@@ -173,15 +175,16 @@ def infer_unit_m(name: str, leg: float) -> float:
 
 
 def resampled(position: Array, rotation: Array, fps: float, to_fps: int) -> tuple[Array, Array]:
-    """Positions [T, J, 3] and rotations [T, J, 3, 3] at another rate: lines and shortest arcs."""
+    """Positions [T, J, 3] and rotations [T, J, 3, 3] at another rate, interpolated on lines and
+    shortest arcs."""
     frames = position.shape[0]
     if abs(fps - to_fps) < 0.01 * to_fps:
         return position, rotation
     count = max(2, int(np.floor((frames - 1) * to_fps / fps + 1e-6)) + 1)
     at = np.minimum(np.arange(count) * fps / to_fps, frames - 1)
     low = np.minimum(at.astype(int), frames - 2)
-    share = (at - low)[:, None, None]
-    moved = position[low] * (1 - share) + position[low + 1] * share
+    fraction = (at - low)[:, None, None]
+    moved = position[low] * (1 - fraction) + position[low + 1] * fraction
     turned = np.empty((count, *rotation.shape[1:]))
     for joint in range(rotation.shape[1]):
         arc = Slerp(np.arange(frames), Rotation.from_matrix(rotation[:, joint]))
@@ -195,7 +198,7 @@ def speeds(position: Array, fps: int) -> Array:
 
 
 def _floor(position: Array, joint: Mapping[str, int], fps: int) -> tuple[float, float]:
-    """Height of the floor and of the ankle above it, from the feet that stand; both in m."""
+    """Height of the floor, and of the ankle above it, m, from standing feet."""
     ankles = position[:, [joint["right_ankle"], joint["left_ankle"]]]
     toes = position[:, [joint.get("right_toe", joint["right_ankle"]),
                         joint.get("left_toe", joint["left_ankle"])]]  # fmt: skip
@@ -204,9 +207,9 @@ def _floor(position: Array, joint: Mapping[str, int], fps: int) -> tuple[float, 
     upright = position[:, joint["head"], 2] - ankles[..., 2].min(axis=1) > 0.9 * LEG_M
     still &= upright[:, None]
     if still.sum() < 0.1 * fps:
-        # never stands: lying on the floor, or in the air
+        # no standing foot: lying on the floor, or in the air
         return float(np.percentile(position[..., 2].min(axis=1), 2) - 0.03), 0.08
-    # the lower of the still ones are flat, the others already lift their heel
+    # the lower of the still feet are flat, the others lift their heel
     ankle = float(np.percentile(ankles[..., 2][still], 25))
     toe = float(np.percentile(toes[..., 2][still], 25))
     # a toe joint is about 2 cm above the sole, and no ankle is lower than 4 cm
@@ -216,7 +219,7 @@ def _floor(position: Array, joint: Mapping[str, int], fps: int) -> tuple[float, 
 
 
 def targets(source: Scaled) -> Targets:
-    """Each body of the character as the recording has it."""
+    """Targets of the character's bodies from a scaled recording."""
     frames = source.position.shape[0]
     rotation = np.empty((frames, 15, 3, 3))
     straight = _straightness(source)
@@ -249,7 +252,7 @@ def targets(source: Scaled) -> Targets:
 
 
 def _straightness(source: Scaled) -> Array:
-    """Weights [T], of mean 1, that are large where trunk, thighs and shins are in one line."""
+    """Weights [T], of mean 1, large where trunk, thighs and shins are in line."""
     middle = 0.5 * (source.at("left_hip") + source.at("right_hip"))
     trunk = _unit(0.5 * (source.at("left_shoulder") + source.at("right_shoulder")) - middle)
     score = np.ones(len(trunk))
@@ -259,14 +262,14 @@ def _straightness(source: Scaled) -> Array:
         for a, b in ((trunk, thigh), (thigh, shin)):
             score *= np.clip((np.sum(a * b, axis=-1) - 0.7) / 0.3, 0, 1)
     if score.max() < 0.1:
-        # never straight: what is straightest has to do
+        # never straight: the straightest frames are used
         bent = np.sum(trunk * _unit(source.at("left_hip") - source.at("left_knee")), axis=-1)
         score = (bent >= np.percentile(bent, 80)).astype(float)
     return score / score.mean()
 
 
 def _common_parent(source: Scaled, part: str) -> int:
-    """The joint that both sides' joints hang from: the pelvis of hips, the chest of shoulders."""
+    """The common parent of both sides' joints: the pelvis of hips, the chest of shoulders."""
 
     def above(index: int) -> list[int]:
         chain = []
@@ -291,18 +294,19 @@ def _frame(left: Array, up: Array) -> Array:
 
 
 def _local_mean(turn: Array, vector: Array, weight: Array) -> Array:
-    """Weighted mean [3] of world vectors [T, 3] as a joint's own axes see them."""
+    """Weighted mean [3] of world vectors [T, 3] in a joint's own axes."""
     return np.einsum("t,tji,tj->i", weight, turn, _unit(vector))
 
 
 def _rigid(turn: Array, left: Array, up: Array, weight: Array) -> Array:
-    """A joint's rotations [T, 3, 3], with axes of which y is `left` and z `up` where it counts."""
+    """A joint's rotations [T, 3, 3] with axes whose weighted mean has y along `left` and z along
+    `up`."""
     own = _frame(_local_mean(turn, left, np.ones(len(left))), _local_mean(turn, up, weight))
     return turn @ own
 
 
 def _aligned(turn: Array, other: Array, weight: Array) -> Array:
-    """A joint's rotations [T, 3, 3], with axes that are on average those of `other`."""
+    """A joint's rotations [T, 3, 3] with the axes of `other`, on weighted average."""
     mean = np.einsum("t,tji,tjk->ik", weight, turn, other)
     return turn @ Rotation.from_matrix(_nearest(mean)).as_matrix()
 
@@ -320,7 +324,7 @@ def _limb(
 
     Args:
         roles: the limb's start, hinge and end.
-        parent: [T, 3, 3], the body that it hangs from: where it points when it never bends.
+        parent: [T, 3, 3], the parent body, for the direction of a hinge that never bends.
         bend: +1 for an elbow (the end moves forward), −1 for a knee.
     """
     start, hinge, end = (source.at(role) for role in roles)
@@ -333,10 +337,12 @@ def _limb(
     if weight.sum() < 3 or np.linalg.norm(own) < 0.5 * np.sum(weight * sine):
         own = np.einsum("t,tji,tj->i", straight, turn, parent[:, :, 1])
     axis = _unit(turn @ _unit(own))
-    # the joint's own plane where it is bent enough to have one
-    share = np.clip((sine - 0.25) / 0.45, 0, 1)[:, None]
-    share = share * share * (3 - 2 * share) * (np.sum(axis * normal, axis=-1) > 0)[:, None]
-    left = axis * (1 - share) + _unit(normal) * share
+    # the plane of the limb, where it is bent enough to define one
+    fraction = np.clip((sine - 0.25) / 0.45, 0, 1)[:, None]
+    fraction = (
+        fraction * fraction * (3 - 2 * fraction) * (np.sum(axis * normal, axis=-1) > 0)[:, None]
+    )
+    left = axis * (1 - fraction) + _unit(normal) * fraction
     upper = _frame(left, -first)
     flexion = np.arccos(np.clip(np.sum(first * second, axis=-1), -1, 1))
     hinged = Rotation.from_rotvec(np.stack([0 * flexion, -bend * flexion, 0 * flexion], -1))
@@ -344,7 +350,7 @@ def _limb(
 
 
 def _foot(source: Scaled, side: str, shin: Array, straight: Array) -> Array:
-    """The foot's rotations [T, 3, 3]: level where it stands, pointing from ankle to toes."""
+    """The foot's rotations [T, 3, 3]: level where it stands, along the line from ankle to toes."""
     ankle = source.at(f"{side}_ankle")
     turn = source.turn(source.joint[f"{side}_ankle"])
     toe = source.joint.get(f"{side}_toe")

@@ -1,4 +1,4 @@
-"""Feet that stand, stand: where the recorded soles rest on the floor, ours rest, flat and still."""
+"""Foot contacts: where recorded soles rest on the floor, the targets' soles are flat and still."""
 
 from dataclasses import dataclass, replace
 
@@ -14,32 +14,33 @@ HEEL_M, TOE_M, HALF_WIDTH_M = -0.0435, 0.1335, 0.045
 HAND_M = 0.04
 #: A point of the sole that is slower and lower than this stands on the floor: m/s, m.
 STANDS_M_S, STANDS_M = 0.35, 0.03
-#: A foot whose both ends stand and that is nearer to level than this is flat: a heel that lifts is
-#: not pressed down again.
+#: A foot with both ends standing that is level within this is flat: a lifting heel is not pressed
+#: down.
 _FLAT_RAD = np.deg2rad(5.0)
-#: A floor within this of the clip's level counts as the floor, m, and is smoothed over so long, s:
-#: captures are tilted, and drift.
+#: Uneven floor is corrected within this of the clip's level, m, smoothed over this time, s:
+#: captures are tilted and drift.
 _UNEVEN_M, _UNEVEN_S = 0.12, 0.5
-#: Frames over which a foot settles into standing, and out of it.
+#: Frames over which a foot blends into and out of standing.
 _BLEND_FRAMES = 2.0
-#: Frames over which one that does not stand again in the clip is let go.
+#: Frames over which the correction fades where a foot does not stand again.
 _LET_GO_FRAMES = 12
 
 
 @dataclass(frozen=True)
 class Contact:
-    """Which ends of which soles stand: T frames, right and left."""
+    """Standing ends of the soles: T frames, right and left."""
 
     heel: Array
     """[T, 2] bool."""
     toe: Array
     """[T, 2] bool."""
     flat: Array
-    """[T, 2] bool: both ends, and the sole level."""
+    """[T, 2] bool: both ends stand and the sole is level."""
 
 
 def sole_ends(ankle: Array, foot: Array) -> Array:
-    """Middles of heel's and toe's edges [..., 2, 3] of ankles [..., 3] and feet [..., 3, 3]."""
+    """Centres of the heel's and the toe's edge [..., 2, 3] m for ankles [..., 3] and feet
+    [..., 3, 3]."""
     ends = np.array([[HEEL_M, 0, -ANKLE_M], [TOE_M, 0, -ANKLE_M]])
     return ankle[..., None, :] + np.einsum("...ij,cj->...ci", foot, ends)
 
@@ -65,7 +66,7 @@ def find(target: Targets, fps: int) -> Contact:
 
 
 def uneven_floor(target: Targets, fps: int) -> Array:
-    """Height [T] m of the floor that the targets' flat feet stand on, smoothed; 0 without any."""
+    """Height [T] m of the floor below the targets' flat feet, smoothed; 0 without any."""
     feet = target.rotation[:, [11, 14]]
     ends = sole_ends(target.ankle, feet)
     ground = np.linalg.norm(np.gradient(ends, axis=0), axis=-1).max(axis=-1) * fps
@@ -77,7 +78,7 @@ def uneven_floor(target: Targets, fps: int) -> Array:
     if not len(at):
         return np.zeros(len(height))
     away = (frames[:, None] - at[None, :]) / (_UNEVEN_S * fps)
-    # far from every stance the nearest one decides: subtract the smallest exponent
+    # far from all stances the nearest one decides: subtract the smallest exponent
     exponent = -0.5 * away**2
     weight = np.exp(exponent - exponent.max(axis=1, keepdims=True))
     return (weight @ height[stands]) / weight.sum(axis=1)
@@ -90,7 +91,7 @@ def stretches(mask: Array) -> list[tuple[int, int]]:
 
 
 def held(target: Targets, contact: Contact) -> Targets:
-    """The targets with standing feet flat, still and on the floor, and swings joined to them."""
+    """The targets with standing feet flat, still and on the floor, and swings blended to them."""
     rotation, ankle = target.rotation.copy(), target.ankle.copy()
     for side, body in enumerate((11, 14)):
         foot = _levelled(rotation[:, body], contact.flat[:, side])
@@ -107,23 +108,23 @@ def held(target: Targets, contact: Contact) -> Targets:
 
 
 def _levelled(foot: Array, flat: Array) -> Array:
-    """Rotations [T, 3, 3] of a foot, level and with one yaw wherever it is flat."""
+    """Rotations [T, 3, 3] of a foot, level and with constant yaw where it is flat."""
     wanted = foot.copy()
     for start, stop in stretches(flat):
         ahead = foot[start:stop, :2, 0].mean(axis=0)
         yaw = np.arctan2(ahead[1], ahead[0])
         wanted[start:stop] = Rotation.from_euler("z", yaw).as_matrix()
-    share = _eased(flat)
-    # outside, a foot leans towards how it will stand, or stood
+    fraction = _eased(flat)
+    # elsewhere a foot blends towards its nearest standing rotation
     near = _nearest_in(flat)
     if near is None:
         return foot
     turned = Rotation.from_matrix(np.swapaxes(foot, -1, -2) @ wanted[near]).as_rotvec()
-    return foot @ Rotation.from_rotvec(turned * share[:, None]).as_matrix()
+    return foot @ Rotation.from_rotvec(turned * fraction[:, None]).as_matrix()
 
 
 def _eased(mask: Array) -> Array:
-    """1 in the mask, falling off within a few frames outside it: [T]."""
+    """[T]: 1 in the mask, decaying within a few frames outside it."""
     distance = np.full(len(mask), np.inf)
     for start, stop in stretches(mask):
         frames = np.arange(len(mask))
@@ -133,7 +134,7 @@ def _eased(mask: Array) -> Array:
 
 
 def _nearest_in(mask: Array) -> Array | None:
-    """For each frame the nearest one of the mask: [T]; None where the mask is empty."""
+    """[T]: the nearest frame of the mask; None for an empty mask."""
     inside = np.flatnonzero(mask)
     if not len(inside):
         return None
@@ -145,7 +146,7 @@ def _nearest_in(mask: Array) -> Array | None:
 
 
 def _shift(ankle: Array, foot: Array, heel: Array, toe: Array, flat: Array) -> Array:
-    """How far to move the ankle [T, 3], so that what stands stays where it stands."""
+    """Shift of the ankle [T, 3] m by which standing ends stay in place."""
     ends = sole_ends(ankle, foot)
     shift = np.full_like(ankle, np.nan)
     for start, stop in stretches(heel | toe):
@@ -172,16 +173,16 @@ def _shift(ankle: Array, foot: Array, heel: Array, toe: Array, flat: Array) -> A
     if not known.any():
         return np.zeros_like(ankle)
     frames = np.arange(len(ankle))
-    # before the first stance and after the last one the foot is let go
+    # before the first stance and after the last one the shift fades
     ends = np.flatnonzero(known)[[0, -1]] + np.array([-1, 1]) * _LET_GO_FRAMES
     at = np.concatenate((ends[:1], frames[known], ends[1:]))
     zero = np.zeros((1, 3))
     held = np.concatenate((zero, shift[known], zero))
     joined = np.stack([np.interp(frames, at, column) for column in held.T], axis=-1)
     smooth = gaussian_filter1d(joined, 1.0, axis=0, mode="nearest")
-    share = np.where(flat, 0.0, 1.0)[:, None]
-    # where the foot is flat it must not creep; elsewhere the joints are rounded off
-    return joined * (1 - share) + smooth * share
+    fraction = np.where(flat, 0.0, 1.0)[:, None]
+    # exact where the foot is flat, smoothed elsewhere
+    return joined * (1 - fraction) + smooth * fraction
 
 
 def _median(points: Array, mask: Array) -> Array:

@@ -1,24 +1,31 @@
-"""From a recording of any body to a clip of the character: scaled, stood on its feet, solved."""
+"""Retargeting of a recording to a clip: scaling, contacts, inverse kinematics."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from world.character import model as character
+from world.errors import ClipError
 from world.motions.clip import Clip, validate
 from world.motions.formats import landmarks, recording
 from world.motions.formats.landmarks import Map
 from world.motions.formats.recording import Recording
 from world.motions.objects import Skeleton
 from world.motions.retarget import body, contacts, solve
+from world.refusals import refusing
 
 
 def retargeted(source: Recording, given: Map | None = None) -> Clip:
     """The recording on our character at 30 Hz, with the recorded skeleton as its ghost.
 
-    ClipError, in one line, where joints are not found, units are absurd or frames are missing.
+    Raises ClipError where joints are not found, units are implausible or frames are missing.
     """
-    given = given or Map()
+    with refusing(ClipError, Path(source.source), "motion"):
+        return _retargeted(source, given or Map())
+
+
+def _retargeted(source: Recording, given: Map) -> Clip:
     source = recording.validate(source)
     source = replace(source, unit_m=given.unit_m or source.unit_m, up=given.up or source.up)
     if source.own_body:

@@ -1,4 +1,4 @@
-"""What the inverse kinematics may not do: leave the joints' ranges, or sink into the floor."""
+"""Limits of the inverse kinematics: joint ranges, and the floor."""
 
 import mink
 import mujoco
@@ -6,12 +6,12 @@ import numpy as np
 
 from world.character import model as character
 
-#: Points of the body lower than this above the floor are watched, m.
+#: Points of the body up to this height above the floor are constrained, m.
 _NEAR_FLOOR_M = 0.08
 
 
 class JointRanges(mink.Limit):
-    """Each axis of each joint within the bounds of its servo's targets.
+    """Bounds of each axis of each joint: those of its set-points.
 
     Ball joints are bounded axis by axis on their rotation vector, which MuJoCo's own cone limit
     cannot: r(q exp(w)) = r(q) + J(r) w, J being the inverse of SO(3)'s right Jacobian (Solà, Deray
@@ -19,7 +19,7 @@ class JointRanges(mink.Limit):
     """
 
     def __init__(self) -> None:
-        low, high = character.target_bounds()
+        low, high = character.set_point_bounds()
         self._rows, ball, hinge = np.zeros((character.NU, character.NV)), [], []
         row = 0
         for joint in character.JOINTS:
@@ -32,7 +32,8 @@ class JointRanges(mink.Limit):
     def compute_qp_inequalities(
         self, configuration: mink.Configuration, dt: float
     ) -> mink.Constraint:
-        """G dq <= h with both bounds of all 28 axes; steps back into the range where it is left."""
+        """G dq <= h with both bounds of all 28 axes; where a range is exceeded, the step returns to
+        it."""
         del dt
         vector, inverse = axes(configuration.q)
         angle = np.empty(character.NU)
@@ -66,8 +67,8 @@ def axes(qpos: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def shape_points(model: mujoco.MjModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Lowest points to be of the character's shapes: body ids [P], places [P, 3] m in the body's
-    frame, radii [P] m: ends of capsules, centres of spheres, corners of boxes."""
+    """Candidate lowest points of the character's shapes: body ids [P], positions [P, 3] m in the
+    body's frame, radii [P] m; ends of capsules, centres of spheres, corners of boxes."""
     bodies, points, radii = [], [], []
     for geom in range(model.ngeom):
         body = model.geom_bodyid[geom]
@@ -93,20 +94,20 @@ def shape_points(model: mujoco.MjModel) -> tuple[np.ndarray, np.ndarray, np.ndar
 
 
 class AboveFloor(mink.Limit):
-    """No point of the character's shapes below z = 0."""
+    """The character's shapes must be above z = 0."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self._bodies, self._points, self._radii = shape_points(model)
 
     def heights(self, data: mujoco.MjData) -> np.ndarray:
-        """Height [P] of each shape point's lowest reach above the floor, m."""
+        """Height [P] of the lowest point of each sphere about a shape point, m."""
         turn = data.xmat.reshape(-1, 3, 3)[self._bodies, 2]
         return data.xpos[self._bodies, 2] + np.sum(turn * self._points, axis=1) - self._radii
 
     def compute_qp_inequalities(
         self, configuration: mink.Configuration, dt: float
     ) -> mink.Constraint:
-        """G dq <= h for the points near the floor; none of them may end below it."""
+        """G dq <= h that keeps the points near the floor above it."""
         del dt
         data, model = configuration.data, configuration.model
         height = self.heights(data)

@@ -1,7 +1,7 @@
 """Inverse kinematics with mink: the pose of each frame that follows the targets within the limits.
 
-Each frame starts from the pose that its own targets make and knows no other: the result is as
-smooth as the targets are.
+Each frame is solved alone, from the pose of its own targets: the result is as smooth as the targets
+are.
 """
 
 from functools import cache
@@ -16,7 +16,7 @@ from world.motions.clip import generalised_positions
 from world.motions.retarget.body import Array, Targets, generalised
 from world.motions.retarget.limits import AboveFloor, JointRanges
 
-#: Weights of the targets: per m of a position, per rad of a rotation.
+#: Weights of the targets, per m of position and per rad of rotation.
 _POSITION = {"pelvis": 3.0, "hand": 6.0, "foot": 12.0}
 _ROTATION = {
     "pelvis": 1.5,
@@ -29,13 +29,13 @@ _ROTATION = {
     "shin": 0.0,
     "foot": 2.5,
 }
-#: Steps a frame: after the fourth no body is further than 2 mm from where all steps lead.
+#: Steps per frame: after the fourth all bodies are within 2 mm of the converged solution.
 _STEPS = 4
-#: Steps at most, for a frame whose pose still moves by more than so much, rad or m.
+#: Greatest number of steps, for a frame whose last step is more than the second value, rad or m.
 _MOST_STEPS, _SETTLED = 12, 0.02
-#: No joint turns by more than this in a step, rad: the limits are linear in it.
+#: Greatest turn of a joint in a step, rad: the limits are linearised.
 _LONGEST = 0.5
-#: Keeps a straight arm that cannot reach its target from swinging between two elbows.
+#: Damping, which keeps a straight arm out of reach from alternating between two elbow poses.
 _DAMPING = 0.03
 
 
@@ -65,12 +65,14 @@ def solved(target: Targets) -> tuple[Array, Array]:
     start = within_ranges(start.astype(np.float64))
     quaternion = Rotation.from_matrix(target.rotation.reshape(-1, 3, 3)).as_quat(scalar_first=True)
     quaternion = quaternion.reshape(-1, 15, 4)
-    place = _places(target)
+    position = _positions(target)
     result = np.empty_like(start)
     for frame, qpos in enumerate(start):
         configuration.update(qpos)
         for body, task in tasks:
-            task.set_target(mink.SE3(np.concatenate((quaternion[frame, body], place[frame, body]))))
+            task.set_target(
+                mink.SE3(np.concatenate((quaternion[frame, body], position[frame, body])))
+            )
         for step in range(_MOST_STEPS):
             move = _step(configuration, [t for _, t in tasks], limits)
             size = np.abs(move).max()
@@ -84,7 +86,7 @@ def solved(target: Targets) -> tuple[Array, Array]:
 def _step(
     configuration: mink.Configuration, tasks: list[mink.FrameTask], limits: list[mink.Limit]
 ) -> Array:
-    """One step of the inverse kinematics, dq [34]; past the limits only where they contradict."""
+    """One step of the inverse kinematics, dq [34]; limits are violated only where they conflict."""
     try:
         return _solve(configuration, tasks, limits)
     except mink.NoSolutionFound:
@@ -97,18 +99,18 @@ def _solve(
     return mink.solve_ik(configuration, tasks, 1.0, "daqp", damping=_DAMPING, limits=limits)
 
 
-def _places(target: Targets) -> Array:
+def _positions(target: Targets) -> Array:
     """Target positions [T, 15, 3] of the bodies that have one; 0 elsewhere."""
-    place = np.zeros((len(target.root), 15, 3))
-    place[:, 0] = target.root
-    place[:, [5, 8]] = target.hand
-    place[:, [11, 14]] = target.ankle
-    return place
+    position = np.zeros((len(target.root), 15, 3))
+    position[:, 0] = target.root
+    position[:, [5, 8]] = target.hand
+    position[:, [11, 14]] = target.ankle
+    return position
 
 
 def within_ranges(qpos: Array) -> Array:
     """qpos [T, 43] with each joint's axes clipped to the bounds of its servos."""
-    low, high = character.target_bounds()
+    low, high = character.set_point_bounds()
     qpos, row = qpos.copy(), 0
     address = 7
     for joint in character.JOINTS:

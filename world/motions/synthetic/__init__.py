@@ -1,1 +1,1 @@
-"""Motion made by code: a licence-free set of standing, walking, turning and sitting clips."""
+"""Synthetic motion: a licence-free set of clips that stand, walk, turn, sit, lie and carry."""

@@ -32,13 +32,13 @@ from world.motions.synthetic.skeleton import (
     SIDES,
     THIGH_M,
     centre_of_mass,
-    place,
+    forward,
 )
 
 STANDING_M = 0.878
-"""Pelvis height at rest: knees bent by about 8 degrees."""
+"""Pelvis height when standing: knees bent by about 8 degrees."""
 REACH = 0.996
-"""Share of its full length that a leg uses while walking."""
+"""Greatest extension of a leg in walking, as a fraction of its length."""
 
 
 @dataclass(frozen=True)
@@ -52,9 +52,9 @@ class Manner:
     lean_rad: float = 0.03
     """Trunk lean at 1 m/s."""
     sway_m: float = 0.0
-    """Standard deviation of the weight's shifting from foot to foot: for standing only."""
+    """Standard deviation of the weight shift from foot to foot; for standing only."""
     seed: int = 0
-    """Of the slow wander of trunk, head and weight."""
+    """Seed of the slow drift of trunk, head and weight."""
 
 
 @dataclass(frozen=True)
@@ -75,8 +75,8 @@ class Motion:
 def perform(
     guide: Guide, manner: Manner, overlay: Overlay | None = None, lift: Lift | None = None
 ) -> Motion:
-    """The whole body along a guide, standing where the guide stands, with an overlay on top, or
-    with a box that it lifts and carries."""
+    """The motion of the whole body along a guide, with an overlay such as sitting, or with a box
+    that it lifts and carries."""
     frames = len(guide.yaw_rad)
     times = np.arange(frames) / RATE_HZ
     overlay = overlay or nothing(frames)
@@ -104,7 +104,7 @@ def perform(
         if lift:
             box = carrying.track(lift, root, yaw, times)
             hold(local, root, lift, box, times)
-        positions, rotations = place(root, local)
+        positions, rotations = forward(root, local)
         centre_m = centre_of_mass(positions, rotations)
         if box:
             centre_m = (MASSES_KG.sum() * centre_m + load * box[0]) / (MASSES_KG.sum() + load)
@@ -113,12 +113,12 @@ def perform(
         shift = np.stack([np.interp(times, times[free], shift[free, i]) for i in (0, 1)], -1)
         offset = timing.smooth(shift, 0.12 if lift else 0.3, RATE_HZ)
     if box and lift:
-        box = (carrying.where_held(lift, box[0], place(root, local)[0], times), box[1])
+        box = (carrying.where_held(lift, box[0], forward(root, local)[0], times), box[1])
     return Motion(root, local, feet, centre, box)
 
 
 def sway(yaw_rad: Array, manner: Manner) -> Array:
-    """Slow shifts [T, 2] of the centre of pressure while standing, mostly sideways."""
+    """Slow shifts [T, 2] m of the centre of pressure in standing, mostly sideways."""
     drift = np.random.default_rng(manner.seed + 1)
     frames = len(yaw_rad)
     across, along = (timing.wander(drift, frames, 0.6, RATE_HZ) for _ in range(2))
@@ -131,8 +131,8 @@ def sway(yaw_rad: Array, manner: Manner) -> Array:
 def pelvis_path(
     upright_m: Array, feet: Feet, rotation: Array, overlay: Overlay, squat_m: Array
 ) -> Array:
-    """Pelvis origin [T, 3]: as high as both legs reach, no higher than standing, less the depth of
-    a squat; or on a seat."""
+    """Pelvis origin [T, 3] m: as high as both legs reach, at most at standing height, less the
+    depth of a squat; or on a seat."""
     caps = [np.full(len(upright_m), STANDING_M)]
     for side in (0, 1):
         arm = turn(rotation, OFFSETS_M[(9, 12)[side]])
@@ -144,8 +144,8 @@ def pelvis_path(
     low = timing.lower_envelope(np.min(caps, 0), 0.055, RATE_HZ)
     standing = np.concatenate([upright_m, low[:, None]], -1)
     back = depth**1.25
-    share = np.stack([back, back, depth], -1)
-    return standing + share * (overlay.seat_root_m - standing)
+    fraction = np.stack([back, back, depth], -1)
+    return standing + fraction * (overlay.seat_root_m - standing)
 
 
 def trunk(
@@ -198,7 +198,7 @@ def legs(local: Array, root: Array, feet: Feet, yaw: Array) -> None:
 
 
 def hold(local: Array, root: Array, lift: Lift, box: tuple[Array, Array], times_s: Array) -> None:
-    """Both hands on a box, or on their way, written into `local` over the arms that hang."""
+    """Arms with both hands on a box, or between it and hanging, written into `local`."""
     for side in (0, 1):
         upper = 3 + 3 * side
         hand, grip = carrying.hands_on(lift, *box, times_s, side)
@@ -211,7 +211,7 @@ def hold(local: Array, root: Array, lift: Lift, box: tuple[Array, Array], times_
 def arms(
     local: Array, root: Array, feet: Feet, yaw: Array, overlay: Overlay, manner: Manner
 ) -> None:
-    """Arm swing against the legs, or hands on the thighs, written into `local`."""
+    """Arms that swing against the legs, or with hands on the thighs, written into `local`."""
     ahead = heading(yaw)
     for side in (0, 1):
         swung = np.sum((feet.ankle_m[1 - side] - feet.ankle_m[side]) * ahead, -1)

@@ -1,4 +1,4 @@
-"""Clips that carry: walk up to a box, take it, walk off with it, put it down and leave."""
+"""Carrying clips: walk to a box, pick it up, carry it, put it down and leave."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from world.motions.synthetic.footsteps import RATE_HZ, Guide
 from world.motions.synthetic.rotations import Array
 from world.motions.synthetic.walker import EVERY, clip, landed, manner, steer
 
-#: How long a guide waits for the box to be taken or put down, s.
+#: Time for which the guide stands while the box is picked up or put down, s.
 WAIT_S = 4.4
 
 
@@ -21,20 +21,20 @@ def carrying(
     distance_m: float,
     turn_rad: float,
 ) -> Clip:
-    """One box from one stand to another.
+    """A clip that carries a box from one stand to another.
 
     Args:
         size_m: the box's depth, width between the hands and height.
-        heights_m: of both stands, what the box stands on.
-        distance_m: how far it is carried, about.
-        turn_rad: how far the body turns with it, on the spot, before it walks off.
+        heights_m: of the tops of both stands.
+        distance_m: approximate distance of carrying.
+        turn_rad: turn on the spot with the box before walking.
     """
     walker = manner(generator)
     speed = generator.uniform(0.8, 1.3)
-    laden = generator.uniform(0.7, 1.15)
+    speed_m_s = generator.uniform(0.7, 1.15)
     spin = np.sign(turn_rad) * generator.uniform(1.1, 1.4)
     bend, away = generator.uniform(-0.25, 0.25, 2)
-    walk_s = max(distance_m / laden, 0.8)
+    walk_s = max(distance_m / speed_m_s, 0.8)
     leaving = np.sign(generator.uniform(-1, 1)) * generator.uniform(1.1, 1.4)
     pieces = [
         (1.0, 0.0, 0.0),
@@ -42,7 +42,7 @@ def carrying(
         (WAIT_S, 0.0, 0.0),
         (0.7, -0.3, 0.0),
         (abs(turn_rad / spin), 0.0, spin),
-        (walk_s, laden, away),
+        (walk_s, speed_m_s, away),
         (WAIT_S, 0.0, 0.0),
         (0.9, -0.35, 0.0),
         (generator.uniform(0.9, 2.0), 0.1, leaving),
@@ -55,16 +55,18 @@ def carrying(
     starts = []
     for before, after in ((ends[1], ends[2]), (ends[5], ends[6])):
         starts.append(max(landed(guide, walker.habits, after - 1.0), before + 0.7) + 0.15)
-    places = [at_box(guide, start, size_m, h) for start, h in zip(starts, heights_m, strict=True)]
+    box_poses = [
+        at_box(guide, start, size_m, h) for start, h in zip(starts, heights_m, strict=True)
+    ]
     lift = Lift(
         size_m=size_m,
         mass_kg=generator.uniform(2.0, 6.0),
         take_s=starts[0],
         put_s=starts[1],
-        from_m=places[0][0],
-        from_rad=places[0][1],
-        to_m=places[1][0],
-        to_rad=places[1][1],
+        from_m=box_poses[0][0],
+        from_rad=box_poses[0][1],
+        to_m=box_poses[1][0],
+        to_rad=box_poses[1][1],
         above_m=generator.uniform(0.13, 0.20),
         down_s=generator.uniform(0.95, 1.2),
         up_s=generator.uniform(1.05, 1.3),
@@ -81,7 +83,7 @@ def carrying(
 
 
 def at_box(guide: Guide, time_s: float, size_m: Point, height_m: float) -> tuple[Array, float]:
-    """Centre [3] and yaw of a box that stands before the guide at a time."""
+    """Centre [3] m and yaw of a box in front of the guide at a time."""
     position, yaw = guide.at(time_s)
     centre_m = height_m + 0.5 * size_m[2]
     ahead = free_m(centre_m) + 0.5 * size_m[0]

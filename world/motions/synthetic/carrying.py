@@ -1,8 +1,8 @@
-"""Picking a box up, carrying it and putting it down, laid over a body that stands and walks.
+"""Picking a box up, carrying it and putting it down, as an overlay of standing and walking.
 
-People left to themselves mostly lift from a semi-squat, between stoop and squat, with the load 40
+Without instruction people mostly lift from a semi-squat, between stoop and squat, with the load 40
 cm or so ahead of the ankles (Burgess-Limerick & Abernethy 1998): trunk and knees flex together
-here, as deep as the hands must go. The box stays close to the body, and the body leans back until
+here, as deep as the hands need. The box stays close to the body, and the body leans back until
 both together balance over the feet.
 """
 
@@ -25,81 +25,82 @@ from world.motions.synthetic.rotations import (
 from world.motions.synthetic.skeleton import FOREARM_M, OFFSETS_M, SIDES, UPPER_ARM_M
 
 HAND_M = 0.04
-"""Radius of a hand: its middle is that far from the side that it presses."""
+"""Radius of a hand: distance of its centre from the face that it presses."""
 FREE_M = (0.26, 0.19)
-"""From the guide to the near face of a box that stands low, and high: knees and toes have room."""
+"""Distance from the guide to the near face of a low and of a high box, with room for knees and
+toes."""
 FREE_AT_M = (0.5, 0.9)
 """Heights of the box's centre for both."""
 OPEN_M = 0.07
-"""How much wider than the box the hands are before they close on it, each."""
+"""Distance of each open hand from its face before the grasp."""
 STANDING_M = 0.878
 REACH_M = 0.475
-"""From shoulder to hand in the deepest bend: elbows slightly bent (of 0.53 m)."""
+"""Distance from shoulder to hand in the deepest bend: elbows slightly bent (of 0.53 m)."""
 FLEXION_RAD, SQUAT_M = 1.0, 0.30
 """Trunk flexion and lowering of the pelvis in a bend of 1."""
 
 
 @dataclass(frozen=True)
 class Lift:
-    """One box, and when it is taken and put down."""
+    """A box with the times and positions of picking up and putting down."""
 
     size_m: Point
     """Depth, width between the hands, height."""
     mass_kg: float
     take_s: float
-    """When the body starts to bend to it."""
+    """Time at which the bend to pick up begins."""
     put_s: float
-    """When the body starts to bend to put it down."""
+    """Time at which the bend to put down begins."""
     from_m: Array
-    """Where its centre stands first, world, [3]."""
+    """Initial position of the centre, world, [3]."""
     from_rad: float
     to_m: Array
-    """Where its centre is put, world, [3]."""
+    """Final position of the centre, world, [3]."""
     to_rad: float
     above_m: float = 0.15
-    """How far above the pelvis its centre is carried."""
+    """Height of the carried centre above the pelvis."""
     down_s: float = 1.05
-    """From the start of a bend to the hands' closing."""
+    """Time from the begin of a bend to the grasp."""
     up_s: float = 1.15
-    """From the grasp to upright."""
+    """Time from the grasp to upright."""
     lower_s: float = 1.25
-    """From upright to the release."""
+    """Time from upright to the release."""
     rise_s: float = 1.0
 
     @property
     def grasp_s(self) -> float:
-        """When both hands press the box."""
+        """Time at which both hands press the box."""
         return self.take_s + self.down_s + 0.15
 
     @property
     def lifted_s(self) -> float:
-        """When the body stands upright with it."""
+        """Time at which the body is upright with the box."""
         return self.grasp_s + 0.1 + self.up_s
 
     @property
     def release_s(self) -> float:
-        """When the hands let go."""
+        """Time at which the hands let go."""
         return self.put_s + self.lower_s + 0.1
 
     @property
     def end_s(self) -> float:
-        """When the body stands upright without it."""
+        """Time at which the body is upright without the box."""
         return self.release_s + 0.2 + self.rise_s
 
     @property
     def carried_m(self) -> Array:
-        """The carried box's centre from the pelvis, in the heading's frame, [3]."""
+        """Centre of the carried box relative to the pelvis, heading frame, [3]."""
         return np.array([0.20 + 0.5 * self.size_m[0], 0.0, self.above_m])
 
 
 def free_m(height_m: float) -> float:
-    """From the guide to the near face of a box whose centre stands at a height."""
+    """Distance from the guide to the near face of a box, by the height of its centre."""
     return float(np.interp(height_m, FREE_AT_M, FREE_M))
 
 
 def bend_for(height_m: float, ahead_m: float) -> float:
-    """How deep a bend (0 upright, about 1 deep) brings the hands to a height, m, that far ahead of
-    the standing pelvis, m."""
+    """Depth of the bend (0 upright, about 1 deep) that brings the hands to a height, m, and
+    distance ahead of the standing pelvis, m."""
 
     def distance(depth: float) -> float:
         flexion, squat = FLEXION_RAD * depth, SQUAT_M * depth
@@ -115,11 +116,11 @@ def bend_for(height_m: float, ahead_m: float) -> float:
 
 
 def bend(lift: Lift, times_s: Array) -> Array:
-    """How deep the body is bent, [T]."""
+    """Depth of the bend, [T]."""
     t = lift
     first, second = (
-        bend_for(float(place[2]), free_m(float(place[2])) + 0.5 * t.size_m[0])
-        for place in (t.from_m, t.to_m)
+        bend_for(float(centre[2]), free_m(float(centre[2])) + 0.5 * t.size_m[0])
+        for centre in (t.from_m, t.to_m)
     )
     return timing.through(
         times_s,
@@ -145,7 +146,7 @@ def weight(lift: Lift, times_s: Array) -> Array:
 
 
 def track(lift: Lift, root_m: Array, yaw_rad: Array, times_s: Array) -> tuple[Array, Array]:
-    """The box's centre [T, 3] and yaw [T] with a body whose pelvis is at `root_m` [T, 3]."""
+    """Centre [T, 3] m and yaw [T] of the box, for a pelvis at `root_m` [T, 3]."""
     t = lift
     calm = timing.smooth(root_m, 0.14, RATE_HZ)
     calm_yaw = timing.smooth(yaw_rad, 0.14, RATE_HZ)
@@ -154,20 +155,20 @@ def track(lift: Lift, root_m: Array, yaw_rad: Array, times_s: Array) -> tuple[Ar
     carried = calm + x * ahead + y * aside + [0.0, 0.0, z]
     lifting, lowering = t.grasp_s + 0.1, t.release_s - 0.1
     knots = [(lifting, 0.0), (t.lifted_s - 0.05, 1.0), (t.put_s, 1.0), (lowering, 0.0)]
-    share = timing.through(times_s, knots)
+    fraction = timing.through(times_s, knots)
     middle = 0.5 * (t.lifted_s + t.put_s)
     rest = np.where((times_s < middle)[:, None], t.from_m, t.to_m)
     turned = np.where(times_s < middle, t.from_rad, t.to_rad)
     turned = calm_yaw + np.angle(np.exp(1j * (turned - calm_yaw)))
-    centre = rest + share[:, None] * (carried - rest)
-    yaw = turned + share * (calm_yaw - turned)
+    centre = rest + fraction[:, None] * (carried - rest)
+    yaw = turned + fraction * (calm_yaw - turned)
     return centre, yaw
 
 
 def hands_on(
     lift: Lift, centre_m: Array, yaw_rad: Array, times_s: Array, side: int
 ) -> tuple[Array, Array]:
-    """Where a hand presses the box, or waits beside it [T, 3], and how much it is there [T]."""
+    """Target of a hand on or beside the box [T, 3] m, and its weight [T]."""
     t = lift
     opening = timing.through(
         times_s,
@@ -194,10 +195,10 @@ def hands_on(
 def arm(
     local: Array, root: Array, side: int, hand_m: Array, hanging: tuple[Array, Array], grip: Array
 ) -> tuple[Array, Array]:
-    """Upper arm rotation [T, 3, 3] in the torso and elbow rotation [T, 3, 3], with a hand on its
-    way from where it hangs (0 of `grip`) to `hand_m` [T, 3] (1).
+    """Upper arm rotation [T, 3, 3] in the torso and elbow rotation [T, 3, 3], with a hand between
+    hanging (0 of `grip`) and `hand_m` [T, 3] (1).
 
-    Needs the pelvis and torso rotations of `local` to be in place.
+    `local` must hold the pelvis and torso rotations already.
     """
     upper = 3 + 3 * side
     pelvis = local[:, 0]
@@ -212,8 +213,8 @@ def arm(
 
 
 def where_held(lift: Lift, centre_m: Array, positions_m: Array, times_s: Array) -> Array:
-    """The box's centre [T, 3], between the hands of `positions_m` [T, 15, 3] while they hold it:
-    arms that are too short for where it should be bring it nearer."""
+    """Centre of the box [T, 3] m, between the hands of `positions_m` [T, 15, 3] during the hold,
+    since short arms hold it nearer than planned."""
     middle = 0.5 * (positions_m[:, 5] + positions_m[:, 8])
     knots = [(lift.grasp_s, 0.0), (lift.grasp_s + 0.1, 1.0)]
     knots += [(lift.release_s - 0.1, 1.0), (lift.release_s, 0.0)]
@@ -221,7 +222,7 @@ def where_held(lift: Lift, centre_m: Array, positions_m: Array, times_s: Array) 
 
 
 def box_track(lift: Lift, centre_m: Array, yaw_rad: Array, times_s: Array, every: int) -> BoxTrack:
-    """The box as a clip has it, every so many frames."""
+    """The track of the box for a clip, every `every`-th frame."""
     rotation = quaternion(about("z", yaw_rad))
     pose = np.concatenate((centre_m, rotation), axis=1)[::every].astype(np.float32)
     held = (times_s >= lift.grasp_s) & (times_s <= lift.release_s)

@@ -1,4 +1,4 @@
-"""From a guide (where the body should be, when) to footsteps: which foot stands where and when.
+"""Plans footsteps along a guide, the path of the body in time.
 
 Cadence follows speed by the constant walk ratio of healthy adults, step length / step rate
 (Sekiya et al. 1996: 0.0065 m per step/min; here 0.0052, chosen so that the pelvis dips less),
@@ -14,13 +14,13 @@ from world.motions.synthetic.rotations import Array
 from world.motions.synthetic.skeleton import SIDES
 
 RATE_HZ = 120
-"""Frames a second while a motion is built; clips keep every fourth."""
+"""Frame rate of the synthesis; clips have every fourth frame."""
 
 WALK_RATIO_M_S = 0.31
 """Step length over step frequency, m per Hz (0.0052 m per step/min)."""
 
 ANKLE_BEHIND_M = 0.03
-"""How far a standing ankle lies behind the guide: the body's weight is over the mid-foot."""
+"""Distance of a standing ankle behind the guide: the weight is over the mid-foot."""
 
 
 APART_M = 0.105
@@ -28,12 +28,12 @@ APART_M = 0.105
 
 
 TOE_IN_RAD, TOE_APART_RAD = 0.30, 1.0
-"""How far one foot may be turned towards, and away from, the other: hips allow no more."""
+"""Greatest turn of one foot towards, and away from, the other: the hips' range."""
 
 
 @dataclass(frozen=True)
 class Guide:
-    """Where the body should be: a path in time, free to move sideways and backwards."""
+    """The planned path of the body in time, which may go sideways and backwards."""
 
     position_m: Array
     """World x, y at RATE_HZ, [T, 2]."""
@@ -41,7 +41,7 @@ class Guide:
     """Heading, continuous, [T]."""
 
     def at(self, time_s: float) -> tuple[Array, float]:
-        """Position [2] and yaw at a time, held beyond both ends."""
+        """Position [2] m and yaw at a time, constant beyond both ends."""
         x = np.clip(time_s * RATE_HZ, 0, len(self.yaw_rad) - 1)
         low = int(x)
         high = min(low + 1, len(self.yaw_rad) - 1)
@@ -52,35 +52,35 @@ class Guide:
 
 @dataclass(frozen=True)
 class Stance:
-    """One foot on one spot."""
+    """One stance of one foot."""
 
     side: int
     """0 right, 1 left."""
     ankle_m: Array
-    """Where the ankle is, seen from above, while the sole is flat, [2]."""
+    """Horizontal position of the ankle while the sole is flat, [2]."""
     yaw_rad: float
     land_s: float
-    """When the foot arrives (minus infinity: it was there from the start)."""
+    """Time of landing; −∞: from the start."""
     lift_s: float
-    """When it leaves (infinity: it stays)."""
+    """Time of lift-off; ∞: none."""
 
 
 @dataclass(frozen=True)
 class Habits:
-    """How one walker places the feet."""
+    """Parameters of a walker's foot placement."""
 
     width_m: float = 0.065
     """Half the step width while walking (Winter 2009: 8-13 cm between the heels)."""
     standing_width_m: float = 0.085
     toe_out_rad: float = 0.10
     first_side: int = 0
-    """The foot that steps first, unless a turn asks for the inner one."""
+    """The foot of the first step; in a turn it is the inner one."""
 
 
 def foothold(
     guide: Guide, time_s: float, side: int, speed_m_s: float, habits: Habits
 ) -> tuple[Array, float]:
-    """Where a foot belongs when the body is at guide(time): ankle [2] and yaw."""
+    """The foothold of a foot for the guide at a time: ankle [2] m and yaw."""
     position, yaw = guide.at(time_s)
     calm = 1 - min(speed_m_s / 0.6, 1.0)
     width = habits.width_m + calm * (habits.standing_width_m - habits.width_m)
@@ -93,9 +93,9 @@ def foothold(
 def clear_of(
     ankle_m: Array, yaw_rad: float, side: int, other_m: Array, other_yaw_rad: float
 ) -> tuple[float, Array]:
-    """How far (m, at least 0) a foot must move outward to pass the other one, and that direction.
+    """Outward shift (m, at least 0) by which a foot clears the other one, and its direction.
 
-    The two soles, 9 cm wide, are kept apart where they lie side by side.
+    The soles, 9 cm wide, are kept apart where they are side by side.
     """
     yaw = 0.5 * (yaw_rad + other_yaw_rad)
     outward = SIDES[side] * np.array([-np.sin(yaw), np.cos(yaw)])
@@ -106,8 +106,8 @@ def clear_of(
     return float(max(APART_M + skew - apart @ outward, 0.0) * beside), outward
 
 
-def pace(guide: Guide, time_s: float) -> tuple[float, float, float]:
-    """Step period (s), share of it in double support, and speed (m/s) from about now on."""
+def step_timing(guide: Guide, time_s: float) -> tuple[float, float, float]:
+    """Step period (s), fraction of it in double support, and speed (m/s) from a time on."""
     (before, yaw_before), (after, yaw_after) = guide.at(time_s), guide.at(time_s + 0.7)
     speed = float(np.linalg.norm(after - before)) / 0.7
     turning = abs(yaw_after - yaw_before) / 0.7
@@ -117,18 +117,18 @@ def pace(guide: Guide, time_s: float) -> tuple[float, float, float]:
 
 
 def plan(guide: Guide, habits: Habits) -> list[Stance]:
-    """The footsteps that follow a guide, ending with both feet beneath its last position."""
+    """The footsteps along a guide; they end with both feet beneath its last position."""
     duration = len(guide.yaw_rad) / RATE_HZ
-    spots = [foothold(guide, 0.0, side, 0.0, habits) for side in (0, 1)]
+    footholds = [foothold(guide, 0.0, side, 0.0, habits) for side in (0, 1)]
     landed, stances = [-np.inf, -np.inf], []
     time, walking, side = 0.3, False, habits.first_side
     while time < duration:
-        period, double, speed = pace(guide, time)
+        period, double, speed = step_timing(guide, time)
         swing = period * (1 - double)
         middle = time + swing + period * double + 0.5 * swing
         wanted = [foothold(guide, middle, s, speed, habits) for s in (0, 1)]
-        moves = [np.linalg.norm(wanted[s][0] - spots[s][0]) for s in (0, 1)]
-        turns = [wanted[s][1] - spots[s][1] for s in (0, 1)]
+        moves = [np.linalg.norm(wanted[s][0] - footholds[s][0]) for s in (0, 1)]
+        turns = [wanted[s][1] - footholds[s][1] for s in (0, 1)]
         if not walking:
             if max(moves) < 0.08 and max(map(abs, turns)) < 0.2:
                 time += 0.02
@@ -141,13 +141,13 @@ def plan(guide: Guide, habits: Habits) -> list[Stance]:
             time += 0.02
             continue
         if moves[side] >= 0.01 or abs(turns[side]) >= 0.02:
-            stances.append(Stance(side, *spots[side], landed[side], time))
+            stances.append(Stance(side, *footholds[side], landed[side], time))
             ankle, yaw = wanted[side]
-            out = np.clip(SIDES[side] * (yaw - spots[1 - side][1]), -TOE_IN_RAD, TOE_APART_RAD)
-            yaw = spots[1 - side][1] + SIDES[side] * float(out)
-            missing, outward = clear_of(ankle, yaw, side, *spots[1 - side])
-            spots[side], landed[side] = (ankle + missing * outward, yaw), time + swing
+            out = np.clip(SIDES[side] * (yaw - footholds[1 - side][1]), -TOE_IN_RAD, TOE_APART_RAD)
+            yaw = footholds[1 - side][1] + SIDES[side] * float(out)
+            missing, outward = clear_of(ankle, yaw, side, *footholds[1 - side])
+            footholds[side], landed[side] = (ankle + missing * outward, yaw), time + swing
             time += period
         side = 1 - side
-    stances += [Stance(side, *spots[side], landed[side], np.inf) for side in (0, 1)]
+    stances += [Stance(side, *footholds[side], landed[side], np.inf) for side in (0, 1)]
     return sorted(stances, key=lambda stance: (stance.side, stance.land_s))

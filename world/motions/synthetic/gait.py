@@ -1,4 +1,4 @@
-"""Feet that roll and swing over their footsteps, and the centre of pressure under them.
+"""Paths of the feet, which roll and swing over their footsteps, and the centre of pressure.
 
 Foot angles follow normal gait (Perry 1992: heel strike with the toes about 20 deg up, heel off at
 35-40 % of the stride); the sole's lowest point is on the floor in stance, by construction.
@@ -22,7 +22,7 @@ LANDING_M_S = 0.85
 
 @dataclass(frozen=True)
 class Feet:
-    """Both feet's paths: arrays over [2 sides, T]."""
+    """Paths of both feet: arrays over [2 sides, T]."""
 
     ankle_m: Array
     """[2, T, 3]."""
@@ -30,11 +30,11 @@ class Feet:
     """Positive with the toes down, [2, T]."""
     yaw_rad: Array
     planted: Array
-    """Whether the sole or an edge of it stands on the floor, bool [2, T]."""
+    """The sole or one of its edges is on the floor, bool [2, T]."""
 
 
 def sole_drop(pitch_rad: Array, soften_m: Array | float) -> Array:
-    """How far the lowest point of the sole lies below the ankle at a pitch, corner rounded."""
+    """Distance of the sole's lowest point below the ankle at a pitch, with rounded corners."""
     toe, heel = TOE_M * np.sin(pitch_rad), HEEL_M * np.sin(pitch_rad)
     return (
         ANKLE_M * np.cos(pitch_rad)
@@ -44,7 +44,7 @@ def sole_drop(pitch_rad: Array, soften_m: Array | float) -> Array:
 
 
 def rocker_shift(pitch_rad: Array) -> Array:
-    """How far forward the ankle moves when the foot pitches about its toe or heel edge."""
+    """Forward shift of the ankle when the foot pitches about its toe or heel edge."""
     edge = np.where(pitch_rad > 0, TOE_M, HEEL_M)
     return edge - (edge * np.cos(pitch_rad) - ANKLE_M * np.sin(pitch_rad))
 
@@ -58,7 +58,7 @@ def step_pitches(length_m: float) -> tuple[float, float, float]:
 
 
 def feet_paths(stances: list[Stance], times_s: Array) -> Feet:
-    """Paths of both feet: planted ones stand or roll on a fixed edge, the other one swings."""
+    """Paths of both feet: a stance foot stands or rolls on a fixed edge, a swing foot swings."""
     frames = len(times_s)
     ankle, pitch = np.zeros((2, frames, 3)), np.zeros((2, frames))
     yaw, planted = np.zeros((2, frames)), np.zeros((2, frames), dtype=bool)
@@ -95,7 +95,7 @@ def feet_paths(stances: list[Stance], times_s: Array) -> Feet:
 
 
 def give_way(inside: NDArray[np.intp], side: int, ankle: Array, yaw: Array) -> None:
-    """Bend one swing (frame indices) outward around the standing foot (written in place)."""
+    """Bend one swing (frame indices) outward around the stance foot (written in place)."""
     if len(inside) < 3:
         return
     other = 1 - side
@@ -110,19 +110,19 @@ def give_way(inside: NDArray[np.intp], side: int, ankle: Array, yaw: Array) -> N
 
 
 def advance(before: Stance, after: Stance) -> float:
-    """How far forward (m, negative backward) a foot travels in a step, along its own heading."""
+    """Forward distance (m, negative backward) of a foot in a step, along its own heading."""
     return float((after.ankle_m - before.ankle_m) @ heading(np.array(after.yaw_rad))[:2])
 
 
 def lift_rate(toe_off_rad: float) -> float:
-    """Pitch rate at toe off, rad/s: the foot is still rolling when it leaves."""
+    """Pitch rate at toe-off, rad/s: the foot still rolls when it lifts."""
     return 5.0 * toe_off_rad
 
 
 def swing(
     before: Stance, after: Stance, times_s: Array, ankle: Array, pitch: Array, yaw: Array
 ) -> None:
-    """Fill one swing between two stances into a foot's arrays (written in place)."""
+    """Write one swing between two stances into a foot's arrays (in place)."""
     inside = (times_s > before.lift_s) & (times_s < after.land_s)
     span = after.land_s - before.lift_s
     s = (times_s[inside] - before.lift_s) / span
@@ -151,7 +151,8 @@ def swing(
 
 
 def pressure(stances: list[Stance], times_s: Array) -> Array:
-    """The centre of pressure [T, 2]: along the single stance foot, then over to the next one."""
+    """The centre of pressure [T, 2] m: along the stance foot in single support, then to the next
+    one."""
     middle_s, knots = 0.4, []
     swings = [
         (a.lift_s, b.land_s, 1 - a.side, advance(a, b) / 1.2)
@@ -160,7 +161,7 @@ def pressure(stances: list[Stance], times_s: Array) -> Array:
     ]
     swings.sort()
 
-    def spot(side: int, time: float, ahead_m: float) -> Array:
+    def foot_point(side: int, time: float, ahead_m: float) -> Array:
         stance = next(
             s for s in stances if s.side == side and s.land_s <= time and time <= s.lift_s
         )
@@ -169,7 +170,7 @@ def pressure(stances: list[Stance], times_s: Array) -> Array:
         return stance.ankle_m + np.array([ahead_m * c - inward * n, ahead_m * n + inward * c])
 
     def both(time: float) -> Array:
-        return 0.5 * (spot(0, time, 0.035) + spot(1, time, 0.035))
+        return 0.5 * (foot_point(0, time, 0.035) + foot_point(1, time, 0.035))
 
     knots.append((-10.0, both(times_s[0])))
     previous_end = -10.0
@@ -181,8 +182,8 @@ def pressure(stances: list[Stance], times_s: Array) -> Array:
         reach = float(np.clip(reach, -0.5, 1.0))
         middle, roll = 0.035 + 0.04 * reach, 0.06 * reach
         knots += [
-            (start, spot(side, start, middle - roll)),
-            (end, spot(side, end, middle + roll)),
+            (start, foot_point(side, start, middle - roll)),
+            (end, foot_point(side, end, middle + roll)),
         ]
         previous_end = end
     knots.append((previous_end + middle_s, both(1e9)))

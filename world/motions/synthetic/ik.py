@@ -5,19 +5,19 @@ import numpy as np
 from world.motions.synthetic.rotations import Array, about
 
 STRAIGHT = 0.9995
-"""Share of a limb's length that its end may reach: a target further away is not met."""
+"""Greatest reach as a fraction of a limb's length: a target further away is not reached."""
 
 
 def two_link(
     from_m: Array, to_m: Array, forward: Array, first_m: float, second_m: float, bend: int
 ) -> tuple[Array, Array]:
-    """World rotation of the first link and angle of the one-axis joint, that reach a point.
+    """World rotation of the first link and angle of the one-axis joint that reach a point.
 
     At rest both links hang along -z and the joint's axis is y.
 
     Args:
         from_m: the ball joint, world, [T, 3].
-        to_m: where the second link's end should be, world, [T, 3].
+        to_m: target of the second link's end, world, [T, 3].
         forward: a direction (need not be of unit length) that the limb's plane contains, [T, 3].
         first_m: length of the first link.
         second_m: length of the second link.

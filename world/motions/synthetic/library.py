@@ -1,4 +1,4 @@
-"""The set itself: which clips are made, from which guides, on which seats."""
+"""The set of synthetic clips."""
 
 from dataclasses import replace
 
@@ -29,18 +29,18 @@ STAND_HEIGHTS_M = (
     (0.38, 0.34),
     (0.65, 0.34),
 )
-"""Of both stands, what the box is taken from and put on."""
+"""Heights of both stands."""
 
 
 def standing(generator: np.random.Generator, duration_s: float) -> Clip:
-    """Standing still, shifting the weight and looking about."""
+    """Standing still, with weight shifts and turns of the head."""
     return clip(
         "stand", perform(steer([(duration_s, 0, 0)]), replace(manner(generator), sway_m=0.02))
     )
 
 
 def walking(generator: np.random.Generator, speed_m_s: float) -> Clip:
-    """From standing, straight on at a speed, to standing."""
+    """Walking straight at a speed, from standing to standing."""
     guide = steer([(1.2, 0, 0), (7.0, speed_m_s, 0), (2.4, 0, 0)])
     return clip(f"walk_{speed_m_s:.1f}", perform(guide, manner(generator)))
 
@@ -71,7 +71,7 @@ def pivoting(generator: np.random.Generator, angle_deg: float) -> Clip:
 
 
 def stopping(generator: np.random.Generator, speed_m_s: float) -> Clip:
-    """Starts, stops and turns in a row."""
+    """A sequence of starts, stops and turns."""
     rate = generator.choice([-1.4, 1.4])
     guide = steer(
         [
@@ -124,7 +124,7 @@ def locomotion(generator: np.random.Generator) -> list[Clip]:
 
 
 def sits(generator: np.random.Generator) -> list[Clip]:
-    """Sitting down on seats of nine heights, from all sides, and rising."""
+    """Sitting down on seats of nine heights, from all sides, and getting up."""
     clips = []
     for index, height in enumerate(SEAT_HEIGHTS_M * 2):
         spin = 1 if index % 2 else -1
@@ -159,16 +159,15 @@ def carries(generator: np.random.Generator) -> list[Clip]:
 
 
 def generate(seed: int = 0) -> list[Clip]:
-    """The whole set, the same for the same seed: about 21 minutes of motion.
+    """The whole set, a pure function of the seed: about 21 minutes of motion.
 
     Args:
         seed: of the styles, distances, speeds and timings.
 
     Returns:
-        clips at 30 frames a second, floor at z = 0; those that sit, lie or carry know their seat,
-        bed or box.
+        clips at 30 frames per second, floor at z = 0, annotated with their seat, bed or box.
     """
-    # a stream a task: what is added to one leaves the others as they are
+    # one stream per task, so that additions to one do not change the others
     return [
         made
         for part, make in enumerate((locomotion, sits, lies, carries))

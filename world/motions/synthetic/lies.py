@@ -1,4 +1,4 @@
-"""Clips that lie: walk up to a bed, sit on its edge, lie down, rest, get up and leave."""
+"""Lying clips: walk to a bed, sit on its edge, lie down, rest, get up and leave."""
 
 from dataclasses import replace
 
@@ -22,14 +22,15 @@ def lying(
     spin: int,
     head_left: bool,
 ) -> Clip:
-    """Walk up, turn, sit on the edge, lie down on the back, rest, get up and step away.
+    """A clip that walks up, turns, sits on the edge, lies down on the back, rests, gets up and
+    leaves.
 
     Args:
         height_m: of the mattress.
-        distance_m: from where the walk begins to where one stands before sitting down.
-        bearing_rad: where the walk begins, as seen from there; 0 straight off the bed.
-        spin: +1 the back is turned to the bed leftwards, −1 rightwards.
-        head_left: whether the head comes to lie on the left of who sits on the edge.
+        distance_m: from the begin of the walk to the stand pose before sitting down.
+        bearing_rad: direction of the begin of the walk from there; 0 straight off the bed.
+        spin: +1 turns the back to the bed leftwards, −1 rightwards.
+        head_left: whether the head lies on the left of the character that sits on the edge.
     """
     down, up = generator.uniform(2.6, 3.4), generator.uniform(2.4, 3.0)
     rest = generator.uniform(3.5, 6.0)

@@ -1,4 +1,4 @@
-"""Lying down from the edge of a bed and getting up again, laid over a body that sits there.
+"""Lying down from the edge of a bed and getting up, as an overlay of sitting.
 
 The trunk turns and leans towards the pillow over the arm of that side, both legs are lifted
 together onto the bed, and the back comes to rest last; rising is the same path back, pushed by the
@@ -31,56 +31,58 @@ from world.motions.synthetic.skeleton import (
 )
 
 ROOT_ABOVE_BED_M = 0.085
-"""Pelvis origin over the mattress when lying: the pelvis (radius 0.09 m) rests on it."""
+"""Height of the pelvis origin above the mattress when lying: the pelvis (radius 0.09 m) rests on
+it."""
 RISE_RAD = np.radians(4.0)
-"""How far the trunk is from level, so that pelvis and chest (radius 0.11 m) both rest."""
+"""Incline of the trunk at which pelvis and chest (radius 0.11 m) both rest."""
 ANKLE_ABOVE_BED_M = 0.065
-"""Ankles of outstretched legs over the mattress: calves rest on it."""
+"""Height of the ankles of stretched legs above the mattress: calves rest on it."""
 HEAD_M = OFFSETS_M[1, 2] + OFFSETS_M[2, 2] + 0.175
-"""From the pelvis to the middle of the head along a straight trunk."""
+"""Distance from the pelvis to the centre of the head along a straight trunk."""
 
 
 @dataclass(frozen=True)
 class Lying:
-    """One rest on a bed: all in the frame of the seat, x off the bed, on whose edge it begins."""
+    """Parameters of one rest on a bed, in the frame of the seat on its edge, x off the bed."""
 
     begin_s: float
-    """When the body, seated, starts to turn."""
+    """Time at which the seated body begins to turn."""
     down_s: float
-    """Until the back rests."""
+    """Duration until the back rests."""
     rest_s: float
-    """How long it lies."""
+    """Duration of lying."""
     up_s: float
-    """Until it sits on the edge again."""
+    """Duration until the body sits on the edge again."""
     head_left: bool
-    """Whether the head comes to lie on the left of who sits on the edge."""
+    """Whether the head lies on the left of the character that sits on the edge."""
     inward_m: float
-    """How far from where it sat the pelvis lies, towards the middle of the bed."""
+    """Distance of the lying pelvis from the seated one towards the middle of the bed."""
     along_m: float = 0.0
-    """How far from where it sat the pelvis lies, towards the head."""
+    """Distance of the lying pelvis from the seated one towards the head."""
     knees_m: tuple[float, float] = (0.0, 0.0)
-    """How high the right and the left knee are drawn up: the ankle comes nearer by twice that."""
+    """Height by which the right and the left knee are drawn up; the ankle is nearer by twice
+    that."""
     belly: tuple[float, float] = (0.0, 0.0)
-    """0 right and left hand beside the hip, 1 on the belly."""
+    """Position of the right and the left hand: 0 beside the hip, 1 on the belly."""
 
     @property
     def down_by_s(self) -> float:
-        """When the back rests."""
+        """Time at which the back rests."""
         return self.begin_s + self.down_s
 
     @property
     def up_from_s(self) -> float:
-        """When the body starts to rise."""
+        """Time at which the body begins to rise."""
         return self.down_by_s + self.rest_s
 
     @property
     def end_s(self) -> float:
-        """When it sits on the edge again."""
+        """Time at which the body sits on the edge again."""
         return self.up_from_s + self.up_s
 
-    def share(self, times_s: Array, begin: float, end: float) -> Array:
-        """0 seated .. 1 lying, [T]: a move between two fractions of the way down, mirrored in time
-        on the way up."""
+    def fraction(self, times_s: Array, begin: float, end: float) -> Array:
+        """[T], 0 seated to 1 lying: a move between two fractions of lying down, mirrored in time on
+        getting up."""
         down, up = self.down_s, self.up_s
         knots = [(self.begin_s + begin * down, 0.0), (self.begin_s + end * down, 1.0)]
         knots += [(self.end_s - end * up, 1.0), (self.end_s - begin * up, 0.0)]
@@ -88,9 +90,9 @@ class Lying:
 
 
 def lie_down(motion: Motion, lying: Lying, seat_m: Array, facing_rad: float) -> Motion:
-    """A motion that sits at `seat_m` [3] facing off the bed, lying down while it sits.
+    """A motion that sits at `seat_m` [3], facing off the bed, with lying down during the sit.
 
-    Before and after, the motion stays as it is: seated, feet on the floor.
+    Before and after it the motion is unchanged: seated, feet on the floor.
     """
     frames = len(motion.root_m)
     times = np.arange(frames) / RATE_HZ
@@ -98,22 +100,22 @@ def lie_down(motion: Motion, lying: Lying, seat_m: Array, facing_rad: float) -> 
     root, local = motion.root_m.copy(), motion.local.copy()
     ahead, left = heading(np.array(facing_rad)), heading(np.array(facing_rad + 0.5 * np.pi))
 
-    turned = lying.share(times, 0.16, 0.92)
-    leaned = lying.share(times, 0.12, 1.0)
-    moved = lying.share(times, 0.15, 0.85)
-    sunk = lying.share(times, 0.3, 1.0)
+    turned = lying.fraction(times, 0.16, 0.92)
+    leaned = lying.fraction(times, 0.12, 1.0)
+    moved = lying.fraction(times, 0.15, 0.85)
+    sunk = lying.fraction(times, 0.3, 1.0)
     goal = seat_m - lying.inward_m * ahead + side * lying.along_m * left
     goal += np.array([0.0, 0.0, ROOT_ABOVE_BED_M])
-    share = np.stack([moved, moved, sunk], -1)
-    root = root + share * (goal - root)
+    fraction = np.stack([moved, moved, sunk], -1)
+    root = root + fraction * (goal - root)
 
     yaw = facing_rad - side * 0.5 * np.pi * turned
     pitch = -(0.5 * np.pi - RISE_RAD) * leaned
-    # the seated pelvis' own small lean and sway fade as the lying one takes over
+    # the small lean and sway of the seated pelvis fade into the lying one
     base = blend(transpose(_yaw(facing_rad, frames)) @ motion.local[:, 0], _same(frames), leaned)
     local[:, 0] = about("z", yaw) @ about("y", pitch) @ base
     curl = 0.30 * _hump(leaned)
-    aside = side * 0.22 * _hump(lying.share(times, 0.0, 0.8))
+    aside = side * 0.22 * _hump(lying.fraction(times, 0.0, 0.8))
     local[:, 1] = (
         about("x", aside) @ about("y", curl) @ blend(motion.local[:, 1], _same(frames), leaned)
     )
@@ -138,9 +140,9 @@ def _same(frames: int) -> Array:
     return np.tile(np.eye(3), (frames, 1, 1))
 
 
-def _hump(share: Array) -> Array:
-    """0 at both ends of a move, 1 half-way."""
-    return 4.0 * share * (1.0 - share)
+def _hump(fraction: Array) -> Array:
+    """A profile that is 0 at both ends of a move and 1 half-way."""
+    return 4.0 * fraction * (1.0 - fraction)
 
 
 def _legs(
@@ -152,16 +154,16 @@ def _legs(
     times_s: Array,
     height_m: float,
 ) -> None:
-    """Both legs from the floor onto the bed, written into `local`."""
+    """Rotations of both legs from the floor onto the bed, written into `local`."""
     frames = len(times_s)
     head_right = not lying.head_left
     for side in (0, 1):
         thigh = (9, 12)[side]
-        # the leg on the pillow's side goes first: the other one would be in its way
+        # the leg on the pillow's side moves first: the other one would block it
         first = (side == 0) == head_right
-        late = 0.0 if first else 0.07
-        lifted = lying.share(times_s, 0.16 + late, 0.54 + late)
-        along = lying.share(times_s, 0.45 + late, 0.97)
+        delay = 0.0 if first else 0.07
+        lifted = lying.fraction(times_s, 0.16 + delay, 0.54 + delay)
+        along = lying.fraction(times_s, 0.45 + delay, 0.97)
         forward, across = heading(yaw), heading(yaw + 0.5 * np.pi)
         knee = lying.knees_m[side]
         stretched = np.sqrt(0.80**2 - (1.9 * knee) ** 2) if knee else 0.815
@@ -176,7 +178,7 @@ def _legs(
         planted = motion.feet.ankle_m[side]
         ankle = planted + lifted[:, None] * (path - planted)
         hip = root + turn(local[:, 0], OFFSETS_M[thigh])
-        # seated thighs lie level: the plane of the leg is already nearly the upright one
+        # seated thighs are level: the plane of the leg is nearly upright already
         knees = (motion.local[:, 0] @ motion.local[:, thigh])[..., 0]
         knees = knees + lifted[:, None] * (np.array([0.0, 0.0, 1.0]) - knees)
         rotation, flexion = two_link(hip, ankle, knees, THIGH_M, SHIN_M, 1)
@@ -204,12 +206,12 @@ def _arms(
     ahead: Array,
     headward: Array,
 ) -> None:
-    """The arm of the pillow's side props the trunk, the other one follows; both come to rest beside
-    the hips or on the belly. Written into `local`."""
+    """Rotations of the arms, written into `local`: the arm of the pillow's side props the trunk,
+    the other one follows; both rest beside the hips or on the belly."""
     frames = len(times_s)
     torso = local[:, 0] @ local[:, 1]
-    prop = lying.share(times_s, 0.0, 0.25)
-    home = lying.share(times_s, 0.40, 0.85)
+    prop = lying.fraction(times_s, 0.0, 0.25)
+    home = lying.fraction(times_s, 0.40, 0.85)
     for side in (0, 1):
         upper = 3 + 3 * side
         props = (side == 1) == lying.head_left
@@ -220,13 +222,13 @@ def _arms(
         hand = root + turn(local[:, 0], np.tile(resting, (frames, 1)))
         hand[:, 2] = np.maximum(hand[:, 2], seat_m[2] + 0.045)
         if props:
-            spot = seat_m - 0.10 * ahead + 0.38 * headward + [0.0, 0.0, 0.045]
-            hand = spot + home[:, None] * (hand - spot)
+            point = seat_m - 0.10 * ahead + 0.38 * headward + [0.0, 0.0, 0.045]
+            hand = point + home[:, None] * (hand - point)
             weight = prop
         else:
-            weight = lying.share(times_s, 0.0, 0.55)
-            # out of the way of the thigh that comes up
-            clear = _hump(lying.share(times_s, 0.05, 0.95))
+            weight = lying.fraction(times_s, 0.0, 0.55)
+            # clear of the rising thigh
+            clear = _hump(lying.fraction(times_s, 0.05, 0.95))
             out = turn(local[:, 0], np.tile([0.05, SIDES[side] * 0.22, 0.12], (frames, 1)))
             hand = hand + clear[:, None] * out
         outward = turn(torso, np.tile([0.5, -SIDES[side] * 1.0, 0.0], (frames, 1)))

@@ -1,4 +1,4 @@
-"""Rotation matrices and quaternions in numpy, over leading axes of any shape."""
+"""Rotation matrices and quaternions in numpy, over any leading axes."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,7 @@ def transpose(matrix: Array) -> Array:
 def quaternion(matrix: Array) -> Array:
     """Quaternions [T, ..., 4] (w, x, y, z) of matrices [T, ..., 3, 3], continuous along T.
 
-    Bar-Itzhack's form: of the four ways to write it, each takes the one with the largest pivot.
+    Bar-Itzhack's form: each takes the one of four expressions with the largest pivot.
     """
     m = matrix
     xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]

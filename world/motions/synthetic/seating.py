@@ -1,4 +1,4 @@
-"""Clips that sit: walk up to a seat, turn, sit down, stay, get up and leave."""
+"""Sitting clips: walk to a seat, turn, sit down, stay, get up and leave."""
 
 import numpy as np
 
@@ -15,16 +15,16 @@ from world.motions.synthetic.walker import FPS, clip, manner, steer
 def approach(
     distance_m: float, bearing_rad: float, speed_m_s: float, spin: int
 ) -> tuple[Array, Array]:
-    """Guide position [T, 2] and yaw [T] of walking to a seat at the origin that faces +x.
+    """Guide position [T, 2] m and yaw [T] of walking to a seat at the origin that faces +x.
 
-    Starts `distance_m` from the place to stand, in the direction `bearing_rad` from it, facing it;
-    the last half metre is walked while turning the back to the seat, `spin` +1 leftwards.
+    The walk begins `distance_m` from the stand pose in the direction `bearing_rad`, facing it; in
+    the last half metre the back is turned to the seat, `spin` +1 leftwards.
     """
     end = np.array([STANDING_AHEAD_M, 0.0])
     away = np.array([np.cos(bearing_rad), np.sin(bearing_rad)])
     start = end + distance_m * away
     front = np.clip((abs(bearing_rad) - 0.6) * 0.45, 0, 0.6)
-    # from behind the seat: wide enough round it for a body
+    # from behind the seat the path leaves room for the body
     round_it = 0.45 * np.clip(abs(bearing_rad) - 1.4, 0.0, 1.0) * np.sign(bearing_rad)
     via = end + np.array([front, round_it]) + 0.25 * distance_m * away
     wait_s, rise_s = 0.8, 0.9 * speed_m_s
@@ -50,8 +50,8 @@ def approach(
     bend = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0]))
     bend += first_yaw - bend[0]
     course = np.interp(along, length, bend)
-    share = timing.minimum_jerk((times - turn_start) / turn_s)
-    return position, (1 - share) * course + share * (first_yaw + change)
+    fraction = timing.minimum_jerk((times - turn_start) / turn_s)
+    return position, (1 - fraction) * course + fraction * (first_yaw + change)
 
 
 def seated(
@@ -63,8 +63,8 @@ def seated(
     back: bool,
     seated_s: float,
 ) -> tuple[Guide, Manner, Sitting, float]:
-    """The guide to a seat at the origin, for so long on it, and away; who walks it; when they sit;
-    and the yaw that the seat faces, rad."""
+    """Guide to a seat at the origin, seated for `seated_s`, and away; the walker's manner; the sit;
+    and the seat's facing, rad."""
     walker = manner(generator)
     position, yaw = approach(distance_m, bearing_rad, generator.uniform(0.85, 1.35), spin)
     waited = Guide(
@@ -114,14 +114,14 @@ def sitting(
     spin: int,
     back: bool,
 ) -> Clip:
-    """Walk up, turn, sit down, stay, stand up and step away, on a seat somewhere in the world.
+    """A clip that walks up, turns, sits down, stays, stands up and leaves, on a seat anywhere.
 
     Args:
         height_m: of the seat.
-        distance_m: from where the walk begins to where one stands before sitting down.
-        bearing_rad: where the walk begins, as seen from there; 0 straight before the seat.
-        spin: +1 the back is turned to the seat leftwards, −1 rightwards.
-        back: whether one leans back as on a chair, not upright as on a stool.
+        distance_m: from the begin of the walk to the stand pose before sitting down.
+        bearing_rad: direction of the begin of the walk from there; 0 straight before the seat.
+        spin: +1 turns the back to the seat leftwards, −1 rightwards.
+        back: whether the trunk leans back as on a chair, or is upright as on a stool.
     """
     stay = generator.uniform(3.2, 6.0)
     guide, walker, sit, facing = seated(

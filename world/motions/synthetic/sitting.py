@@ -1,4 +1,4 @@
-"""Sitting down, staying seated and standing up, laid over a body that stands in front of a seat.
+"""Sitting down, staying seated and standing up, as an overlay of standing in front of a seat.
 
 Sit-to-stand takes about 2 s and flexes the trunk by 35-45 deg (Schenkman et al. 1990; Kerr et al.
 1997): flexion on the seat, seat-off near a third of it, extension. Sitting down is its mirror in
@@ -16,29 +16,30 @@ from world.motions.synthetic.rotations import Array, transpose, turn
 from world.motions.synthetic.skeleton import FOREARM_M, OFFSETS_M, UPPER_ARM_M
 
 ROOT_ABOVE_SEAT_M = 0.06
-"""Pelvis origin over the seat: the thighs' capsules (radius 0.055 m) rest on it."""
+"""Height of the pelvis origin above the seat: the thighs' capsules (radius 0.055 m) rest on it."""
 
 FEET_AHEAD_M = 0.27
-"""Ankles ahead of the seated pelvis: about 13 cm behind the knees, from where one can rise."""
+"""Distance of the ankles ahead of the seated pelvis: about 13 cm behind the knees, so that standing
+up is possible."""
 
 STANDING_AHEAD_M = FEET_AHEAD_M + ANKLE_BEHIND_M
-"""Where the guide stands, ahead of the seat's point, before sitting down."""
+"""Distance of the guide ahead of the seat's point before sitting down."""
 
 
 @dataclass(frozen=True)
 class Overlay:
-    """What is laid over walking and standing: sitting. All arrays over [T]."""
+    """Sitting as an overlay of walking and standing. All arrays over [T]."""
 
     depth: Array
-    """0 standing .. 1 on the seat."""
+    """0 standing to 1 on the seat."""
     seat_root_m: Array
     """Pelvis origin when seated, world, [3]."""
     flexion_rad: Array
     """Trunk flexion, positive forward."""
     hands: Array
-    """0 hanging .. 1 on the thighs."""
+    """0 hanging to 1 on the thighs."""
     reach_m: Array
-    """How far down the thigh the hands rest."""
+    """Distance of the hands down the thigh."""
 
 
 def nothing(frames: int) -> Overlay:
@@ -49,43 +50,44 @@ def nothing(frames: int) -> Overlay:
 
 @dataclass(frozen=True)
 class Sitting:
-    """The times and shape of one sit."""
+    """Times and shape of one sit."""
 
     begin_s: float
-    """When the body starts to go down."""
+    """Time at which the descent begins."""
     seated_s: float
-    """How long the pelvis stays on the seat."""
+    """Duration of contact with the seat."""
     height_m: float
     """Of the seat's surface."""
     down_s: float = 1.5
-    """From the first movement to contact."""
+    """Duration from the first movement to contact."""
     up_s: float = 1.25
-    """From seat-off to standing."""
+    """Duration from seat-off to standing."""
     lean_rad: float = -0.10
-    """Trunk flexion when settled: negative leans back."""
+    """Trunk flexion at rest; negative leans back."""
     flexion_rad: float = 0.72
-    """Trunk flexion at its largest."""
+    """Greatest trunk flexion."""
     hands_m: float = 0.23
-    """Where on the thigh the hands rest."""
+    """Distance of the resting hands down the thigh."""
 
     @property
     def contact_s(self) -> float:
-        """When the pelvis reaches the seat."""
+        """Time at which the pelvis reaches the seat."""
         return self.begin_s + self.down_s
 
     @property
     def off_s(self) -> float:
-        """When the pelvis leaves the seat."""
+        """Time at which the pelvis leaves the seat."""
         return self.contact_s + self.seated_s
 
     @property
     def end_s(self) -> float:
-        """When the body stands again."""
+        """Time at which the body stands again."""
         return self.off_s + self.up_s
 
 
 def overlay(sitting: Sitting, point_m: Array, times_s: Array) -> Overlay:
-    """The sit as profiles over time, on a seat whose surface below the pelvis is `point_m` [3]."""
+    """The profiles of a sit over time, on a seat whose surface below the pelvis is `point_m`
+    [3]."""
     t = sitting
     depth = timing.through(
         times_s, [(t.begin_s, 0.0), (t.contact_s, 1.0), (t.off_s, 1.0), (t.end_s, 0.0)]
@@ -127,7 +129,7 @@ def overlay(sitting: Sitting, point_m: Array, times_s: Array) -> Overlay:
 def hands_on_thighs(local: Array, root: Array, side: int, reach_m: Array) -> tuple[Array, Array]:
     """Upper arm rotation [T, 3, 3] in the torso and elbow angle [T] with a hand on its thigh.
 
-    Needs the pelvis, torso and leg rotations of `local` to be in place.
+    `local` must hold the pelvis, torso and leg rotations already.
     """
     upper, thigh = 3 + 3 * side, (9, 12)[side]
     pelvis = local[:, 0]

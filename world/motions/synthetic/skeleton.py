@@ -1,4 +1,4 @@
-"""The character's bones, masses and soles, and where they are for a given pose."""
+"""The character's bones, masses and soles, and their positions in a pose."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ FOREARM_M = 0.258947
 ANKLE_M = 0.05
 """Height of the ankle above a flat sole."""
 HEEL_M, TOE_M, SOLE_HALF_WIDTH_M = -0.0435, 0.1335, 0.045
-"""The sole's ends ahead of the ankle, and half its width, in the foot frame."""
+"""Ends of the sole ahead of the ankle, and half its width, in the foot's frame."""
 
 OFFSETS_M = np.array(
     [
@@ -62,10 +62,10 @@ CENTRES_M = np.array(
 """Each body's centre of mass in its own frame, from its shapes, [15, 3]."""
 
 SIDES = (-1.0, 1.0)
-"""Sign of y of the right and the left side, in that order everywhere."""
+"""Sign of y of the right and the left side, always in that order."""
 
 
-def place(root_m: Array, local: Array) -> tuple[Array, Array]:
+def forward(root_m: Array, local: Array) -> tuple[Array, Array]:
     """World positions [T, 15, 3] and rotations [T, 15, 3, 3] of all bodies.
 
     Args:

@@ -16,7 +16,7 @@ def minimum_jerk(fraction: Array) -> Array:
 
 
 def through(times_s: Array, knots: list[tuple[float, float]]) -> Array:
-    """Values that rest at each knot (time, value) and move between them with minimum jerk."""
+    """Values [T] that rest at each knot (time, value), with minimum-jerk moves between them."""
     value = np.full(len(times_s), float(knots[0][1]))
     for (start, before), (end, after) in itertools.pairwise(knots):
         value += (after - before) * minimum_jerk((times_s - start) / max(end - start, 1e-9))
@@ -78,7 +78,8 @@ def pendulum(pressure_m: Array, height_m: float, rate_hz: float) -> Array:
     """The centre of mass [T, 2] whose centre of pressure follows `pressure_m` [T, 2].
 
     The linear inverted pendulum x - (h/g) x'' = p (Kajita et al. 2003) has one bounded solution:
-    p convolved with exp(-|t| / c) / 2c, c = sqrt(h/g). It leans ahead of a step by itself.
+    p convolved with exp(-|t| / c) / 2c, c = sqrt(h/g). It leans ahead of a step without further
+    terms.
     """
     constant_s = np.sqrt(height_m / GRAVITY_M_S2)
     half = round(8 * constant_s * rate_hz)

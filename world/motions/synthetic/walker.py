@@ -1,4 +1,4 @@
-"""What every clip of the set is made with: its walker, its guide and its frame rate."""
+"""Common parts of the synthetic clips: walkers, guides and frame rate."""
 
 import numpy as np
 
@@ -22,7 +22,7 @@ def clip(
     bed: Bed | None = None,
     box: BoxTrack | None = None,
 ) -> Clip:
-    """A motion as a clip at 30 frames a second."""
+    """A motion as a clip at 30 frames per second."""
     return Clip(
         name=name,
         fps=FPS,
@@ -37,7 +37,7 @@ def clip(
 
 
 def manner(generator: np.random.Generator) -> Manner:
-    """A walker with a style of their own."""
+    """A random manner of walking."""
     habits = Habits(
         width_m=generator.uniform(0.058, 0.075),
         standing_width_m=generator.uniform(0.08, 0.1),
@@ -54,7 +54,7 @@ def manner(generator: np.random.Generator) -> Manner:
 
 
 def steer(pieces: list[tuple[float, float, float]], yaw_rad: float = 0.0) -> Guide:
-    """A guide that walks the way it faces: (duration s, speed m/s, turning rate rad/s) in turn."""
+    """A guide along its heading, from pieces (duration s, speed m/s, turning rate rad/s)."""
     durations = np.array([piece[0] for piece in pieces])
     frames = int(durations.sum() * RATE_HZ)
     index = np.searchsorted(np.cumsum(durations), np.arange(frames) / RATE_HZ, side="right")
@@ -67,6 +67,6 @@ def steer(pieces: list[tuple[float, float, float]], yaw_rad: float = 0.0) -> Gui
 
 
 def landed(guide: Guide, habits: Habits, before_s: float) -> float:
-    """When the last foot that lands before a time does so; 0 if none does."""
+    """Time of the last landing before a time; 0 without one."""
     times = [step.land_s for step in plan(guide, habits)]
     return max((t for t in times if 0.0 < t <= before_s), default=0.0)

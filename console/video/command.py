@@ -1,0 +1,58 @@
+"""`inhabit video`: a recording, or a run's policy in a few trials, as mp4 and filmstrip."""
+
+from console.commands import Video
+from console.evaluation import tracking, trials
+from console.evaluation.command import objects_of
+from console.recording import format as recording
+from console.recording.format import Recording
+from console.run import assembly, machine
+from console.video import rendering
+from world import tasks
+from world.character.model import CONTROL_HZ
+from world.errors import ConfigError
+
+
+def video_command(command: Video) -> int:
+    """Write what is asked for; returns the exit code."""
+    if command.out is None and command.sheet is None:
+        raise ConfigError("nothing to write: name OUT.mp4, or a filmstrip with --sheet FILE.png")
+    if command.trials < 1 or command.seconds <= 0:
+        raise ConfigError("--trials must be at least 1, --seconds above 0")
+    rendering.require_gl()
+    if command.source.is_file():
+        found = recording.read(command.source)
+        found = Recording(found.takes[: command.trials], found.meta)
+    else:
+        found = played(command)
+    if command.out is not None:
+        look = rendering.Look(width=command.width, height=command.height)
+        frames = rendering.write_video(found, command.out, look)
+        print(f"{command.out}: {frames} frames, {len(found.takes)} trials")
+    if command.sheet is not None:
+        rendering.write_filmstrip(found, command.sheet)
+        print(f"{command.sheet}: {len(found.takes)} trials")
+    return 0
+
+
+def played(command: Video) -> Recording:
+    """A run's policy in the trials of a seed."""
+    source = assembly.trained(command.source)
+    if tasks.make(source.task).affordance.follows_clips:
+        return tracking.shown(source, command.trials, machine.cores())
+    chosen = trials.manifest(
+        objects_of(source, command.objects, command.trials, command.seed),
+        command.trials,
+        command.seed,
+        command.near_m,
+        command.far_m,
+        source.experiment.world.scale,
+    )
+    results = trials.run(
+        source.experiment.world,
+        source.weights,
+        chosen,
+        round(command.seconds * CONTROL_HZ),
+        machine.cores(),
+        record=command.trials,
+    )
+    return trials.recording(results, {"task": source.task, "checkpoint": str(source.path)})

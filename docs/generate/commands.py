@@ -1,0 +1,40 @@
+"""The page of commands and their flags."""
+
+from console import commands
+from console.run.experiment import Experiment
+from docs.generate import fields
+from docs.generate.markdown import code, table
+
+GROUPS = (
+    ("", commands.COMMANDS),
+    ("teach ", commands.TEACHING),
+    ("motions ", commands.MOTIONS),
+    ("objects ", commands.OBJECTS),
+)
+
+
+def page() -> str:
+    """Every command with its flags."""
+    settings = {f.name for f in fields.walk(Experiment)}
+    train = next(entry for entry in commands.COMMANDS if entry.name == "train")
+    parts = [
+        "# Commands\n",
+        "`inhabit COMMAND --help` prints the same in the terminal. Exit codes: 0 done, 1 failed,"
+        " 2 bad arguments, 130 interrupted. An error is one line; `--debug` adds the traceback.\n",
+    ]
+    for group, entries in GROUPS:
+        for entry in entries:
+            found = list(fields.walk(entry.flags))
+            own = [f for f in found if entry is not train or f.name not in settings]
+            words = [f.name.upper() for f in own if f.positional]
+            parts.append(f"## inhabit {group}{entry.name}\n")
+            parts.append((entry.flags.__doc__ or "").strip() + "\n")
+            parts.append(f"```sh\n{' '.join(['inhabit', group + entry.name, *words])}\n```\n")
+            rows = [(code(f.flag), code(f.kind), code(f.default), f.unit, f.meaning) for f in own]
+            parts.append(table(("flag", "type", "default", "unit", "meaning"), rows))
+            if len(found) > len(own):
+                parts.append(
+                    "Besides these, every field of [the configuration](configuration.md) is a"
+                    " flag.\n"
+                )
+    return "\n".join(parts)

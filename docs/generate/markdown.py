@@ -1,0 +1,19 @@
+"""Markdown tables and anchors."""
+
+from collections.abc import Iterable, Sequence
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A table; pipes and line breaks in its cells are escaped."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(_cell(c) for c in line) + " |" for line in lines) + "\n"
+
+
+def code(text: object) -> str:
+    """Inline code, empty for nothing."""
+    shown = str(text)
+    return f"`{shown}`" if shown else ""
+
+
+def _cell(value: object) -> str:
+    return " ".join(str(value).split()).replace("|", "\\|")

@@ -1,0 +1,113 @@
+"""Tables of results, from the evaluations that the committed policies carry."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from console.evaluation.presets import published
+from docs.generate.markdown import table
+
+ROOT = Path(__file__).parents[2]
+FILES = ("evaluation", "evaluation-projectiles", "evaluation-moved")
+
+
+def evaluations() -> list[tuple[str, dict[str, Any]]]:
+    """(policy, figures) of every evaluation that a committed policy carries."""
+    return [
+        (folder.name, json.loads(file.read_text()))
+        for folder in sorted((ROOT / "pretrained").iterdir())
+        for file in (folder / f"{name}.json" for name in FILES)
+        if file.exists()
+    ]
+
+
+def rows_of(policy: str) -> str:
+    """The headline table of one policy."""
+    return table(HEADS, (_row(name, figures) for name, figures in evaluations() if name == policy))
+
+
+def page() -> str:
+    """One table of all policies, then each policy by stage, distance and object."""
+    found = evaluations()
+    parts = [INTRODUCTION, table(HEADS, (_row(name, figures) for name, figures in found))]
+    for name, figures in found:
+        if figures["perturbation"] == "none":
+            parts += [f"## {name}\n", _command(name, figures), *_breakdown(figures)]
+    return "\n".join(parts)
+
+
+INTRODUCTION = """# Committed policies
+
+Each row is the evaluation that a committed policy carries (`pretrained/NAME/evaluation*.json`).
+Trials are on furniture that was not trained on; the mean action is taken; a trial lasts 20 s.
+[Evaluation](../how-to/evaluate.md) defines every figure; objects are pieces of furniture, or size
+classes of boxes. Intervals are Wilson's, 95 %. The paper starts from 1-10 m: a row from other
+distances does not compare with it.
+"""
+HEADS = (
+    "policy",
+    "disturbance",
+    "start, m",
+    "trials",
+    "objects",
+    "success, %",
+    "95 %",
+    "sustained, %",
+    "falls, %",
+    "time, s",
+    "error, cm",
+    "published, %",
+)
+
+
+def _row(name: str, figures: dict[str, Any]) -> list[str]:
+    low, high = figures["success"]["ci95"]
+    paper = [
+        f"{row.name} {row.success}"
+        for row in published(figures["task"], figures["preset"], figures["perturbation"])
+        if row.success is not None
+    ]
+    return [
+        name,
+        figures["perturbation"],
+        "-".join(f"{x:g}" for x in figures["start_m"]),
+        f"{figures['trials']:,}",
+        str(len(figures["by_object"])),
+        f"{100 * figures['success']['rate']:.1f}",
+        f"{100 * low:.1f}-{100 * high:.1f}",
+        f"{100 * figures['sustained']['rate']:.1f}",
+        f"{100 * figures['falls']:.1f}",
+        f"{figures['time_s']:.1f}",
+        f"{100 * figures['precision_m']:.1f}",
+        ", ".join(paper),
+    ]
+
+
+def _command(name: str, figures: dict[str, Any]) -> str:
+    near, far = figures["start_m"]
+    distances = "" if (near, far) == (1.0, 10.0) else f" --near-m {near:g} --far-m {far:g}"
+    return (
+        f"```sh\ninhabit evaluate pretrained/{name} --trials {figures['trials']}"
+        f" --seed {figures['seed']}{distances}\n```\n"
+    )
+
+
+def _breakdown(figures: dict[str, Any]) -> list[str]:
+    stages = (
+        (p["stage"], _percent(p["rate"]), "-".join(_percent(x) for x in p["ci95"]))
+        for p in figures["by_stage"]
+    )
+    distances = (
+        (f"{p['from_m']:g}-{p['to_m']:g}", p["trials"], _percent(p["success"]))
+        for p in figures["by_distance"]
+    )
+    objects = ((p["object"], p["trials"], _percent(p["success"])) for p in figures["by_object"])
+    return [
+        table(("stage", "reached, %", "95 %"), stages),
+        table(("start, m", "trials", "success, %"), distances),
+        table(("object", "trials", "success, %"), objects),
+    ]
+
+
+def _percent(share: float | None) -> str:
+    return "" if share is None else f"{100 * share:.1f}"

@@ -1,0 +1,106 @@
+"""Transfer of networks to another task, by common features, and to wider layers."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import torch
+from torch import Tensor
+
+from policy.checkpoints.format import Layout, State
+from policy.errors import LayoutError
+from policy.model.networks import hidden_widths, perceptron
+
+#: Cap on the sample count of the old task's moments, so that the new task soon outweighs them.
+_REMEMBERED = 2e5
+_FIRST = ("layers.0.weight", "skip.weight")
+
+
+def adopt(
+    state: State, theirs: Layout, mine: Layout, names: Mapping[str, str], where: str
+) -> State:
+    """The `policy` section of a checkpoint with layout `theirs`, for layout `mine`.
+
+    Features are matched by name; `names` maps a name of `mine` to the one of `theirs`. Weights on
+    features that the old task lacks are 0, so that the networks initially compute the same outputs.
+
+    Raises LayoutError, naming the first difference, where states, actions or widths differ.
+    """
+    for name in ("features", "actions", "hidden", "skip"):
+        if getattr(mine, name) != getattr(theirs, name):
+            raise LayoutError(
+                f"{where}: its {name} differ from this task's, so that nothing of it carries over:"
+                " leave out --init, or choose the same preset, --ppo.hidden and --ppo.skip"
+            )
+    columns = torch.tensor(list(_columns(theirs, mine, names)))
+    known = columns >= 0
+    found = dict(state)
+    for network in ("actor", "average", "critic"):
+        if network in found:
+            weights = dict(found[network])
+            for name in weights.keys() & set(_FIRST):
+                weights[name] = _picked(weights[name].T, columns, known, 0.0).T.contiguous()
+            found[network] = weights
+    moments = found["normaliser"]
+    found["normaliser"] = {
+        "mean": _picked(moments["mean"], columns, known, 0.0),
+        "variance": _picked(moments["variance"], columns, known, 1.0),
+        "count": _picked(moments["count"], columns, known, 0.0).clamp(max=_REMEMBERED),
+    }
+    values = found["values"]
+    found["values"] = {**values, "count": values["count"].clamp(max=_REMEMBERED)}
+    return found
+
+
+def widened(state: State, hidden: Sequence[int], seed: int, where: str) -> State:
+    """The `policy` section of a checkpoint with wider hidden layers and the same outputs.
+
+    New units have random input weights, drawn from the seed, and zero output weights (after
+    "Net2Net", Chen et al. 2016).
+
+    Raises LayoutError where the number of layers differs or a layer would become narrower.
+    """
+    found = dict(state)
+    for network in ("actor", "average", "critic"):
+        if network in found:
+            _, _, widths = hidden_widths(found[network])
+            narrower = any(a > b for a, b in zip(widths, hidden, strict=False))
+            if len(widths) != len(hidden) or narrower:
+                raise LayoutError(
+                    f"{where}: its hidden widths {widths} cannot become {tuple(hidden)}: choose as"
+                    " many layers, none of them narrower"
+                )
+            # one seed for actor and average, so that their new units agree
+            found[network] = _widened(found[network], hidden, seed)
+    return found
+
+
+def _widened(weights: Mapping[str, Tensor], hidden: Sequence[int], seed: int) -> dict[str, Tensor]:
+    inputs, outputs, _ = hidden_widths(weights)
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(seed)
+        wide = perceptron(inputs, hidden, outputs, 1.0).state_dict()
+    for name, values in wide.items():
+        old = weights[f"layers.{name}"]
+        if values.dim() == 2:
+            # zero weights from new units to old ones
+            values[: old.shape[0], old.shape[1] :] = 0.0
+            values[: old.shape[0], : old.shape[1]] = old
+        else:
+            values[: old.shape[0]] = old
+    return {**weights, **{f"layers.{name}": values for name, values in wide.items()}}
+
+
+def _columns(theirs: Layout, mine: Layout, names: Mapping[str, str]) -> Iterator[int]:
+    """For each column of the observation of `mine`, its column in `theirs`, or −1."""
+    first, start = {}, 0
+    for name, width in (*theirs.features, *theirs.goal):
+        first[name, width] = start
+        start += width
+    for name, width in (*mine.features, *mine.goal):
+        at = first.get((names.get(name, name), width))
+        yield from range(at, at + width) if at is not None else [-1] * width
+
+
+def _picked(rows: Tensor, columns: Tensor, known: Tensor, default: float) -> Tensor:
+    """Rows by index; `default` where `known` is False."""
+    shape = (-1, *[1] * (rows.dim() - 1))
+    return torch.where(known.view(shape), rows[columns.clamp(min=0)], default)

@@ -1,0 +1,73 @@
+"""Every scene once, whoever delivers, dies or is late."""
+
+import time
+
+import pytest
+
+from actors.cluster import ray_session
+from actors.collection import Collection
+
+
+@pytest.fixture(scope="module", autouse=True)
+def ray():
+    with ray_session(cpus=4, object_store_bytes=100 * 2**20):
+        yield
+
+
+class TestCollection:
+    """Every scene once, whoever delivers, dies or is late: on eight blocks of one scene."""
+
+    def collection(self) -> Collection:
+        found = Collection(range(8), 1, straggler_s=10.0, straggler_factor=2.0)
+        found.assign("a", "A", range(4))
+        found.assign("b", "B", range(4, 8))
+        found.queue_unassigned()
+        assert not found.queued
+        return found
+
+    def deliver(self, asked: Collection, reference: str) -> bool:
+        return asked.deliver(asked.jobs[reference], {"of": reference}, {})
+
+    def taken(self, asked: Collection) -> dict[range, str]:
+        return {scenes: packed["of"] for scenes, (packed, _) in asked.results.items()}
+
+    def test_what_a_dead_actor_had_is_owed_in_parts(self):
+        asked = self.collection()
+        assert asked.fail(asked.jobs["a"]) == 1
+        assert asked.next_part(helpers=3) == (range(2), 1)
+        assert asked.next_part(helpers=1) == (range(2, 4), 1)
+        assert not asked.queued and not asked.complete
+
+    def test_a_late_original_replaces_pieces_and_later_ones_do_not_count(self):
+        asked = self.collection()
+        self.deliver(asked, "b")
+        asked.queue_stragglers(time.monotonic() + 5)
+        assert not asked.queued, "late only after 10 s"
+        asked.queue_stragglers(time.monotonic() + 11)
+        assert asked.next_part(2) == (range(2), 0)
+        asked.assign("a1", "B", range(2))
+        assert self.deliver(asked, "a1")
+        assert self.taken(asked) == {range(4, 8): "b", range(2): "a1"}
+        asked.assign("a2", "B", asked.next_part(1)[0])
+        assert self.deliver(asked, "a")
+        assert self.taken(asked) == {range(4, 8): "b", range(4): "a"} and asked.complete
+        assert not self.deliver(asked, "a2")
+        assert asked.complete and asked.stragglers == 1
+
+    def test_a_helper_that_dies_leaves_its_piece_owed_though_the_late_one_is_at_it(self):
+        asked = self.collection()
+        self.deliver(asked, "b")
+        asked.queue_stragglers(time.monotonic() + 11)
+        asked.assign("a1", "B", asked.next_part(1)[0])
+        assert asked.fail(asked.jobs["a1"]) == 1
+        assert asked.queued == [(range(4), 1)]
+        asked.assign("a1", "B", *asked.next_part(1))
+        assert asked.fail(asked.jobs["a1"]) == 2
+        asked.fail(asked.jobs["a"])
+        assert asked.queued == [(range(4), 2)], "not twice"
+
+    def test_none_is_late_as_long_as_most_are_at_work(self):
+        asked = self.collection()
+        assert asked.next_straggler_s is None
+        self.deliver(asked, "b")
+        assert asked.next_straggler_s is not None

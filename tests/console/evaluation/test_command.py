@@ -1,0 +1,22 @@
+"""An evaluation as its user meets it."""
+
+import json
+from pathlib import Path
+
+from console.app import main
+
+
+def test_evaluate_does_not_depend_on_threads(run: Path, tmp_path: Path) -> None:
+    figures = []
+    for threads in ("1", "2"):
+        out = tmp_path / f"{threads}.json"
+        asked = ["evaluate", str(run), "--trials", "140", "--threads", threads, "--json", str(out)]
+        assert main([*asked, "--quality", "8"]) == 0
+        figures.append(json.loads(out.read_text()))
+        figures[-1].pop("wall_s")
+    assert figures[0] == figures[1]
+    assert {"success", "sustained", "falls", "by_object", "by_distance"} <= set(figures[0])
+    assert {"by_stage", "quality", "preset"} <= set(figures[0])
+    assert figures[0]["quality"]["policy"]["style_reward"] > 0
+    assert figures[0]["quality"]["mocap"]["nearest_mocap"]["median"] > 0
+    assert list((run / "evaluations").glob("*.json"))

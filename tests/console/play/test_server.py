@@ -1,0 +1,17 @@
+"""Where the player's page may be: addresses, and nowhere but here unless that is allowed."""
+
+import socket
+
+import pytest
+
+from console.play.server import start
+from world.errors import ConfigError
+
+
+def test_others_are_refused_and_a_taken_port_is_said() -> None:
+    with pytest.raises(ConfigError, match="anyone there could play"):
+        start("0.0.0.0:0")
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        with pytest.raises(ConfigError, match=f"cannot listen on '127.0.0.1:{port}'"):
+            start(f"127.0.0.1:{port}")

@@ -1,0 +1,23 @@
+"""The report's page: its headline and its text."""
+
+from pathlib import Path
+
+from console.commands import Evaluate
+from console.report import page
+from console.report.command import headline
+
+
+def test_the_headline_is_of_the_largest_evaluation_of_this_checkpoint() -> None:
+    own = {"iteration": 5, "perturbation": "none", "start_m": [1, 10], "objects": "test"}
+    own["trials"] = 96
+    more = own | {"trials": 4096}
+    others = [own | {"trials": 9999, key: 0} for key in ("iteration", "start_m", "objects")]
+    others.append(own | {"trials": 9999, "perturbation": "moved"})
+    assert headline([*others, more], own) is more
+    assert headline(others, own) is own
+
+
+def test_text_in_the_page_is_escaped() -> None:
+    table = page.table(("<b>", "n"), [("a&b", "<script>")])
+    assert "<script>" not in table and "&lt;b&gt;" in table and "a&amp;b" in table
+    assert Evaluate(Path("x")).quality > 0

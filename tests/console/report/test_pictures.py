@@ -1,0 +1,43 @@
+"""Pictures in the page: JPEGs of pieces, with a light sky."""
+
+import base64
+import io
+
+import imageio.v3 as imageio
+import numpy as np
+import pytest
+
+from console.report import pictures
+from world.furniture.catalogue import find
+
+
+def test_a_picture_comes_back_from_its_uri() -> None:
+    image = np.full((16, 24, 3), (200, 40, 40), np.uint8)
+    uri = pictures.data_uri(image)
+    kind, _, data = uri.partition(",")
+    assert kind == "data:image/jpeg;base64"
+    back = imageio.imread(io.BytesIO(base64.b64decode(data)))
+    assert back.shape == image.shape and np.abs(back.astype(int) - image).max() < 12
+
+
+def test_only_black_is_sky() -> None:
+    image = np.zeros((2, 2, 3), np.uint8)
+    image[0, 0] = 0, 0, 9
+    found = pictures.with_sky(image)
+    assert found[0, 0].tolist() == [0, 0, 9] and found[1, 1].tolist() == [244, 245, 247]
+    assert not image[1, 1].any(), "the image itself is left alone"
+
+
+def test_pieces_look_like_themselves_alone() -> None:
+    if not pictures.can_draw():
+        pytest.skip("nothing draws offscreen here")
+    chair, again, bed = (
+        pictures.of_piece(find(name), 80, 64)
+        for name in ("chair-train-000", "chair-train-000", "bed-train-000")
+    )
+    assert chair == again
+    one, other = (
+        imageio.imread(io.BytesIO(base64.b64decode(uri.partition(",")[2]))).astype(int)
+        for uri in (chair, bed)
+    )
+    assert one.shape == (64, 80, 3) and (np.abs(one - other).max(axis=2) > 30).mean() > 0.1

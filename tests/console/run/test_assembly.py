@@ -1,0 +1,54 @@
+"""An experiment put together: which features are the object's, which pieces, and its layout."""
+
+from dataclasses import replace
+
+import pytest
+
+from console.run import assembly
+from console.run.experiment import PRESETS, Experiment
+from policy.checkpoints.format import Manifest
+from policy.errors import CheckpointError
+from tests.support.paths import ROOT
+from world.character.features import STATE
+from world.config import WorldConfig
+from world.errors import ConfigError
+
+
+def test_the_layout_is_the_tasks() -> None:
+    for task, goal in (("sit", 29), ("lie", 29), ("carry", None)):
+        found = assembly.layout(replace(PRESETS["fast"], world=WorldConfig(task=task)))
+        assert found.task == task and found.actions == 28 and found.hidden == (512, 256)
+        assert sum(width for _, width in found.features) == STATE.width
+        if goal is not None and task == "sit":
+            assert sum(width for _, width in found.goal) == goal
+
+
+def test_the_objects_features_are_a_part_of_the_state() -> None:
+    mask = assembly.object_mask()
+    assert len(mask) == 114 and 0 < mask.sum() < 60
+
+
+def test_training_never_takes_what_is_held_out() -> None:
+    pieces, left = assembly.training_pieces(WorldConfig(pieces=4))
+    assert len(pieces) == 4 and not left and all("-train-" in p.name for p in pieces)
+    with pytest.raises(ConfigError, match="the test pieces are held out"):
+        assembly.training_pieces(WorldConfig(objects=("test",)))
+    assert assembly.training_pieces(WorldConfig(task="carry")) == ((), "")
+    with pytest.raises(ConfigError, match="carry draws its boxes itself"):
+        assembly.training_pieces(WorldConfig(task="carry", objects=("train",)))
+
+
+def test_a_committed_policy_says_what_made_it() -> None:
+    found = assembly.trained(ROOT / "pretrained/sit")
+    assert found.task == "sit" and found.experiment.world.task == "sit"
+    assert assembly.layout(found.experiment) == found.manifest.layout
+    bare = Manifest(found.manifest.layout, 0, 0, {})
+    with pytest.raises(CheckpointError, match="records no valid experiment"):
+        assembly.experiment_of(bare, found.path)
+
+
+def test_a_style_service_is_told_everything() -> None:
+    experiment = Experiment(seed=4)
+    spec = assembly.style_service(experiment, state="here")
+    assert spec.seed == 4 and spec.service.state == "here" and spec.style == experiment.style
+    assert spec.object_mask == assembly.object_mask().tolist()

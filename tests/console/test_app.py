@@ -1,0 +1,51 @@
+"""The command line's own rules: what a run begins from, exit codes, and one line for an error."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from console import app
+from rpc.errors import RpcError
+from world.errors import ChoiceError, ConfigError, InhabitError
+
+
+def test_values_of_flags() -> None:
+    words = ["train", "--run", "a", "--preset=paper", "--last"]
+    assert app.value_of(words, "--run") == "a"
+    assert app.value_of(words, "--preset") == "paper"
+    assert app.value_of(words, "--last") is None and app.value_of(words, "--none") is None
+
+
+def test_exit_codes_tell_mistakes_from_failures() -> None:
+    assert app.exit_code(ChoiceError("task", "fly", ["sit"])) == 2
+    assert app.exit_code(ConfigError("no")) == 2
+    assert [app.exit_code(e) for e in (InhabitError("x"), RpcError("x"), KeyError("x"))] == [1] * 3
+
+
+def test_errors_are_one_line_and_unexpected_ones_say_their_type() -> None:
+    assert app.one_line(InhabitError("a\n  b")) == "a b"
+    assert app.one_line(InhabitError()) == "InhabitError"
+    assert app.one_line(ValueError("x")) == "ValueError: x (--debug shows where)"
+
+
+@pytest.mark.parametrize(
+    ("raised", "code"),
+    [(KeyboardInterrupt(), 130), (SystemExit(3), 3), (SystemExit(None), 0), (SystemExit("x"), 1),
+     (ConfigError("x"), 2), (ZeroDivisionError("x"), 1)],
+)  # fmt: skip
+def test_however_a_command_ends_there_is_a_code(
+    raised: BaseException, code: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def run(command: Any) -> int:
+        raise raised
+
+    monkeypatch.setattr(app, "run", run)
+    assert app.main(["motions", "list"]) == code
+
+
+def test_a_resumed_run_goes_on_with_its_own_settings(tmp_path: Path) -> None:
+    assert app.starting_point(["train", "sit", "--preset", "paper"]).ppo.hidden == (1024, 512)
+    assert app.starting_point(["train", "--preset", "none"]).ppo.hidden == (512, 256)
+    missing = ["train", "sit", "--resume", "--run", str(tmp_path)]
+    assert app.starting_point(missing).ppo.hidden == (512, 256)

@@ -1,0 +1,100 @@
+"""Every number of every command has bounds: in its help, and refused beyond them, nan included."""
+
+import dataclasses
+from typing import Any
+
+import pytest
+
+from console import bounds, commands
+from console.app import main
+from console.run.experiment import PRESETS
+from world.errors import ConfigError
+
+ENTRIES = (*commands.COMMANDS, *commands.MOTIONS, *commands.OBJECTS, *commands.TEACHING)
+
+
+def kinds() -> set[type]:
+    """The dataclasses of all commands and what they hold."""
+    import typing
+
+    found: set[type] = set()
+
+    def walk(hint: Any) -> None:
+        if dataclasses.is_dataclass(hint) and isinstance(hint, type) and hint not in found:
+            found.add(hint)
+            for inner in typing.get_type_hints(hint).values():
+                walk(inner)
+        for inner in typing.get_args(hint):
+            walk(inner)
+
+    for entry in ENTRIES:
+        walk(entry.flags)
+    return found
+
+
+FIELDS = sorted(
+    ((kind, name) for kind in kinds() for name in bounds.numeric(kind)),
+    key=lambda found: (found[0].__name__, found[1]),
+)
+
+
+def test_there_are_many_and_no_line_is_left_over() -> None:
+    assert len(FIELDS) > 110
+    known = {(kind.__name__, name) for kind, name in FIELDS}
+    assert {(k, name) for k, names in bounds.BOUNDS.items() for name in names} == known
+
+
+@pytest.mark.parametrize(("kind", "name"), FIELDS, ids=lambda x: getattr(x, "__name__", x))
+def test_each_number_has_bounds(kind: type, name: str) -> None:
+    assert bounds.text(kind, name)
+    spans = bounds.BOUNDS[kind.__name__][name]
+    field = next(f for f in dataclasses.fields(kind) if f.name == name)
+    holder = dataclasses.make_dataclass(kind.__name__, [name])
+    if field.default is not dataclasses.MISSING:
+        bounds.require(holder(field.default))
+    low, high = spans[-1]
+    for wrong in (float("nan"), float("inf"), float("-inf"), low - 1, 2 * high + 1):
+        value = wrong if len(spans) == 1 else ((0.0, wrong),)
+        for given in (value, (value,)) if len(spans) == 1 else (value,):
+            with pytest.raises(ConfigError, match=f"^--{name.replace('_', '-')} .*: must be "):
+                bounds.require(holder(given))
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_the_presets_are_within(preset: str) -> None:
+    bounds.require(PRESETS[preset])
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("train sit --threads 0", "--threads 0: must be 1 to 1024"),
+        ("train sit --minutes nan", "--minutes nan: must be 0.001 to 1000000"),
+        ("train sit --minutes -1", "--minutes -1: must be 0.001 to 1000000"),
+        ("train sit --ppo.gamma 2", "--ppo.gamma 2: must be 0 to 1"),
+        ("train sit --ppo.sigma 0 inf", "--ppo.sigma inf: must be"),
+        ("train sit --world.scale 0 1", "--world.scale 0: must be 0.1 to 10"),
+        ("train sit --world.initial.near 7", "--world.initial.near 7: must be 0 to 1"),
+        ("serve x --batch.max-rows 0", "--batch.max-rows 0: must be 1 to 65536"),
+        ("serve x --poll-s nan", "--poll-s nan: must be 0.05 to 3600"),
+        ("evaluate x --trials -5", "--trials -5: must be 1 to 10000000"),
+        ("evaluate x --seed -1", "--seed -1: must be 0 to"),
+        ("video x --width 0", "--width 0: must be 16 to 8192"),
+        ("bench world --seconds nan", "--seconds nan: must be 0.1 to 1000000"),
+        ("objects show --limit 0", "--limit 0: must be 1 to 100000"),
+    ],
+)
+def test_beyond_them_is_a_mistake_of_the_command_line(
+    words: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(words.split()) == 2
+    err = capsys.readouterr().err
+    assert said in err and err.count("\n") == 1
+
+
+@pytest.mark.parametrize("word", ["train", "serve", "evaluate"])
+def test_help_says_them(word: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([word, "--help"]) == 0
+    text = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    wanted = {"train": "1 to 1024", "serve": "1 to 65536", "evaluate": "1 to 10000000"}[word]
+    assert wanted in text

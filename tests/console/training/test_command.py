@@ -1,0 +1,170 @@
+"""A training as its user meets it: exit codes, one clear line, and what a run leaves."""
+
+import json
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import torch
+from safetensors.torch import load_file
+
+from console.app import main
+from console.run.directory import checkpoint_folder
+from console.run.metrics import read_metrics
+from policy.checkpoints.format import read
+from tests.support.console.runs import SMALL, said
+from tests.support.paths import ROOT
+
+
+def test_ctrl_c_leaves_a_checkpoint(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    asked = [
+        "train", "sit", "--run", str(run), "--scenes", "64", "--block", "32", "--threads", "2",
+        "--world.pieces", "4", "--world.scales", "1", "--ppo.hidden", "16", "--style.hidden", "16",
+        "--clone-passes", "0", "--style.normaliser-samples", "500",
+    ]  # fmt: skip
+    process = subprocess.Popen([sys.executable, "-m", "console", *asked], cwd=ROOT)
+    waited = time.monotonic() + 110
+    while not read_metrics(run / "metrics.jsonl") and time.monotonic() < waited:
+        time.sleep(0.2)
+    process.send_signal(signal.SIGINT)
+    assert process.wait(60) == 130
+    last = read_metrics(run / "metrics.jsonl")[-1]["iteration"]
+    assert (run / "checkpoints" / "latest").resolve().name == f"{last:06d}"
+
+
+def tensors(run: Path, checkpoint: str = "latest") -> dict[str, torch.Tensor]:
+    """All tensors of a checkpoint by file and name."""
+    folder = run / "checkpoints" / checkpoint
+    return {
+        f"{file.stem}/{name}": tensor
+        for file in sorted(folder.glob("*.safetensors"))
+        for name, tensor in load_file(file).items()
+    }
+
+
+def test_a_run_leaves_its_record(run: Path) -> None:
+    config = json.loads((run / "config.json").read_text())
+    assert config["task"] == "sit" and config["experiment"]["scenes"] == 64
+    assert config["machine"]["versions"]["mujoco"]
+    lines = read_metrics(run / "metrics.jsonl")
+    assert [line["iteration"] for line in lines] == [1, 2, 3, 4]
+    assert [line["samples"] for line in lines] == [512, 1024, 1536, 2048]
+    wanted = {
+        "seconds", "rate/samples_per_s", "rate/world_s", "rate/policy_s", "rate/style_s",
+        "rate/update_s", "reward/task", "reward/style", "reward/sit", "style/accuracy_mocap",
+        "style/accuracy_policy", "style/loss", "style/penalty", "ppo/kl", "ppo/clip_fraction",
+        "ppo/value_explained", "lag/policy", "lag/style", "actors/alive", "dropped/samples",
+    }  # fmt: skip
+    assert wanted <= set(lines[-1])
+    assert list((run / "tensorboard").glob("events*"))
+
+
+def test_resume_is_exact(run: Path, tmp_path: Path) -> None:
+    split = str(tmp_path / "split")
+    assert main(["train", "sit", "--run", split, "--iterations", "2", *SMALL]) == 0
+    # As after a crash: lines beyond the checkpoint are written again, not twice.
+    with (tmp_path / "split" / "metrics.jsonl").open("a") as file:
+        file.write('{"iteration": 3, "samples": 1536}\n')
+    # As a run begun before this setting existed: it has the default.
+    config = json.loads((tmp_path / "split" / "config.json").read_text())
+    del config["experiment"]["ppo"]["average"]
+    (tmp_path / "split" / "config.json").write_text(json.dumps(config))
+    assert main(["train", "sit", "--run", split, "--iterations", "4", "--resume"]) == 0
+    whole, resumed = tensors(run), tensors(tmp_path / "split")
+    assert whole.keys() == resumed.keys()
+    differing = [name for name in whole if not torch.equal(whole[name], resumed[name])]
+    assert not differing
+    lines = read_metrics(tmp_path / "split" / "metrics.jsonl")
+    assert [line["iteration"] for line in lines] == [1, 2, 3, 4]
+
+
+def test_a_run_is_neither_overwritten_nor_silently_changed(
+    run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = (run / "config.json").read_bytes(), tensors(run)
+    assert main(["train", "sit", "--run", str(run), "--iterations", "5"]) == 1
+    assert "--resume or --restart" in said(capsys)
+    changed = ["train", "sit", "--run", str(run), "--resume", "--ppo.gamma", "0.9"]
+    assert main([*changed, "--iterations", "5"]) == 1
+    assert "ppo.gamma: 0.985 -> 0.9" in said(capsys)
+    assert (run / "config.json").read_bytes() == before[0]
+    assert tensors(run).keys() == before[1].keys()
+
+
+def test_init_takes_networks_and_refuses_other_shapes(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    start = ["train", "sit", "--init", str(run), "--iterations", "1", *SMALL]
+    assert main([*start, "--run", str(tmp_path / "next")]) == 0
+    capsys.readouterr()
+    other = [*start, "--run", str(tmp_path / "other"), "--ppo.hidden", "16"]
+    assert main(other) == 1
+    assert "hidden" in said(capsys)
+
+
+def test_init_takes_another_tasks_networks(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Into the same features' columns, by name: sit's target is where carry's box is."""
+    start = ["train", "carry", "--init", str(run), "--iterations", "1", *SMALL]
+    assert main([*start, "--run", str(tmp_path / "next")]) == 0
+    assert "of the task sit" in capsys.readouterr().out
+    theirs = read(checkpoint_folder(run), ("policy",)).state["policy"]["actor"]
+    # One critic-only iteration: the actor says what it began with, its weights moved against the
+    # normaliser, a column at a time.
+    found = read(checkpoint_folder(tmp_path / "next"), ("policy",)).state["policy"]["actor"]
+    one, other = theirs["layers.0.weight"], found["layers.0.weight"]
+    scale = other[:, :117] / one[:, :117]
+    torch.testing.assert_close(scale, scale[:1].expand_as(scale), rtol=1e-3, atol=0.0)
+    assert float(scale.min()) > 0.5 and float(scale.max()) < 2.0, "the state, and where one walks"
+    assert not other[:, 117:].any()
+
+
+def test_clips_that_cannot_be_used(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = tmp_path / "run"
+    assert main(["train", "sit", "--run", str(run), "--motions", str(tmp_path / "none")]) == 1
+    assert "no such file" in said(capsys)
+    (tmp_path / "clips").mkdir()
+    assert main(["train", "sit", "--run", str(run), "--motions", str(tmp_path / "clips")]) == 1
+    assert "no clips found" in said(capsys)
+    (tmp_path / "clips" / "broken.npz").write_bytes(b"nothing of the kind")
+    assert main(["train", "sit", "--run", str(run), "--motions", str(tmp_path / "clips")]) == 1
+    assert "broken.npz" in said(capsys)
+    assert not (run / "config.json").exists()
+
+
+def test_checkpoints_that_cannot_be_read(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "checkpoint"
+    folder.mkdir()
+    for file in (run / "checkpoints" / "latest").resolve().iterdir():
+        (folder / file.name).write_bytes(file.read_bytes())
+    whole = (folder / "policy.safetensors").read_bytes()
+    (folder / "policy.safetensors").write_bytes(whole[: len(whole) // 2])
+    assert main(["evaluate", str(folder), "--trials", "1"]) == 1
+    assert "damaged" in said(capsys)
+    (folder / "policy.safetensors").write_bytes(whole)
+    manifest = json.loads((folder / "manifest.json").read_text())
+    manifest["layout"]["features"][0][1] = 2
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    assert main(["evaluate", str(folder), "--trials", "1"]) == 1
+    assert "damaged" in said(capsys)
+    assert main(["evaluate", str(tmp_path / "none")]) == 1
+    assert "does not exist" in said(capsys)
+    assert main(["train", "sit", "--run", str(tmp_path / "no"), "--resume"]) == 1
+    assert "no run to resume" in said(capsys)
+
+
+def test_a_port_in_use(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        address = f"127.0.0.1:{taken.getsockname()[1]}"
+        assert main(["style", str(run), "--listen", address]) == 1
+    assert address in said(capsys)

@@ -1,0 +1,39 @@
+"""The display's figures and its time to go."""
+
+import pytest
+from rich.console import Console
+
+from console.training.display import Goal, open_display, remaining
+
+
+def test_time_to_go_follows_the_nearest_limit():
+    goal = Goal(iterations=100, samples=1000)
+    metrics = {"iteration": 10.0, "samples": 500.0, "seconds": 30.0}
+    # Half of the samples in 30 s: half a minute to go, though 90 iterations are left.
+    assert remaining(goal, metrics, (0.0, 0.0)) == "0:30"
+    assert remaining(Goal(), metrics, (0.0, 0.0)) == "-"
+    # ten minutes more, of which one is over, in a run that had counted an hour
+    timed = Goal(seconds=600.0).after(3600.0)
+    since = (timed.fraction(0, 0, 3600.0), 3600.0)
+    assert remaining(timed, {"seconds": 3660.0}, since) in ("8:59", "9:00")
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_display_names_every_figure(terminal, tmp_path):
+    with (tmp_path / "screen").open("w+") as file:
+        console = Console(file=file, force_terminal=terminal, width=200)
+        metrics = {
+            "iteration": 3.0,
+            "samples": 3e6,
+            "seconds": 5.0,
+            "reward/task": 0.5,
+            "reward/style": 0.25,
+            "ppo/kl": 0.0123,
+            "style/accuracy_mocap": 0.875,
+        }
+        with open_display("sit", Goal(iterations=9), console) as display:
+            display.show(metrics)
+        file.seek(0)
+        shown = file.read()
+    for figure in ("3.0", "0.500", "0.250", "0.0123", "87.5%"):
+        assert figure in shown

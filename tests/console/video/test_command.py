@@ -1,0 +1,40 @@
+"""`inhabit video`: what is refused before anything is drawn, and how much of a recording is."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from console.commands import Video
+from console.recording import format as recording
+from console.recording.format import Recording
+from console.video import command, rendering
+from tests.support.console.recordings import take
+from world.errors import ConfigError
+
+
+def test_something_must_be_asked_for() -> None:
+    with pytest.raises(ConfigError, match=r"nothing to write: name OUT\.mp4"):
+        command.video_command(Video(Path("x")))
+    for wrong in ({"trials": 0}, {"seconds": 0.0}):
+        with pytest.raises(ConfigError, match="--trials must be at least 1"):
+            command.video_command(Video(Path("x"), Path("a.mp4"), **wrong))
+
+
+def test_a_recording_is_drawn_up_to_the_trials_asked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "r.msgpack"
+    recording.write(path, Recording([take()] * 3, {}))
+    drawn = []
+
+    def film(found: Recording, out: Path, look: Any) -> int:
+        drawn.append((len(found.takes), out, look.width))
+        return 7
+
+    monkeypatch.setattr(rendering, "require_gl", lambda: None)
+    monkeypatch.setattr(rendering, "write_video", film)
+    words = Video(path, tmp_path / "a.mp4", trials=2, width=320)
+    assert command.video_command(words) == 0
+    assert drawn == [(2, tmp_path / "a.mp4", 320)]
+    assert "7 frames, 2 trials" in capsys.readouterr().out

@@ -1,0 +1,49 @@
+"""Films of recordings: they show what was recorded, and outlive their encoder."""
+
+from pathlib import Path
+
+import imageio.v3 as imageio
+import imageio_ffmpeg
+import numpy as np
+import pytest
+
+from console.recording.format import Recording
+from console.video import rendering
+from tests.support.console.recordings import take
+
+
+@pytest.mark.skipif(rendering.choose_gl() is None, reason="nothing draws offscreen here")
+def test_a_video_shows_a_chair_and_a_character(tmp_path: Path) -> None:
+    film, strip = tmp_path / "a.mp4", tmp_path / "a.png"
+    look = rendering.Look(width=160, height=128)
+    assert rendering.write_video(Recording([take(5)], {}), film, look) == 5
+    assert imageio.imread(film, index=0).shape == (128, 160, 3)
+    rendering.write_filmstrip(Recording([take(5)], {}), strip, 3)
+    image = imageio.imread(strip)
+    assert image.shape == (240, 720, 3)
+    assert len(np.unique(image.reshape(-1, 3), axis=0)) > 20
+
+
+@pytest.mark.parametrize("broken", [1, 2])
+def test_an_encoder_that_is_gone_is_started_once_more(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, broken: int
+) -> None:
+    encode, begun = imageio_ffmpeg.write_frames, []
+
+    def write_frames(*args, **kwargs):
+        begun.append(args)
+        if len(begun) <= broken:
+            yield
+            raise OSError("[Errno 32] Broken pipe")
+        yield from encode(*args, **kwargs)
+
+    monkeypatch.setattr(imageio_ffmpeg, "write_frames", write_frames)
+    out, look = tmp_path / "a.mp4", rendering.Look(width=160, height=128)
+    if broken == 1:
+        assert rendering.write_video(Recording([take(5)], {}), out, look) == 5
+        assert len(list(imageio.imiter(out))) == 5
+    else:
+        with pytest.raises(rendering.VideoError, match=r"cannot write .*Broken pipe"):
+            rendering.write_video(Recording([take(5)], {}), out, look)
+        assert not list(tmp_path.iterdir())
+    assert len(begun) == 2

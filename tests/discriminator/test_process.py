@@ -1,0 +1,76 @@
+"""The style service in a process of its own: killed and back, or lost."""
+
+import os
+import signal
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import torch
+
+from discriminator.client import StyleClient
+from discriminator.errors import StyleError
+from discriminator.journal import Journal
+from discriminator.process import ServiceSpec, start_process
+from discriminator.service import ServiceConfig, start
+from rpc.channel import ChannelConfig
+from rpc.errors import UnreachableError
+from rpc.server import Server, ServerConfig
+from tests.support.style_cases import SPEC, WIDTH, assert_equal_states, local, rollout
+
+
+def test_killed_and_back_it_goes_on_exactly(tmp_path: Path) -> None:
+    style, said = local(), []
+    service = ServiceConfig(state=str(tmp_path / "style"))
+    process = start_process(replace(SPEC, service=service), said.append)
+    waiting: list[str] = []
+    config = ChannelConfig(process.address, deadline_s=20, retry_s=60)
+    client = StyleClient(config, waiting.append)
+    try:
+        for k in range(8):
+            here = style.score(k, **rollout(k))
+            if k == 2:  # before a rollout is scored: the client waits, then scores
+                os.kill(process.pid, signal.SIGKILL)
+            there = client.score(k, **rollout(k))
+            assert torch.equal(there.reward, here.reward)
+            assert there.version == k
+            if k == 5:  # scored and not yet trained: the client sends the rollout again
+                os.kill(process.pid, signal.SIGKILL)
+            assert client.train(k) == style.train(k)
+        assert_equal_states(client.state_dict(), style.state_dict())
+        assert len(said) == 2
+        assert sum("is away" in line for line in waiting) == 2
+    finally:
+        client.close()
+        process.stop()
+
+
+def test_a_crash_loop_ends_the_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("discriminator.process.MAX_DEATHS", 1)
+    process = start_process(SPEC)
+    client = StyleClient(ChannelConfig(process.address), lost=lambda: process.lost)
+    try:
+        os.kill(process.pid, signal.SIGKILL)
+        with pytest.raises(UnreachableError, match=r"ended 1 times in a minute \(status -9\)"):
+            client.score(0, **rollout(0))
+    finally:
+        client.close()
+        process.stop()
+
+
+def test_a_service_that_cannot_start_says_why_in_one_line(server: Server, tmp_path: Path) -> None:
+    for spec, message in [
+        (replace(SPEC, mocap="tests.support.style_cases:make_nothing"), "no clips in nowhere"),
+        (replace(SPEC, mocap="tests.support.style_cases:none"), "has no attribute 'none'"),
+        (replace(SPEC, server=ServerConfig(listen=server.address)), "Address already in use"),
+    ]:
+        with pytest.raises(StyleError, match=f"^style service: .*{message}"):
+            start_process(spec)
+    (tmp_path / "state.safetensors").write_bytes(b"torn")
+    with pytest.raises(StyleError, match="remove it to start from scratch"):
+        start(local(), ServerConfig(), journal=Journal(tmp_path))
+
+
+def test_specs_survive_json() -> None:
+    spec = replace(SPEC, object_mask=[False] * WIDTH, arguments={"clips": ["a"], "mirror": True})
+    assert ServiceSpec.from_json(spec.to_json()) == spec

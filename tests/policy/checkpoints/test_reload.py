@@ -1,0 +1,97 @@
+"""A better checkpoint replaces what is served, in an open stream too; a bad one never does."""
+
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from policy.checkpoints.reload import Source
+from policy.config import PolicyServiceConfig
+from policy.errors import CheckpointError
+from rpc.v1 import policy_pb2 as pb
+from tests.support.policy_cases import (
+    expected,
+    load,
+    numbers,
+    observation,
+    running,
+    save,
+    stub,
+)
+
+
+def test_a_better_checkpoint_replaces_the_old_in_an_open_stream(tmp_path: Path) -> None:
+    save(tmp_path / "000001", 1)
+    best = tmp_path / "best"
+    best.symlink_to("000001")
+
+    def find_best() -> Path:
+        if not best.exists():
+            raise CheckpointError(f"{best} does not exist")
+        return best.resolve()
+
+    source = Source("sit", find_best, load)
+    config = PolicyServiceConfig(poll_s=0.1)
+    state, goal = observation(0)
+    frames: list[int] = []
+    more = threading.Semaphore(0)
+
+    def sent() -> Iterator[pb.ControlRequest]:
+        while more.acquire(timeout=60) and frames[-1] >= 0:
+            seen = pb.Observation(state=state, goal=goal)
+            yield pb.ControlRequest(sequence=frames[-1], observation=seen)
+
+    def point_at(name: str) -> None:
+        (tmp_path / "new").symlink_to(name)
+        (tmp_path / "new").replace(best)
+
+    def until(happened: object) -> None:
+        deadline = time.monotonic() + 30
+        while not happened():  # pyright: ignore
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+
+    with running([source], config) as found, stub(found) as client:
+        replies = client.Control(sent())
+
+        def ask() -> pb.ControlReply:
+            frames.append(len(frames))
+            more.release()
+            return next(replies)
+
+        def description() -> pb.PolicyDescription:
+            return client.Describe(pb.DescribeRequest()).policies[0]
+
+        first = ask()
+        assert first.version == description().version and first.version.startswith("1-")
+        save(tmp_path / "000002", 2)
+        point_at("000002")
+        until(lambda: description().reloads == 1)
+        second = ask()
+        assert second.version == description().version and second.version.startswith("2-")
+        np.testing.assert_allclose(
+            numbers(second.action), expected(2, state, goal), rtol=2e-5, atol=2e-6
+        )
+        # corrupt, foreign, truncated, gone: the old one stays, and Describe says why
+        save(tmp_path / "000003", 3)
+        (tmp_path / "000003" / "policy.safetensors").write_bytes(b"garbage")
+        point_at("000003")
+        until(lambda: "damaged" in description().last_refusal)
+        foreign = tmp_path / "000004"
+        foreign.mkdir()
+        (foreign / "manifest.json").write_text('{"format": 99}')
+        point_at("000004")
+        until(lambda: "format 99" in description().last_refusal)
+        point_at("000009")
+        until(lambda: "does not exist" in description().last_refusal)
+        third = ask()
+        assert third.version == second.version and third.action == second.action
+        assert any("still serving 2-" in line for line in found.said)
+        save(tmp_path / "000005", 5)
+        point_at("000005")
+        until(lambda: description().version.startswith("5-"))
+        assert ask().version.startswith("5-") and description().last_refusal == ""
+        frames.append(-1)
+        more.release()

@@ -1,0 +1,11 @@
+"""Refusals keep the status they came with."""
+
+import grpc
+
+from rpc.errors import CodecError, RefusedError, RpcError, UnreachableError
+
+
+def test_a_refusal_says_what_and_of_which_kind() -> None:
+    error = RefusedError(grpc.StatusCode.NOT_FOUND, "no such policy")
+    assert str(error) == "no such policy" and error.code is grpc.StatusCode.NOT_FOUND
+    assert all(issubclass(kind, RpcError) for kind in (CodecError, RefusedError, UnreachableError))

@@ -1,0 +1,16 @@
+"""The terms of a folder, from its README."""
+
+from pathlib import Path
+
+from world.motions.licences import licence
+
+
+def test_the_line_that_tells_the_licence(tmp_path: Path) -> None:
+    assert licence(tmp_path) == "not stated"
+    readme = tmp_path / "README.md"
+    readme.write_text("# Clips\nFrom somewhere.\n")
+    assert licence(tmp_path) == "not stated"
+    readme.write_text("# Clips\n- **License:** CC BY 4.0, with credit\n- Licence: other\n")
+    assert licence(tmp_path) == "License: CC BY 4.0, with credit"
+    readme.write_text("Licence: " + "x" * 500)
+    assert len(licence(tmp_path)) == 200

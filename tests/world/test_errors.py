@@ -1,0 +1,12 @@
+"""Errors name the valid choices, in one line."""
+
+import pytest
+
+from world.errors import ChoiceError, InhabitError
+
+
+def test_a_wrong_name_is_told_the_right_ones() -> None:
+    error = ChoiceError("task", "fly", ["sit", "carry", "lie"])
+    assert str(error) == "unknown task 'fly': choose one of carry, lie, sit"
+    with pytest.raises(InhabitError):
+        raise error

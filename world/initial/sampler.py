@@ -1,0 +1,69 @@
+"""Protocols of initial states and their samplers, for any object."""
+
+from typing import Protocol, TypeVar, runtime_checkable
+
+from torch import Tensor
+
+from world.scene.batch import Scenes
+from world.scene.target import Target
+
+
+class InitialStateBatch(Protocol):
+    """Initial states of m episodes; read only."""
+
+    @property
+    def qpos(self) -> Tensor:
+        """[m, 43]: generalised coordinates of the characters."""
+        ...
+
+    @property
+    def qvel(self) -> Tensor:
+        """[m, 34]: generalised velocities of the characters."""
+        ...
+
+    @property
+    def variant(self) -> Tensor:
+        """[m] int64: the object, by number in the bank."""
+        ...
+
+    @property
+    def kind(self) -> Tensor:
+        """[m] int64: category, index into world.initial.reference.KINDS."""
+        ...
+
+    @property
+    def frame(self) -> Tensor:
+        """[m] int64: the state's frame in the motion library; −1 for the rest pose."""
+        ...
+
+
+States = TypeVar("States", bound=InitialStateBatch)
+
+
+class InitialStateSampler(Protocol[States]):
+    """Draws initial states and writes them into scenes."""
+
+    def draw(self, scenes: Tensor, episodes: Tensor) -> States:
+        """Initial states for scene ids [m] and episode numbers [m] (int64 both)."""
+        ...
+
+    def target(self, states: States) -> Target:
+        """Targets [m] of `states`."""
+        ...
+
+    def apply(self, scenes: Scenes, ids: Tensor, states: States) -> None:
+        """Write `states` into the scenes `ids` [m]."""
+        ...
+
+    def load_n(self, states: States) -> tuple[Tensor, Tensor]:
+        """Force of each hand on an object in hand, and the weight that both bear, N: [m] each."""
+        ...
+
+
+@runtime_checkable
+class AdaptiveSampler(Protocol):
+    """A sampler that draws more initial states where episodes failed."""
+
+    def update_sampling(self, failures: Tensor) -> None:
+        """Take the recent failures [S], by segment of the reference motions."""
+        ...
