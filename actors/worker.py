@@ -14,6 +14,9 @@ from world.device import CPU
 from world.precision import decide
 from world.random_streams import normal
 
+#: Prefix of tensors for the shards among the published weights.
+WORLD = "world."
+
 
 class StepLike(Protocol):
     """Result of one step of a shard; read only."""
@@ -81,6 +84,10 @@ class ShardLike(Protocol):
         """State [n, S] and goal [n, G]."""
         ...
 
+    def update_sampling(self, published: Mapping[str, Tensor]) -> None:
+        """Adapt the sampling of initial states to what the learner publishes, by name."""
+        ...
+
     def step(self, action: Tensor) -> StepLike:
         """Apply actions [n, 28] for one control step."""
         ...
@@ -126,6 +133,9 @@ class Worker:
             self._policy = Policy(weights, decide(self.device.type), self.device)
         else:
             self._policy.load(weights)
+        published = {k.removeprefix(WORLD): v for k, v in weights.items() if k.startswith(WORLD)}
+        if published:
+            self.shard.update_sampling(published)
         states, goals, actions, means, log_probs = [], [], [], [], []
         steps: list[StepLike] = []
         acting_s = world_s = 0.0

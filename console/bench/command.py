@@ -83,14 +83,10 @@ def bench_command(command: Bench) -> int:
 
 
 def world_figures(command: Bench, experiment: Experiment, _threads: int) -> dict[str, float]:
-<<<<<<< HEAD
-    """Measure a control step of a shard against that of the raw batch, from the same states."""
-=======
     """Measure a control step of a shard against that of the raw simulator, from the same states."""
     if experiment.simulator == "warp":
         device = devices.resolve(experiment.device).torch
         return bench_warp_world.measure(experiment, command.seconds, device)
->>>>>>> w-gpu
     return bench_world.measure(experiment, command.seconds)
 
 
@@ -122,16 +118,10 @@ def box(command: Bench, experiment: Experiment, threads: int) -> dict[str, float
 
 
 def learner(command: Bench, experiment: Experiment, _threads: int) -> dict[str, float]:
-<<<<<<< HEAD
-    """Measure one PPO update on random samples."""
-    student = assembly.learner(warmed(experiment))
-    rollout = made_up(experiment)
-=======
     """Measure one PPO update on random samples."""
     device = devices.resolve(experiment.device).torch
     student = assembly.learner(warmed(experiment), device)
     rollout = made_up(experiment).on(device)
->>>>>>> w-gpu
     spent = repeated(lambda: student.update(rollout, rollout.rewards, student.sigma), command)
     student.close()
     return {
@@ -172,13 +162,9 @@ def style(command: Bench, experiment: Experiment, _threads: int) -> dict[str, fl
 
 
 def serve(command: Bench, experiment: Experiment, _threads: int) -> dict[str, float]:
-<<<<<<< HEAD
-    """Measure the policy service on one core against a gRPC echo and Ray Serve's gRPC ingress."""
-=======
     """Measure the policy service on one core against a gRPC echo and Ray Serve's gRPC ingress."""
     from console.bench import serve as bench_serve  # needs Ray, which the others can do without
 
->>>>>>> w-gpu
     return bench_serve.measure(experiment, command.seconds / 3)
 
 
@@ -193,11 +179,7 @@ def train(command: Bench, experiment: Experiment, threads: int) -> dict[str, flo
     count = 0
     with tempfile.TemporaryDirectory() as folder:
         run = RunDirectory(Path(folder))
-<<<<<<< HEAD
-        with open_runner(command_of_training, experiment, run, threads, print) as runner:
-=======
         with open_runner(command_of_training, experiment, run, threads, print, device) as runner:
->>>>>>> w-gpu
             terms = list(tasks.make(experiment.world.task).terms)
             loop = Loop(student, runner.fleet, runner.style, Null(), Null(), LoopConfig(), terms)
             for _ in range(3):
@@ -281,15 +263,10 @@ def policy_alone(experiment: Experiment, command: Bench) -> float:
 
 
 def style_alone(experiment: Experiment, command: Bench) -> float:
-<<<<<<< HEAD
     """Return the seconds of scoring one rollout and training on it, in process."""
-    here, rollout = assembly.discriminator(experiment), made_up(experiment)
-=======
-    """Seconds of scoring one rollout and training on it, in process."""
     device = devices.resolve(experiment.device).torch
     here = assembly.discriminator(experiment, device=device)
     rollout = made_up(experiment).on(device)
->>>>>>> w-gpu
     counter = iter(range(1, 1 << 30))
 
     def once() -> None:

@@ -32,9 +32,9 @@ def measure(experiment: Experiment, seconds: float, device: torch.device) -> dic
         assembly.training_bank(experiment.world),
         range(experiment.scenes),
         experiment.seed,
-        "warp",
-        device,
-        experiment.warp,
+        simulator="warp",
+        device=device,
+        warp=experiment.warp,
     )
     scenes = shard._scenes
     assert isinstance(scenes, WarpScenes)

@@ -34,7 +34,6 @@ from world.scene.warp_config import DEFAULT, WarpConfig
 from world.tasks.symmetry import symmetry
 
 
-@lru_cache(maxsize=2)
 def library(
     motions: tuple[str, ...],
     mirror: bool,
@@ -42,7 +41,7 @@ def library(
     playback_speeds: tuple[float, ...] = (),
 ) -> MotionLibrary:
     """Return the clips of a configuration as tensors; read once per process."""
-    return load.library(motions, mirror, tasks.make(task).affordance.clips, playback_speeds)
+    return load.cached_library(motions, mirror, tasks.make(task).affordance.clips, playback_speeds)
 
 
 def library_of(world: WorldConfig) -> MotionLibrary:

@@ -70,6 +70,22 @@ PRESETS: dict[str, Experiment] = {
         ),
         style=StyleConfig(gradient_penalty=8.0),
     ),
+    # Motion tracking: the task reward alone, short episodes, no behaviour cloning.
+    "track": Experiment(
+        scenes=256,
+        horizon=32,
+        clone_passes=0,
+        ppo=LearnerConfig(
+            sigma=((0.0, 0.05),),
+            task_weight=1.0,
+            style_weight=0.0,
+            gamma=0.97,
+            kl_target=((0.0, 0.03),),
+            clip=((0.0, 0.2),),
+            observation_clip=10.0,
+            warmup_iterations=5,
+        ),
+    ),
     # The paper's numbers; batch and rates stay, as a machine without 4096 scenes cannot take them.
     "paper": Experiment(
         ppo=LearnerConfig(

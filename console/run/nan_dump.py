@@ -1,7 +1,7 @@
 """NaN dump: a recording of the last second of a scene whose state became non-finite."""
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +36,10 @@ class NanDump:
     def observe(self) -> tuple[Tensor, Tensor]:
         """Return the observations of the shard."""
         return self._shard.observe()
+
+    def update_sampling(self, published: Mapping[str, Tensor]) -> None:
+        """Adapt the sampling of the shard."""
+        self._shard.update_sampling(published)
 
     def step(self, action: Tensor) -> Step:
         """Step the shard and dump its non-finite scenes."""

@@ -31,7 +31,8 @@ class Runner:
     """Fleet and discriminator of a training loop."""
 
     fleet: Fleet
-    style: Style
+    style: Style | None
+    """None: the task reward alone."""
     kinds: tuple[str, ...]
     """Names of the categories of initial states, in the order of their indices in `episodes`."""
 
@@ -77,7 +78,9 @@ def local_runner(
     else:
         fleet = (LocalFleet if workers == 1 else ProcessFleet)(make, *_shape(experiment, workers))
     try:
-        yield Runner(fleet, assembly.discriminator(experiment, device=device), KINDS)
+        styled = experiment.ppo.style_weight > 0.0
+        style = assembly.discriminator(experiment, device=device) if styled else None
+        yield Runner(fleet, style, KINDS)
     finally:
         fleet.close()
 

@@ -89,6 +89,9 @@ class Affordance(ABC):
     """Use of clips."""
     cargo: bool = False
     """Whether a free box follows the character's coordinates in a scene."""
+    follows_clips: bool = False
+    """Whether the task follows clips: evaluation, player and videos then show clips instead of
+    trials with objects."""
 
     @abstractmethod
     def pieces(self, config: WorldConfig) -> tuple[tuple[Piece, ...], str]:

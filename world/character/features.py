@@ -28,6 +28,9 @@ class Feature:
     formula: str = ""
     """A numpy expression over the quantities of world.character.formulas. The reference page prints
     it, and a test compares it with the package's features."""
+    meaning: str = ""
+    """What the feature is, where no such expression gives it, as it needs a reference motion. The
+    reference page prints it in place of a formula."""
 
 
 class Table:

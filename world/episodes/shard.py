@@ -3,6 +3,7 @@
 All of it is torch over index sets; the only loops run over the few scenes whose object changes.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import torch
@@ -17,12 +18,14 @@ from world.device import CPU, moved, put
 from world.episodes import state_keys
 from world.episodes.stall import StallTimeout
 from world.errors import ConfigError
+from world.initial.sampler import AdaptiveSampler
 from world.motions.library import MotionLibrary
 from world.objects.bank import ObjectBank
 from world.scene import simulators
 from world.scene.target import Target
 from world.scene.warp_config import DEFAULT, WarpConfig
 from world.tasks import HELD
+from world.tasks.task import statistic
 from world.teachers.teacher import Teacher
 
 #: Index sets are padded to multiples of this: torch's vectorised loops and their scalar tails may
@@ -41,7 +44,8 @@ class Step:
     fell: Tensor
     """[n] bool: terminal state: the character or its box fell, or the stall time-out expired."""
     timed_out: Tensor
-    """[n] bool: the episode is truncated, by its time limit or by success held."""
+    """[n] bool: the episode is truncated, by its time limit, by success held or by the end of the
+    reference motion."""
     finite: Tensor
     """[n] bool: False where the simulation became non-finite; the sample is invalid."""
     end_ids: Tensor
@@ -52,8 +56,8 @@ class Step:
     """[K, G]: last goals of these."""
     episodes: dict[str, Tensor]
     """[K] float32 each: return, length (control steps), success, fall, stalled (the stall time-out
-    expired), start (category of the initial state, index into KINDS), and for each stage of the
-    task stage_NAME: whether the episode reached it."""
+    expired), start (category of the initial state, index into KINDS), for each stage of the task
+    stage_NAME: whether the episode reached it, and the records of its target."""
     broken: Tensor
     """[B, 43 + 34] float64: qpos and qvel, before the step, of the scenes that became
     non-finite."""
@@ -119,15 +123,22 @@ class Shard:
         """The current states [n, 114] and goals [n, G]; overwritten by the next step."""
         return self._state, self._goal
 
+    def update_sampling(self, published: Mapping[str, Tensor]) -> None:
+        """Adapt the sampling of initial states to what the learner publishes: failures [S], by
+        segment of the reference motions."""
+        if isinstance(self._sampler, AdaptiveSampler):
+            self._sampler.update_sampling(published["failures"])
+
     def step(self, action: Tensor) -> Step:
         """One control step with actions [n, 28]; scenes whose episode ends are reset at once."""
         before = torch.cat((self._scenes.qpos, self._scenes.qvel), dim=1)
         teacher_action = self._label()
-        self._scenes.drive(self._scenes.set_points(action))
+        self._scenes.drive(self._scenes.set_points(action, self._target().set_points()))
         self.clock += 1
         finite = self._scenes.finite()
         body = self._scenes.body()
         target = self._target()
+        target.advance(body)
         terms = self.task.reward_terms(body, target)
         # a fixed order of additions: the rounding of a matrix product depends on its number of rows
         reward = (terms * self._weights).sum(dim=1)
@@ -139,7 +150,8 @@ class Shard:
         fell = fell | stalled
         self._steps += 1
         self._held = torch.where(error <= self.task.success_m, self._held + 1, 0)
-        held = self._held >= self._hold
+        completed = target.completed()
+        held = self._held >= self._hold if completed is None else completed
         self._stages |= torch.cat((self.task.stage(body, target), held[:, None]), dim=1)
         timed_out = ((self._steps >= self._length) | held) & ~fell & finite
         fell = fell & finite
@@ -167,9 +179,10 @@ class Shard:
                 "stalled": stalled[ends].float(),
                 "start": self._kind[ends].float(),
                 **{
-                    f"stage_{name}": self._stages[ends, k].float()
+                    statistic(name): self._stages[ends, k].float()
                     for k, name in enumerate((*self.task.stages, HELD))
                 },
+                **{k: value[ends].float() for k, value in target.episode_records().items()},
             },
             broken=before[broken],
             teacher_action=teacher_action,

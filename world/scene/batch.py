@@ -65,9 +65,10 @@ class Scenes:
         self._map = ActionMap.of(action_scale, action_clip, torch.float64)
         self._warned = np.zeros(self.n, dtype=np.int64)
 
-    def set_points(self, action: Tensor) -> Tensor:
-        """Set-points [n, 28] rad, within their bounds, of actions [n, 28]."""
-        return self._map.set_points(action)
+    def set_points(self, action: Tensor, base: Tensor | None = None) -> Tensor:
+        """Set-points [n, 28] rad, within their bounds, of actions [n, 28]; base [n, 28] rad:
+        set-points of action 0, by default the neutral ones."""
+        return self._map.set_points(action, base)
 
     def actions(self, set_points: Tensor) -> Tensor:
         """The actions [n, 28], within their clip, that give set-points [n, 28] rad."""
