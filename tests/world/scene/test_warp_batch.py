@@ -252,7 +252,7 @@ def test_a_shard_lives_on_another_device(
 
     with stand_in_gpu() as gpu:
         monkeypatch.setattr(simulators, "make", there)
-        found = Shard(world, pair.library, pair.bank, SCENES, 4, "warp", gpu)
+        found = Shard(world, pair.library, pair.bank, SCENES, 4, simulator="warp", device=gpu)
         ends = 0
         for clock in range(20):
             one, other = wanted.step(actions(clock)), found.step(actions(clock).to(gpu))
