@@ -4,9 +4,8 @@ import torch
 
 from discriminator.trainer import Discriminator
 from policy.checkpoints.format import flatten
-from tests.discriminator.test_trainer import discriminator, iterate
 from tests.support.stand_in_gpu import There, stand_in_gpu
-from tests.support.style_cases import SMALL, Mocap, rollout
+from tests.support.style_cases import SMALL, Mocap, discriminator, iterate, rollout
 from world.precision import FLOAT32
 
 

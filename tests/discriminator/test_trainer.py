@@ -4,25 +4,19 @@ from dataclasses import replace
 
 import pytest
 import torch
-from torch import Tensor
 
-from discriminator.config import StyleConfig
 from discriminator.errors import StyleError
 from discriminator.trainer import Discriminator
-from tests.support.style_cases import SMALL, WIDTH, Mocap, assert_equal_states, rollout
+from tests.support.style_cases import (
+    SMALL,
+    WIDTH,
+    Mocap,
+    assert_equal_states,
+    discriminator,
+    iterate,
+    rollout,
+)
 from world.errors import LayoutError
-
-
-def discriminator(config: StyleConfig = SMALL, seed: int = 0) -> Discriminator:
-    return Discriminator(config, Mocap(), seed)
-
-
-def iterate(style: Discriminator, first: int, last: int) -> list[Tensor]:
-    rewards = []
-    for k in range(first, last):
-        rewards.append(style.score(k, **rollout(k)).reward)
-        style.train(k)
-    return rewards
 
 
 def test_reward_is_of_the_normalised_pair() -> None:

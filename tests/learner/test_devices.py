@@ -9,8 +9,8 @@ from learner.cloning import clone
 from learner.ppo import Learner
 from policy.checkpoints.format import flatten
 from policy.rollout import Rollout
-from tests.learner.test_ppo import CONFIG, bold, collect, numbers
 from tests.support.inline import Inline
+from tests.support.learning.learners import CONFIG, bold, collect, numbers
 from tests.support.point_shard import ACTION, GOAL, STATE
 from tests.support.stand_in_gpu import There, stand_in_gpu
 from world.device import DeviceError, resolve

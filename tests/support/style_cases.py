@@ -90,3 +90,15 @@ def trained(trainings: int = 3) -> Discriminator:
         style.score(k, **rollout(k))
         style.train(k)
     return style
+
+
+def discriminator(config: StyleConfig = SMALL, seed: int = 0) -> Discriminator:
+    return Discriminator(config, Mocap(), seed)
+
+
+def iterate(style: Discriminator, first: int, last: int) -> list[Tensor]:
+    rewards = []
+    for k in range(first, last):
+        rewards.append(style.score(k, **rollout(k)).reward)
+        style.train(k)
+    return rewards
