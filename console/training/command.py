@@ -97,8 +97,8 @@ def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
         if not run.config.exists():
             raise RunError(f"{run.path} holds no run to resume: leave out --resume to start one")
         # settings that are newer than the run have their defaults
-        begun = recorded(read_experiment(run))
-        changed = list(differences(begun, recorded(experiment)))
+        started = recorded(read_experiment(run))
+        changed = list(differences(started, recorded(experiment)))
         if changed:
             raise RunError(
                 f"{run.path} was started with other settings, which --resume keeps: "
