@@ -38,7 +38,7 @@ def measure(experiment: Experiment, runner: str, threads: int, seconds: float) -
     """
     with tempfile.TemporaryDirectory() as folder:
         run = RunDirectory(Path(folder) / "run")
-        asked = Train(
+        command = Train(
             task=experiment.world.task,
             experiment=replace(experiment, clone_passes=0),  # cloning would end before sampling
             run=run.path,
@@ -49,7 +49,7 @@ def measure(experiment: Experiment, runner: str, threads: int, seconds: float) -
         )
         watch = Watch(max(0.2, min(5.0, seconds / 60)))
         try:
-            train(asked)
+            train(command)
         finally:
             samples = watch.stop()
         lines = read_metrics(run.metrics)

@@ -153,17 +153,17 @@ def collect_ahead(
 
     Adds one entry, the mean, as a long collection shortens the next one.
     """
-    under_way = fleet.ask(weights, 0)
+    under_way = fleet.request(weights, 0)
     began, count = _clocks(), 0
     while count < 6 or time.perf_counter() - began[0] < seconds:
         count += 1
-        coming = fleet.ask(weights, count)
-        fleet.take_in(under_way)
+        coming = fleet.request(weights, count)
+        fleet.receive(under_way)
         under_way = coming
         if count == 2:
             began = _clocks()
     spent.add(began, count - 2)
-    fleet.take_in(under_way)
+    fleet.receive(under_way)
 
 
 def take_ready(
@@ -177,16 +177,16 @@ def take_ready(
 
     received: time of Ray's threads in this process until the rollouts are received.
     """
-    waiting = fleet.ask(weights, 0)
+    waiting = fleet.request(weights, 0)
     began, count = time.perf_counter(), 0
     while count < 2 or time.perf_counter() - began < seconds:
         with received.one():
             ray.wait(waiting, num_returns=len(waiting))
         with ready.one():
-            coming = fleet.ask(weights, count + 1)
-            fleet.take_in(waiting)
+            coming = fleet.request(weights, count + 1)
+            fleet.receive(waiting)
         waiting, count = coming, count + 1
-    fleet.take_in(waiting)
+    fleet.receive(waiting)
 
 
 def limits(ready: Spent, received: Spent, samples: int, width: float) -> dict[str, float]:

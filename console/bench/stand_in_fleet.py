@@ -40,7 +40,7 @@ class SleepingFleet:
 
     def __init__(self, hosts: list[Any], part: Rollout, actors: int, seconds: float) -> None:
         self.hosts, self.part, self.actors, self.seconds = hosts, part, actors, seconds
-        self._begun: list[Any] = []
+        self._requested: list[Any] = []
 
     @property
     def samples(self) -> int:
@@ -49,15 +49,15 @@ class SleepingFleet:
 
     def prefetch(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> None:
         """Request the next collection, with the arguments of its `collect`."""
-        if not self._begun:
-            self._begun = self.ask(weights, version)
+        if not self._requested:
+            self._requested = self.request(weights, version)
 
     def collect(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> Rollout:
         """Return one rollout of all actors."""
-        begun, self._begun = self._begun, []
-        return self.take_in(begun or self.ask(weights, version))
+        requested, self._requested = self._requested, []
+        return self.receive(requested or self.request(weights, version))
 
-    def take_in(self, waiting: list[Any]) -> Rollout:
+    def receive(self, waiting: list[Any]) -> Rollout:
         """Receive the rollouts of all actors as they finish; return them joined."""
         parts = []
         while waiting:
@@ -69,7 +69,7 @@ class SleepingFleet:
             parts += [unpack_rollout(packed) for packed in ray.get(ready)]
         return Rollout.join(parts)
 
-    def ask(self, weights: Mapping[str, Tensor], version: int) -> list[Any]:
+    def request(self, weights: Mapping[str, Tensor], version: int) -> list[Any]:
         """Request a rollout of every actor; return the references."""
         published = ray.put(to_arrays(weights))
         return [

@@ -13,7 +13,7 @@ from rpc.probe import check_health
 
 JOIN_S = 120.0
 #: Joins the cluster in a process of its own, because Ray fixes its authentication at import.
-_ASK = """
+_JOIN = """
 import json, sys
 import ray
 ray.init(address=sys.argv[1], log_to_driver=False, logging_level="ERROR")
@@ -33,13 +33,13 @@ def find_ray(address: str | None = None) -> Finding:
     from actors.cluster import require_listener
 
     require_listener(address)
-    found, why = ask(address, {})
+    found, why = cluster_size(address, {})
     if found is None:
         return Finding("ray", "bad", f"{version}; {address}: {why}")
     size = f"{found['nodes']} nodes, {found['cpus']} CPU slots, {found['gpus']} GPUs"
     detail = f"{version}; {address}: {size}"
-    anyone, _ = ask(address, {"RAY_AUTH_MODE": "disabled"})
-    if anyone is not None:
+    open_size, _ = cluster_size(address, {"RAY_AUTH_MODE": "disabled"})
+    if open_size is not None:
         return Finding(
             "ray", "mind", f"{detail}; without authentication: start it with RAY_AUTH_MODE=token",
             slots=found["cpus"],
@@ -61,11 +61,11 @@ def token() -> str:
     return "no token (`ray get-auth-token --generate` makes one)"
 
 
-def ask(address: str, environment: dict[str, str]) -> tuple[dict[str, int] | None, str]:
+def cluster_size(address: str, environment: dict[str, str]) -> tuple[dict[str, int] | None, str]:
     """Return the size of the cluster at an address, or None and why it cannot be joined."""
     try:
         done = subprocess.run(
-            [sys.executable, "-c", _ASK, address],
+            [sys.executable, "-c", _JOIN, address],
             env=os.environ | {"RAY_USAGE_STATS_ENABLED": "0"} | environment,
             capture_output=True,
             text=True,

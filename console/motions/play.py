@@ -82,9 +82,7 @@ def server(listen: str, text: str) -> ThreadingHTTPServer:
 
     host, port = address_of(listen)
     if not is_loopback(host):
-        raise ConfigError(
-            f"--listen {listen}: anyone there could read the clips; stay on 127.0.0.1"
-        )
+        raise ConfigError(f"--listen {listen}: the page has no authentication; use 127.0.0.1")
     try:
         return ThreadingHTTPServer((host, port), Page)
     except (OSError, ValueError, OverflowError) as error:

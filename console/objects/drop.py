@@ -45,5 +45,5 @@ def summarise(rows: Sequence[dict[str, Any]], output: Console) -> None:
             )
     output.print(
         f"{sum(one['rests'] for _, one in tried)} of {len(tried)} drops came to rest on the seat,"
-        f" {sum(not one['finite'] for _, one in tried)} blew up"
+        f" {sum(not one['finite'] for _, one in tried)} non-finite"
     )

@@ -26,7 +26,7 @@ def start(listen: str, allow_remote: bool = False) -> Server:
     host, port = address_of(listen)
     if not allow_remote and not is_loopback(host):
         raise ConfigError(
-            f"--listen {listen}: anyone there could play; stay on 127.0.0.1, or add "
+            f"--listen {listen}: the page has no authentication; use 127.0.0.1, or add "
             "--allow-insecure-remote"
         )
     try:

@@ -104,8 +104,8 @@ def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
         if not run.config.exists():
             raise RunError(f"{run.path} holds no run to resume: leave out --resume to start one")
         # settings that are newer than the run have their defaults
-        begun = recorded(read_experiment(run))
-        changed = list(differences(_anywhere(begun), _anywhere(recorded(experiment))))
+        started = recorded(read_experiment(run))
+        changed = list(differences(_anywhere(started), _anywhere(recorded(experiment))))
         if changed:
             raise RunError(
                 f"{run.path} was started with other settings, which --resume keeps: "

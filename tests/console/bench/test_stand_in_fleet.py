@@ -44,12 +44,12 @@ def test_stand_ins_told_ahead_do_not_wait_for_the_learner(
     hosts: list[Any], part: Rollout, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     fleet = SleepingFleet(hosts, part, 6, 0.5)
-    first = fleet.ask(weights(0), 0)
+    first = fleet.request(weights(0), 0)
     fleet.prefetch(weights(1), 1, 0.1)
-    fleet.take_in(first)
+    fleet.receive(first)
     there, missing = ray.wait(fleet._begun, num_returns=len(fleet._begun))
     assert len(there) == 6 and not missing
-    monkeypatch.setattr(fleet, "ask", lambda *_: pytest.fail("it was there already"))
+    monkeypatch.setattr(fleet, "request", lambda *_: pytest.fail("it was there already"))
     assert fleet.collect(weights(1), 1, 0.1).version == 1
 
 

@@ -21,5 +21,5 @@ def test_the_command_drops(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     assert [one["scale"] for one in rows["chair-train-003"]] == [0.8, 1.0, 1.2]
     assert all(one["finite"] for one in rows["chair-train-003"])
     assert main(words) == 0
-    assert "of 3 drops came to rest on the seat, 0 blew up" in capsys.readouterr().out
+    assert "of 3 drops came to rest on the seat, 0 non-finite" in capsys.readouterr().out
     assert main(["objects", "check", str(tmp_path), "--drop", "-1"]) == 2

@@ -9,7 +9,7 @@ from world.errors import ConfigError
 
 
 def test_others_are_refused_and_a_taken_port_is_said() -> None:
-    with pytest.raises(ConfigError, match="anyone there could play"):
+    with pytest.raises(ConfigError, match="the page has no authentication"):
         start("0.0.0.0:0")
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
