@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from world.errors import PieceError
 from world.furniture.piece import MOST_HULLS, SLOTS, Piece
 from world.scene import slots
-from world.scene.box import BOX_BODY
+from world.scene.box import BOX_BODY, is_box
 from world.scene.model import FURNITURE_BODY, PROJECTILE_BODY, SOLID, Ball, scene_spec
 from world.scene.slots import Layout
 
@@ -68,7 +68,7 @@ def template(models: Sequence[mujoco.MjModel], pieces: Sequence[Piece]) -> Templ
 
 def _compile(like: mujoco.MjModel, pieces: Sequence[Piece], most: int) -> mujoco.MjModel:
     """The scene of `like` with solid slots for boxes and, beside them, for `most` hulls."""
-    cargo = next((piece for piece in pieces if piece.category == "box"), None)
+    cargo = next((piece for piece in pieces if is_box(piece)), None)
     spec = scene_spec(None, _balls(like), cargo, Layout(SLOTS))
     # there the flag means: boxes against boxes by MuJoCo's own routine, several points a pair, not
     # by one deepest point of the general one; meshes go by the general one either way

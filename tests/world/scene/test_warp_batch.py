@@ -68,7 +68,7 @@ class Pair:
         self.library = load.library((), True, tasks.make(task).affordance.clips)
         self.bank = bank_of(self.world)
         self.ours = Shard(self.world, self.library, self.bank, SCENES, 3)
-        self.theirs = Shard(self.world, self.library, self.bank, SCENES, 3, "warp")
+        self.theirs = Shard(self.world, self.library, self.bank, SCENES, 3, simulator="warp")
 
     def hulls(self) -> Tensor:
         """[n] bool: scenes with a piece of hulls."""
@@ -234,7 +234,7 @@ def test_a_shard_lives_on_another_device(
     """All that a step and a reset make is where the scenes are: no tensor of the CPU in between."""
     pair = pairs["sit"]
     world = replace(pair.world, episode_s=0.5)
-    wanted = Shard(world, pair.library, pair.bank, SCENES, 4, "warp")
+    wanted = Shard(world, pair.library, pair.bank, SCENES, 4, simulator="warp")
 
     def there(*arguments: object) -> WarpScenes:
         made = WarpScenes(pair.bank, len(SCENES), 0.35, 3.0)
