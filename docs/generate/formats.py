@@ -85,6 +85,7 @@ RECORDING = Format(
         ("balls", "[T, k, 3]", "projectiles; NaN while they are not in the scene"),
         ("cargo", "[3] or [0]", "half edges of the carried box"),
         ("stand", "[3] or [0]", "centre of the top of the stand at the box's target"),
+        ("ghost", "[T, 43] or [0, 43]", "coordinates of the reference that is followed"),
         ("piece", "text", "name of the piece"),
         ("scale", "number", "its scale"),
         ("meta", "object", "of the take: seed, trial, result"),

@@ -133,6 +133,8 @@ def test_flags_named_in_pages_exist() -> None:
 
 #: Flags of other programs that pages name in backticks.
 FOREIGN = {"--block", "--dashboard-agent-listen-port", "--temp-dir", "--kills"}
+#: Those of the script that packs a training for a machine without network.
+FOREIGN |= set(re.findall(r'"(--[a-z-]+)"', (ROOT / "deploy/offline.py").read_text()))
 
 
 @pytest.mark.parametrize("policy", ["sit", "lie"])

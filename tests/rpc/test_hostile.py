@@ -149,4 +149,4 @@ def test_motions_play_stays_on_this_machine(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert main(["motions", "play", "--listen", "0.0.0.0:0", "--only", "sit"]) == 2
-    assert "anyone there could read the clips" in capsys.readouterr().err
+    assert "the page has no authentication" in capsys.readouterr().err
