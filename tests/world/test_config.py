@@ -15,8 +15,9 @@ def test_equal_settings_are_one_key() -> None:
 
 def test_ranges_are_given_from_low_to_high() -> None:
     world = WorldConfig()
-    ranges = [world.scale, world.near_m, world.front_m, world.far_m]
-    carry = world.carry
+    initial, carry, track = world.initial, world.carry, world.track
+    ranges = [world.scale, initial.near_m, initial.front_m, initial.far_m]
     ranges += [carry.scale, carry.stand_m, carry.target_m, carry.near_target_m]
+    ranges += [track.size, track.weight_kg, track.friction]
     assert all(0.0 < low < high for low, high in ranges)
-    assert sum(world.clip_stages) == 1.0
+    assert sum(initial.reference_stages) == 1.0
