@@ -32,7 +32,7 @@ def test_it_trains_on_warp_and_goes_on_from_there_on_mujoco(tmp_path: Path) -> N
     ("words", "said"),
     [
         (["--simulator", "warp", "--runner", "ray"], "--simulator warp steps all scenes on one"),
-        (["--warp.njmax", "0"], "--warp.nconmax and --warp.njmax must be above 0"),
+        (["--warp.njmax", "0"], "--warp.njmax 0: must be 1 to 100000"),
     ],
 )
 def test_what_cannot_be_is_refused_before_a_run_is_made(
