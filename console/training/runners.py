@@ -46,7 +46,7 @@ def open_runner(
     note: receives a line for each recovered fault, such as a service that died.
     """
     if command.style_service.address and command.runner != "ray":
-        raise ConfigError("--style-service.address needs --runner ray: add it")
+        raise ConfigError("--style-service.address needs several processes: add --runner ray")
     if command.runner == "ray":
         address, style = command.address, command.style_service
         with ray_runner(experiment, run, workers, address, note, style) as runner:

@@ -34,7 +34,7 @@ def test_what_is_saved_plays_again(task: str, tmp_path: Path) -> None:
     for term in was.terms:
         np.testing.assert_allclose(now.terms[term], was.terms[term], atol=1e-4)
     np.testing.assert_allclose(now.error_m, was.error_m, atol=1e-4)
-    with pytest.raises(ConfigError, match="cannot go on"):
+    with pytest.raises(ConfigError, match="cannot be continued"):
         again.cut(3)
     with pytest.raises(ConfigError, match="cannot be disturbed"):
         Session(again).throw()

@@ -14,12 +14,12 @@ def layout(x: float, n: int) -> Layout:
 def test_the_newest_state_of_each_scene_is_kept() -> None:
     teacher = {"phase": torch.arange(3)}
     kept = LiftedStates(torch.zeros(3, 43), torch.zeros(3, 34), layout(0.0, 3), teacher)
-    assert not kept.known.any()
+    assert not kept.exists.any()
     rows = torch.tensor([2])
     kept.keep(
         rows, torch.ones(1, 43), torch.ones(1, 34), layout(5.0, 1), {"phase": torch.arange(3) + 7}
     )
-    assert kept.known.tolist() == [False, False, True]
+    assert kept.exists.tolist() == [False, False, True]
     assert kept.qpos[:, 0].tolist() == [0.0, 0.0, 1.0]
     assert kept.layout.position[:, 0].tolist() == [0.0, 0.0, 5.0]
     assert kept.teacher["phase"].tolist() == [0, 1, 9]
