@@ -10,6 +10,7 @@ from torch import Tensor
 from actors.worker import ShardLike, Worker
 from policy.errors import LayoutError
 from policy.rollout import Rollout
+from world.device import CPU
 from world.errors import ConfigError
 
 
@@ -85,7 +86,9 @@ class LocalFleet:
         workers: int = 2,
         seed: int = 0,
         horizon: int = 8,
+        device: torch.device = CPU,
     ) -> None:
+        """device: where the shards' tensors are."""
         self.horizon = horizon
         self._pool = ThreadPoolExecutor(
             workers, "actor", initializer=torch.set_num_threads, initargs=(1,)
@@ -93,7 +96,8 @@ class LocalFleet:
         self._ranges = ranges = divide(scenes, block, workers)
         shards = self._pool.map(make_shard, ranges)
         self.workers = [
-            Worker(shard, owned, seed, block) for shard, owned in zip(shards, ranges, strict=True)
+            Worker(shard, owned, seed, block, device)
+            for shard, owned in zip(shards, ranges, strict=True)
         ]
 
     def collect(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> Rollout:

@@ -10,6 +10,7 @@ import multiprocessing
 import signal
 from collections.abc import Mapping
 from multiprocessing.connection import Connection
+from multiprocessing.reduction import ForkingPickler
 from typing import Any
 
 from torch import Tensor
@@ -74,7 +75,7 @@ class ProcessFleet:
         """One rollout of all scenes, in order."""
         arguments = (to_arrays(weights), version, self.horizon, sigma)
         answers = self._call_all("rollout", [arguments] * len(self._pipes))
-        return Rollout.join([unpack_rollout(packed) for packed, _ in answers])
+        return Rollout.join([unpack_rollout(packed) for packed in answers])
 
     def alive(self) -> int:
         """Number of workers whose processes run."""
@@ -110,9 +111,13 @@ class ProcessFleet:
 
         All workers have answered before the first error is raised.
         """
+        packed, last = b"", None
         for index, (pipe, given) in enumerate(zip(self._pipes, arguments, strict=True)):
+            if given is not last:
+                # weights are the same for all workers, and packed once
+                packed, last = bytes(ForkingPickler.dumps((method, given))), given
             try:
-                pipe.send((method, given))
+                pipe.send_bytes(packed)
             except OSError:
                 raise self._lost(index) from None
         answers = [self._answer(index) for index in range(len(self._pipes))]
@@ -150,6 +155,8 @@ def _serve(pipe: Connection, make_shard: MakeShard, scenes: range, seed: int, bl
             return
         try:
             answer: Any = getattr(actor, method)(*arguments)
+            if method == "rollout":
+                answer = answer[0]  # the state is called for where a checkpoint needs it
         except Exception as error:
             answer = _sendable(error)
         try:

@@ -10,8 +10,12 @@ from torch import Tensor
 from policy.model.acting import Policy
 from policy.model.networks import log_density
 from policy.rollout import Rollout
+from world.device import CPU
 from world.precision import decide
 from world.random_streams import normal
+
+#: Prefix of tensors for the shards among the published weights.
+WORLD = "world."
 
 
 class StepLike(Protocol):
@@ -80,6 +84,10 @@ class ShardLike(Protocol):
         """State [n, S] and goal [n, G]."""
         ...
 
+    def update_sampling(self, published: Mapping[str, Tensor]) -> None:
+        """Adapt the sampling of initial states to what the learner publishes, by name."""
+        ...
+
     def step(self, action: Tensor) -> StepLike:
         """Apply actions [n, 28] for one control step."""
         ...
@@ -100,12 +108,21 @@ class Worker:
     numbers do not depend on how the scenes are divided over workers.
     """
 
-    def __init__(self, shard: ShardLike, scenes: range, seed: int, block: int = 64) -> None:
+    def __init__(
+        self,
+        shard: ShardLike,
+        scenes: range,
+        seed: int,
+        block: int = 64,
+        device: torch.device = CPU,
+    ) -> None:
+        """device: where the shard's tensors are."""
+        self.device = device
         self.shard = shard
         self.scenes = scenes
         self.seed = seed
         self.block = block
-        self._ids = torch.arange(scenes.start, scenes.stop, dtype=torch.int64)
+        self._ids = torch.arange(scenes.start, scenes.stop, device=device)
         self._policy: Policy | None = None
 
     def rollout(
@@ -113,9 +130,12 @@ class Worker:
     ) -> Rollout:
         """Rollout of `horizon` steps of this shard's scenes with these weights."""
         if self._policy is None:
-            self._policy = Policy(weights, decide("cpu"))
+            self._policy = Policy(weights, decide(self.device.type), self.device)
         else:
             self._policy.load(weights)
+        published = {k.removeprefix(WORLD): v for k, v in weights.items() if k.startswith(WORLD)}
+        if published:
+            self.shard.update_sampling(published)
         states, goals, actions, means, log_probs = [], [], [], [], []
         steps: list[StepLike] = []
         acting_s = world_s = 0.0

@@ -34,7 +34,9 @@ def parse(arguments: Sequence[str]) -> Any:
             return Annotated[kind, tyro.conf.subcommand(name=name)]
         return Annotated[kind, tyro.conf.subcommand(name=name, default=default)]
 
-    train = commands.Train(task=tyro.MISSING, experiment=starting_point(arguments))
+    train = commands.Train(
+        task=tyro.MISSING, experiment=starting_point(arguments), preset=preset_of(arguments)
+    )
 
     def union(entries: Sequence[commands.Entry]) -> Any:
         kinds = [
@@ -84,7 +86,17 @@ def starting_point(arguments: Sequence[str]) -> "Experiment":
         run = value_of(arguments, "--run")
         if run and (Path(run) / "config.json").exists():
             return read_experiment(RunDirectory(Path(run)))
-    return PRESETS.get(value_of(arguments, "--preset") or "fast", PRESETS["fast"])
+    return PRESETS.get(preset_of(arguments), PRESETS["fast"])
+
+
+def preset_of(arguments: Sequence[str]) -> Any:
+    """The preset that is asked for: that of the task's own name, where there is one, if none is."""
+    from console.run.experiment import PRESETS
+
+    given = value_of(arguments, "--preset")
+    task = next((word for word in arguments[1:2] if word in PRESETS), "fast")
+    # one that there is not is refused where the flag itself is read
+    return given if given in PRESETS else task
 
 
 def value_of(arguments: Sequence[str], flag: str) -> str | None:

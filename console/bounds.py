@@ -26,6 +26,7 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "seed": (_SEED,), "scenes": ((1, 1e6),), "horizon": ((1, 1e4),), "block": ((1, 1e5),),
         "clone_passes": ((0, 1e4),), "clone_samples": ((1, 1e8),),
     },
+    "WarpConfig": {"nconmax": ((1, 1e5),), "njmax": ((1, 1e5),)},
     "LagConfig": {"max_policy": (_LAG,), "max_style": (_LAG,)},
     "WorldConfig": {
         "playback_speeds": ((0.25, 4),), "pieces": ((1, 1e5),), "scales": ((1, 1e3),),
@@ -44,6 +45,10 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "scale": ((0.1, 10),), "sizes": ((1, 1e5),), "weight_kg": ((0.01, 1000),),
         "stand_m": ((0, 10),), "target_m": (_LENGTH_M,), "near_target": (_FRACTION,),
         "near_target_m": (_LENGTH_M,), "in_hand": (_FRACTION,),
+    },
+    "TrackConfig": {
+        "boxes": ((1, 1e4),), "size": ((0.1, 10),), "weight_kg": ((0.01, 1000),),
+        "friction": ((0.01, 100),), "focus": (_FRACTION,), "handling": ((0, 1e6),),
     },
     "LearnerConfig": {
         "hidden": ((1, 16384),), "sigma": (_SAMPLES, (0, 10)), "task_weight": ((0, 1000),),

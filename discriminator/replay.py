@@ -6,6 +6,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from world.device import CPU, put
+
 INSERTION = 1  # keeps the random stream of insertions apart from that of training
 
 
@@ -17,13 +19,21 @@ class Replay:
     state writes the same rows to the same slots.
     """
 
-    def __init__(self, capacity: int, width: int, seed: int, path: Path | None = None) -> None:
-        """path: file that backs the tensor, so that it outlives a killed process."""
+    def __init__(
+        self,
+        capacity: int,
+        width: int,
+        seed: int,
+        path: Path | None = None,
+        device: torch.device = CPU,
+    ) -> None:
+        """path: file that backs the tensor, so that it outlives a killed process; on the CPU
+        alone."""
         self.capacity = capacity
         self.seed = seed
         self.size = 0
         if path is None:
-            self.rows = torch.empty(capacity, width)
+            self.rows = torch.empty(capacity, width, device=device)
         else:
             self.rows = torch.from_file(str(path), shared=True, size=capacity * width)
             self.rows = self.rows.view(capacity, width)
@@ -40,9 +50,11 @@ class Replay:
         chosen = np.flatnonzero(draw.random(len(rest)) < probability)[: self.capacity]
         # Distinct slots, so that the result does not depend on the order of writes.
         slots = draw.choice(self.capacity, size=len(chosen), replace=False)
-        self.rows[torch.from_numpy(slots)] = rest[torch.from_numpy(chosen)]
+        places, taken = (put(torch.from_numpy(at), self.rows.device) for at in (slots, chosen))
+        self.rows[places] = rest[taken]
         return free + len(chosen)
 
     def sample(self, n: int, draw: np.random.Generator) -> Tensor:
         """n rows, drawn uniformly with replacement; needs size > 0."""
-        return self.rows[torch.from_numpy(draw.integers(self.size, size=n))]
+        rows = torch.from_numpy(draw.integers(self.size, size=n))
+        return self.rows[put(rows, self.rows.device)]

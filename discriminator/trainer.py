@@ -15,6 +15,7 @@ from discriminator.pairing import check_rollout, next_states
 from discriminator.protocols import MocapSampler, StyleScores
 from discriminator.replay import Replay
 from discriminator.state import Form, check
+from world.device import CPU, moved, put
 from world.precision import Precision, decide
 
 BLOCK = 512  # rows per forward pass, so that activations stay in the cache
@@ -38,32 +39,39 @@ class Discriminator:
         object_mask: Tensor | None = None,
         replay_path: Path | None = None,
         precision: Precision | None = None,
+        device: torch.device = CPU,
     ) -> None:
         """Fix the normaliser from the mocap and draw the network from `seed`.
 
         object_mask: [F] bool, the features that describe the object; they are left out of the input
         where `config.object_features` is off, which without a mask raises StyleError.
         replay_path: see Replay.
-        precision: of the network; default: by `world.precision.decide`.
+        precision: of the network; default: by `world.precision.decide` for the device.
+        device: of network, replay and mocap; rollouts may come from any.
         """
-        self.precision = precision or decide("cpu")
-        self.config, self.mocap, self.seed = config, mocap, seed
+        self.device = device
+        self.precision = precision or decide(device.type)
+        self.config, self.mocap, self.seed = config, moved(mocap, device), seed
+        mocap = self.mocap
         states, _ = mocap.sample(config.normaliser_samples, normaliser.FIRST_COUNTER)
         self.width = states.shape[-1]
         self._kept = _kept_features(config, self.width, object_mask)
-        self.mean, self.deviation = normaliser.fit(states)
+        if self._kept is not None:
+            self._kept = put(self._kept, device)
+        self.mean, self.deviation = normaliser.fit(put(states, device))
         inputs = 2 * (self.width if self._kept is None else len(self._kept))
         self.network = StyleNetwork(inputs, config.hidden, torch.Generator().manual_seed(seed))
+        self.network.to(device)
         self.optimiser = torch.optim.Adam(
             self.network.parameters(), lr=config.learning_rate, fused=True
         )
-        self.replay = Replay(config.replay, inputs, seed, replay_path)
+        self.replay = Replay(config.replay, inputs, seed, replay_path, device)
         self.version = 0
         self.batches = 0
         self.last_batch = -1
         self._last_dropped = -1
         self.transitions = 0
-        self._new = torch.empty(0, inputs)
+        self._new = torch.empty(0, inputs, device=device)
         self._scores: dict[int, StyleScores] = {}
         self._trained: dict[str, float] = {}
 
@@ -88,7 +96,10 @@ class Discriminator:
             raise StyleError(
                 f"batch {batch}: its scores are forgotten, ids must be above {self._last_dropped}"
             )
-        states = rollout_states
+        place, valid = valid.device, put(valid, self.device)
+        states, end_index, end_states = (
+            put(tensor, self.device) for tensor in (rollout_states, end_index, end_states)
+        )
         check_rollout(states, end_index, end_states, valid, self.width)
         if not (states.isfinite().all() and end_states.isfinite().all()):
             _refuse_non_finite(states, end_index, end_states, valid)
@@ -105,7 +116,7 @@ class Discriminator:
         self.transitions += len(rows)
         count = max(len(rows), 1)
         scores = StyleScores(
-            reward.view(valid.shape),
+            reward.view(valid.shape).to(place),
             self.version,
             {
                 "style/accuracy_policy": float((logits < 0).sum()) / count,
@@ -161,7 +172,8 @@ class Discriminator:
         half = config.batch // 2 if len(self._new) else 0
         policy = [self.replay.sample(config.batch - half, draw)]
         if half:
-            policy.append(self._new[torch.from_numpy(draw.integers(len(self._new), size=half))])
+            rows = torch.from_numpy(draw.integers(len(self._new), size=half))
+            policy.append(self._new[put(rows, self.device)])
         counter = version * config.steps_per_iteration + step
         mocap = self._mocap_rows(self.mocap.sample(config.batch, counter))
         # Mocap comes first, because the penalty is computed on the leading rows.
@@ -194,7 +206,7 @@ class Discriminator:
         return normalised if self._kept is None else normalised[..., self._kept]
 
     def _mocap_rows(self, pairs: tuple[Tensor, Tensor]) -> Tensor:
-        return torch.cat([self._features(states) for states in pairs], -1)
+        return torch.cat([self._features(put(states, self.device)) for states in pairs], -1)
 
     def state_dict(self, replay: bool = True) -> dict[str, Tensor]:
         """Everything that an exact restart needs, as copies of flat tensors.
@@ -235,9 +247,10 @@ class Discriminator:
         self.optimiser.load_state_dict(
             {"state": {i: m for i, m in moments.items() if m}, "param_groups": groups}
         )
-        self.mean = state["normaliser/mean"].clone()
-        self.deviation = state["normaliser/deviation"].clone()
-        self._new = state["new"].clone()
+        self.mean, self.deviation, self._new = (
+            state[name].to(self.device, copy=True)
+            for name in ("normaliser/mean", "normaliser/deviation", "new")
+        )
         counters = {k: int(v) for k, v in _under(state, "counters/").items()}
         self.seed = self.replay.seed = counters["seed"]
         self.version, self.batches = counters["version"], counters["batches"]

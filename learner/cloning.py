@@ -6,6 +6,7 @@ from torch import Tensor
 from learner.optimiser import adam
 from policy.model.networks import Actor
 from policy.model.normaliser import Normaliser
+from world.device import put
 
 
 def clone(
@@ -32,7 +33,8 @@ def clone(
     errors = []
     for _ in range(passes):
         total = 0.0
-        for rows in torch.randperm(len(inputs), generator=generator).split(minibatch):
+        order = put(torch.randperm(len(inputs), generator=generator), inputs.device)
+        for rows in order.split(minibatch):
             loss = (actor(observations[rows]) - targets[rows]).square().mean()
             optimiser.zero_grad(set_to_none=True)
             loss.backward()

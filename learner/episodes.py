@@ -8,6 +8,8 @@ from torch import Tensor
 KEYS = ("return", "length", "success", "fall", "start")
 #: Prefix of a task's own statistics: whether an episode reached a stage of the task.
 STAGE = "stage_"
+#: Prefix of the causes of failure that a task distinguishes.
+END = "end_"
 #: Whether the stall time-out ended an episode; windows of early runs lack it.
 STALLED = "stalled"
 
@@ -55,4 +57,4 @@ class EpisodeWindow:
 
 
 def _may_lack(key: str) -> bool:
-    return key == STALLED or key.startswith(STAGE)
+    return key == STALLED or key.startswith((STAGE, END))

@@ -77,7 +77,8 @@ class Gathering:
             )
         if self._pending is not None:
             self._pending.result()
-        self.fleet.load_state_dict(state["fleet"])
+        if "fleet" in state:  # a trimmed checkpoint lacks it: all episodes begin anew
+            self.fleet.load_state_dict(state["fleet"])
         self._pending = None
         if waiting is not None:
             self._pending = Future()

@@ -15,6 +15,7 @@ from learner.gathering import Gathered, Gathering
 from learner.ppo import Learner
 from learner.protocols import Checkpointer, Fleet, Recorder, State, Style, StyleScores
 from learner.returns import mixed_reward
+from learner.segments import Failures
 from policy.rollout import Rollout
 
 # Number of rollouts in a row beyond the lag bounds that end a run: it would never go on.
@@ -60,6 +61,7 @@ class Loop:
         self.config = config
         self.terms = tuple(terms)
         self.episodes = EpisodeWindow(config.episode_window, categories)
+        self.failures = Failures()
         self.seconds = 0.0
         self.best_score = -math.inf
         self.batches = 0
@@ -112,6 +114,7 @@ class Loop:
             style_s += train_s
 
         self.episodes.add(rollout.episodes)
+        self.failures.add(rollout.episodes)
         ended = time.perf_counter()
         self.seconds += ended - began
         means = rollout.term_means(self.terms) if self.terms else {}
@@ -144,7 +147,8 @@ class Loop:
         """
         version, stale = self.learner.version, 0
         for _ in range(MAX_STALE_ROLLOUTS):
-            gathered = self.gathering.next(self.learner.weights(), version, self.learner.sigma)
+            weights = self.learner.weights() | self.failures.published()
+            gathered = self.gathering.next(weights, version, self.learner.sigma)
             rollout = gathered.rollout
             if version - rollout.version <= self.config.lag.max_policy:
                 style = self._score(rollout)
@@ -195,6 +199,7 @@ class Loop:
                 **self.gathering.state_dict(),
                 "batches": self.batches,
                 "episodes": self.episodes.state_dict(),
+                "failures": self.failures.state_dict(),
                 "seconds": self.seconds,
                 "best_score": self.best_score if math.isfinite(self.best_score) else None,
             },
@@ -210,6 +215,8 @@ class Loop:
         # Absent in checkpoints of older runs, whose batch ids were their iterations.
         self.batches = int(training.get("batches", self.learner.version))
         self.episodes.load_state_dict(training["episodes"])
+        if "failures" in training:  # older runs counted none
+            self.failures.load_state_dict(training["failures"])
         self.seconds = float(training["seconds"])
         best = training["best_score"]
         self.best_score = -math.inf if best is None else float(best)

@@ -24,6 +24,7 @@ from policy.model.acting import publish
 from policy.model.networks import Actor, Critic, log_density
 from policy.model.normaliser import Normaliser, NormaliserConfig, ValueNormaliser
 from policy.rollout import Rollout, successors
+from world.device import CPU, moved, put
 from world.precision import Precision, decide
 from world.reflection import Symmetry
 
@@ -79,26 +80,31 @@ class Learner:
         seed: int = 0,
         precision: Precision | None = None,
         symmetry: Symmetry | None = None,
+        device: torch.device = CPU,
     ) -> None:
         """symmetry: mirror symmetry of observations and actions, for the mirror loss and for
         networks that act on one canonical side; None: neither."""
-        self.symmetry = symmetry
+        self.device = device
+        self.symmetry = None if symmetry is None else moved(symmetry, device)
         # with a canonical side the networks are symmetric without a loss
         self._uses_mirror_loss = (
             config.mirror_weight and symmetry is not None and symmetry.sides is None
         )
         self.config = config
         self.seed = seed
-        self.precision = precision or decide("cpu")
+        self.precision = precision or decide(device.type)
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed)
-            self.actor = Actor(observation, actions, config.hidden, config.skip)
-            self.critic = Critic(observation, config.hidden)
+            # drawn on the CPU, so that a seed gives the same networks on every device
+            self.actor = Actor(observation, actions, config.hidden, config.skip).to(device)
+            self.critic = Critic(observation, config.hidden).to(device)
         #: Running mean of the actor over iterations, which evaluation and serving use.
         self.average = copy.deepcopy(self.actor).requires_grad_(False)
         limits = NormaliserConfig(config.observation_clip, config.observation_std_floor)
         self.normaliser = Normaliser(observation, limits)
         self.values = ValueNormaliser()
+        self.normaliser.to(device)
+        self.values.to(device)
         self.actor_optimiser = adam(self.actor.parameters(), config.actor_rate)
         self.critic_optimiser = adam(self.critic.parameters(), config.critic_rate)
         self.actor_rate = config.actor_rate
@@ -115,16 +121,17 @@ class Learner:
         return piecewise(self.config.sigma, self.samples)
 
     def weights(self) -> dict[str, Tensor]:
-        """Weights for acting: the actor and the observation normaliser."""
-        return publish(self.actor, self.normaliser, self.symmetry)
+        """Weights for acting: the actor and the observation normaliser; on the CPU."""
+        return _on_cpu(publish(self.actor, self.normaliser, self.symmetry))
 
     def averaged_weights(self) -> dict[str, Tensor]:
-        """Weights for acting of the averaged actor."""
-        return publish(self.average, self.normaliser, self.symmetry)
+        """Weights for acting of the averaged actor; on the CPU."""
+        return _on_cpu(publish(self.average, self.normaliser, self.symmetry))
 
     def update(self, rollout: Rollout, rewards: Tensor, sigma: float) -> dict[str, float]:
         """One PPO iteration on a rollout with mixed rewards [T, N]; returns `ppo/` metrics."""
-        rollout = self._canonical_rollout(rollout)
+        rollout = self._canonical_rollout(rollout.on(self.device))
+        rewards = put(rewards, self.device)
         raw = torch.cat((rollout.states, rollout.goals), -1)
         observations = self.normaliser(raw)
         batch, explained = self._prepare(rollout, rewards, observations)
@@ -198,7 +205,7 @@ class Learner:
         gain, value = gains[valid], values[:-1][valid]
         returns = gain + value
         self._update_values(returns)
-        spread = gain.std() if gain.numel() > 1 else torch.ones(())
+        spread = gain.std() if gain.numel() > 1 else gain.new_ones(())
         labels = rollout.teacher_action
         batch = Batch(
             observations=observations[:-1][valid],
@@ -282,7 +289,7 @@ class Learner:
         generator = torch.Generator().manual_seed((self.seed * 2 + part) * 1_000_003 + self.version)
         parts = max(1, round(samples / self.config.minibatch))
         return [
-            list(torch.randperm(samples, generator=generator).tensor_split(parts))
+            list(put(torch.randperm(samples, generator=generator), self.device).tensor_split(parts))
             for _ in range(self.config.epochs)
         ]
 
@@ -322,7 +329,7 @@ class Learner:
                 log_ratio = log_density(batch.actions[rows], means, sigma) - batch.log_probs[rows]
                 surrogate = clipped_surrogate(log_ratio, batch.advantages[rows], clip)
                 bound = soft_bound(means)
-                imitation = torch.zeros(())
+                imitation = means.new_zeros(())
                 if batch.teacher_action is not None:
                     imitation = imitation_loss(means, batch.teacher_action[rows], sigma)
                 mirror = self._mirror_loss(batch, rows, sigma)
@@ -364,7 +371,7 @@ class Learner:
         """Mirror loss over every other row, which halves its cost."""
         image, some = batch.mirrored, rows[::2]
         if image is None:
-            return torch.zeros(())
+            return batch.targets.new_zeros(())
         with self.precision.context():
             means = self.actor(image.observations[some])
         return mirror_loss(means, image.means[some], image.gates[some], sigma)
@@ -420,6 +427,10 @@ def _step(
     loss.backward()
     nn.utils.clip_grad_norm_(network.parameters(), grad_norm, foreach=True)
     optimiser.step()
+
+
+def _on_cpu(weights: dict[str, Tensor]) -> dict[str, Tensor]:
+    return {name: tensor.to(CPU) for name, tensor in weights.items()}
 
 
 def _mean(numbers: list[float]) -> float:

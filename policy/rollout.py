@@ -1,10 +1,12 @@
 """The rollout of one iteration: T steps of N scenes, time-major, each state stored once."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import torch
 from torch import Tensor
+
+from world.device import put
 
 
 @dataclass(frozen=True)
@@ -87,7 +89,7 @@ class Rollout:
         joined = {name: torch.cat([getattr(p, name) for p in parts], dim=1) for name in wide}
         shifts, shift = [], 0
         for part in parts:
-            shifts.append(torch.tensor([0, shift]))
+            shifts.append(torch.tensor([0, shift], device=part.end_index.device))
             shift += part.scenes
         end_index = torch.cat([p.end_index + s for p, s in zip(parts, shifts, strict=True)])
         order = torch.argsort(end_index[:, 0] * shift + end_index[:, 1], stable=True)
@@ -104,6 +106,14 @@ class Rollout:
             first_scene=parts[0].first_scene,
             seconds={k: max(p.seconds[k] for p in parts) for k in parts[0].seconds},
         )
+
+    def on(self, device: torch.device) -> "Rollout":
+        """The same on a device; itself where it is there. What is counted for people stays."""
+        if self.states.device == device:
+            return self
+        found = {f.name: getattr(self, f.name) for f in fields(self)}
+        tensors = {k: put(v, device) for k, v in found.items() if isinstance(v, Tensor)}
+        return replace(self, **tensors)
 
     def tensors(self) -> dict[str, Tensor]:
         """All tensors by field name, episodes as `episodes.<key>`."""

@@ -65,6 +65,31 @@ class CarryConfig:
 
 
 @dataclass(frozen=True)
+class TrackConfig:
+    """Settings of the task track alone: the actions, the boxes of the clips, initial states."""
+
+    residual: bool = True
+    """Actions are added to the reference's set-points; false: to the neutral ones, as in other
+    tasks."""
+    boxes: int = 4
+    """Number of boxes of each clip that has one."""
+    size: tuple[float, float] = (1.0, 1.15)
+    """Smallest and largest size of a box; 1 fits exactly between the clip's hands, larger ones are
+    pressed."""
+    weight_kg: tuple[float, float] = (1.0, 3.0)
+    """Lightest and heaviest box, kg."""
+    friction: tuple[float, float] = (1.0, 1.4)
+    """Least and greatest sliding friction of a box; hands have 1, and a contact has the greater of
+    the two."""
+    focus: float = 0.5
+    """Fraction of the initial states that are drawn by the recent failures of their segments and of
+    the second after them; the others are drawn independently of failures."""
+    handling: float = 2.0
+    """Weight of frames in which the clip reaches for its object, lifts it or puts it down, in the
+    draw of initial states; other frames have 1."""
+
+
+@dataclass(frozen=True)
 class WorldConfig:
     """What the scenes hold and how their episodes run."""
 
@@ -109,3 +134,5 @@ class WorldConfig:
     """Seed of the furniture catalogue."""
     carry: CarryConfig = field(default_factory=CarryConfig)
     """Settings of the task carry alone."""
+    track: TrackConfig = field(default_factory=TrackConfig)
+    """Settings of the task track alone."""

@@ -33,9 +33,11 @@ def _mix(x: Tensor) -> Tensor:
 
 def bits(seed: int, purpose: int, scenes: Tensor, counter: Tensor | int, width: int) -> Tensor:
     """Random int64 [n, width] for scene ids [n] int64 and counters ([n] int64 or one int)."""
+    # a 0-dimensional tensor of the CPU meets tensors of any device
     root = _mix(torch.tensor(seed, dtype=torch.int64) * 31 + purpose)
     key = _mix(_mix(scenes.to(torch.int64) + root) + counter)
-    return _mix(key[:, None] + torch.arange(width, dtype=torch.int64)[None, :] * _GAMMA)
+    column = torch.arange(width, dtype=torch.int64, device=key.device)
+    return _mix(key[:, None] + column[None, :] * _GAMMA)
 
 
 def uniform(seed: int, purpose: int, scenes: Tensor, counter: Tensor | int, width: int) -> Tensor:

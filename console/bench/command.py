@@ -16,8 +16,8 @@ from torch import Tensor
 from console.bench import box as bench_box
 from console.bench import endurance as bench_endurance
 from console.bench import furniture as bench_furniture
-from console.bench import serve as bench_serve
 from console.bench import servos as bench_servos
+from console.bench import warp_world as bench_warp_world
 from console.bench import world as bench_world
 from console.commands import Bench, Train
 from console.run import assembly, machine
@@ -29,6 +29,7 @@ from discriminator.protocols import StyleScores
 from learner.config import LoopConfig
 from learner.loop import Loop
 from policy.rollout import Rollout
+from world import device as devices
 from world import random_streams, tasks
 from world.meshes import collection
 
@@ -42,7 +43,13 @@ def bench_command(command: Bench) -> int:
     threads = command.threads or machine.cores()
     experiment = PRESETS[command.preset]
     world = replace(experiment.world, motions=tuple(str(p.resolve()) for p in command.motions))
-    experiment = replace(experiment, world=world, scenes=command.scenes or experiment.scenes)
+    experiment = replace(
+        experiment,
+        world=world,
+        scenes=command.scenes or experiment.scenes,
+        device=command.device,
+        simulator=command.simulator,
+    )
     experiment = check(with_learner_threads(experiment, threads))
     measure = {
         "world": world_figures,
@@ -76,7 +83,10 @@ def bench_command(command: Bench) -> int:
 
 
 def world_figures(command: Bench, experiment: Experiment, _threads: int) -> dict[str, float]:
-    """Measure a control step of a shard against that of the raw batch, from the same states."""
+    """Measure a control step of a shard against that of the raw simulator, from the same states."""
+    if experiment.simulator == "warp":
+        device = devices.resolve(experiment.device).torch
+        return bench_warp_world.measure(experiment, command.seconds, device)
     return bench_world.measure(experiment, command.seconds)
 
 
@@ -109,8 +119,9 @@ def box(command: Bench, experiment: Experiment, threads: int) -> dict[str, float
 
 def learner(command: Bench, experiment: Experiment, _threads: int) -> dict[str, float]:
     """Measure one PPO update on random samples."""
-    student = assembly.learner(warmed(experiment))
-    rollout = made_up(experiment)
+    device = devices.resolve(experiment.device).torch
+    student = assembly.learner(warmed(experiment), device)
+    rollout = made_up(experiment).on(device)
     spent = repeated(lambda: student.update(rollout, rollout.rewards, student.sigma), command)
     student.close()
     return {
@@ -152,6 +163,8 @@ def style(command: Bench, experiment: Experiment, _threads: int) -> dict[str, fl
 
 def serve(command: Bench, experiment: Experiment, _threads: int) -> dict[str, float]:
     """Measure the policy service on one core against a gRPC echo and Ray Serve's gRPC ingress."""
+    from console.bench import serve as bench_serve  # needs Ray, which the others can do without
+
     return bench_serve.measure(experiment, command.seconds / 3)
 
 
@@ -160,12 +173,13 @@ def train(command: Bench, experiment: Experiment, threads: int) -> dict[str, flo
     command_of_training = Train(
         task=experiment.world.task, experiment=experiment, runner=command.runner, threads=threads
     )
-    student = assembly.learner(warmed(experiment))
+    device = devices.resolve(experiment.device).torch
+    student = assembly.learner(warmed(experiment), device)
     sums: dict[str, float] = {}
     count = 0
     with tempfile.TemporaryDirectory() as folder:
         run = RunDirectory(Path(folder))
-        with open_runner(command_of_training, experiment, run, threads, print) as runner:
+        with open_runner(command_of_training, experiment, run, threads, print, device) as runner:
             terms = list(tasks.make(experiment.world.task).terms)
             loop = Loop(student, runner.fleet, runner.style, Null(), Null(), LoopConfig(), terms)
             for _ in range(3):
@@ -176,7 +190,7 @@ def train(command: Bench, experiment: Experiment, threads: int) -> dict[str, flo
                     sums[name] = sums.get(name, 0.0) + value
                 count += 1
             wall = time.perf_counter() - began
-            memory = machine.process_tree_gb()
+            memory, on_device = machine.process_tree_gb(), devices.memory_used(device)
             loop.close()
     part = {name: sums[f"rate/{name}_s"] / count for name in ("world", "policy", "style", "update")}
     samples = experiment.scenes * experiment.horizon
@@ -192,6 +206,7 @@ def train(command: Bench, experiment: Experiment, threads: int) -> dict[str, flo
         **{f"{name}_alone_s": value for name, value in alone.items()},
         **{f"{name}_to_limit_ratio": alone[name] / part[name] for name in part},
         "resident_gb": memory,
+        "device_gb": on_device / 1e9,
     }
 
 
@@ -214,12 +229,13 @@ def limits(command: Bench, experiment: Experiment, threads: int) -> dict[str, fl
     World: the raw batch on one thread, divided by the threads. Policy: the forward passes. Style:
     scoring and training in process. Update: PPO on random samples.
     """
-    raw = bench_world.measure(experiment, command.seconds / 4)["raw_control_steps_per_s"]
+    raw = world_figures(replace(command, seconds=command.seconds / 4), experiment, threads)
+    raw = raw["raw_control_steps_per_s"] * (threads if experiment.simulator == "mujoco" else 1)
     samples = experiment.scenes * experiment.horizon
     short = replace(command, seconds=command.seconds / 4)
     here = style_alone(experiment, short)
     return {
-        "world": samples / raw / threads,
+        "world": samples / raw,
         "policy": policy_alone(experiment, short) / threads,
         "style": here,
         "update": learner(short, experiment, threads)["update_s"],
@@ -248,7 +264,9 @@ def policy_alone(experiment: Experiment, command: Bench) -> float:
 
 def style_alone(experiment: Experiment, command: Bench) -> float:
     """Return the seconds of scoring one rollout and training on it, in process."""
-    here, rollout = assembly.discriminator(experiment), made_up(experiment)
+    device = devices.resolve(experiment.device).torch
+    here = assembly.discriminator(experiment, device=device)
+    rollout = made_up(experiment).on(device)
     counter = iter(range(1, 1 << 30))
 
     def once() -> None:

@@ -40,6 +40,12 @@ class Bench:
     """Approximate time of each measurement, s."""
     runner: Literal["local", "ray"] = "local"
     """Runner of bench train and bench endurance."""
+    device: Literal["auto", "cpu", "cuda"] = "auto"
+    """Device of the networks, and of warp's scenes, in bench world, train and learner; auto: a GPU
+    where there is one."""
+    simulator: Literal["mujoco", "warp"] = "mujoco"
+    """Simulator of bench world and bench train; warp: mujoco-warp on the device, compared with its
+    raw stepping."""
     objects: tuple[str, ...] = ("train",)
     """Pieces of bench furniture: train, test, all, or files and folders of imported pieces."""
     mutations: int = 100_000

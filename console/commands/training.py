@@ -8,7 +8,7 @@ import tyro
 
 from console.run.experiment import Experiment
 
-Preset = Literal["fast", "paper"]
+Preset = Literal["fast", "paper", "track"]
 Protocol = Literal["table1", "table3"]
 
 
@@ -33,12 +33,13 @@ class Train:
     """Train a policy for a task; Ctrl-C writes a checkpoint, --resume continues from it."""
 
     task: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="TASK")]
-    """Task: sit, lie, carry or walk."""
+    """Task: sit, lie, carry, walk or track."""
     experiment: Annotated[Experiment, tyro.conf.arg(name="")]
     run: Path | None = None
     """Run directory; default: runs/TASK-<date>-<n>. An existing one needs --resume or --restart."""
     preset: Preset = "fast"
-    """Preset of the settings below: fast (512 x 256 networks) or paper (1024 x 512)."""
+    """Preset of the settings below: fast (512 x 256 networks), paper (1024 x 512), or track (motion
+    tracking, the default of the task track)."""
     motions: tuple[Path, ...] = ()
     """Motion clips, files or folders; default: the package's own clips."""
     objects: tuple[str, ...] = ()
@@ -98,6 +99,8 @@ class Evaluate:
     """Largest of these distances, m; default: the protocol's."""
     quality: int = 64
     """Number of trials whose motion quality is measured and compared with mocap; 0: none."""
+    simulator: Literal["mujoco", "warp"] = "mujoco"
+    """Simulator of the trials; warp: mujoco-warp, on the CPU."""
     motions: tuple[Path, ...] = ()
     """Clips to compare motion quality with; default: the policy's training clips."""
     seed: int = 0

@@ -8,7 +8,7 @@ from typing import Any
 from rich.progress import Progress
 
 from console.commands import Evaluate
-from console.evaluation import trials
+from console.evaluation import tracking, trials
 from console.evaluation.presets import start_m
 from console.evaluation.realism import quality_of
 from console.evaluation.scores import Protocol, by_stage, judge, summarise
@@ -20,6 +20,7 @@ from console.run import assembly, machine
 from console.run.directory import run_of, write_json
 from console.terminal import screen
 from world import tasks
+from world.character.model import CONTROL_HZ
 from world.config import WorldConfig
 from world.errors import ClipError, ConfigError
 from world.furniture.piece import Piece
@@ -38,6 +39,8 @@ def evaluate_command(command: Evaluate) -> int:
     """Evaluate, print the tables, write the JSON; return the exit code."""
     found = assembly.trained(command.source)
     check(command, found.task)
+    if tasks.make(found.task).affordance.follows_clips:
+        return evaluate_tracking(command, found)
     pieces = objects_of(found, command.objects, command.trials, command.seed)
     library = clips(command, found.experiment.world) if command.quality else None
     output = screen()
@@ -62,6 +65,36 @@ def evaluate_command(command: Evaluate) -> int:
         takes = trials.recording(results, meta)
         kept = recording.Recording(takes.takes[: command.record_trials], takes.meta)
         recording.write(command.record, kept)
+    return 0
+
+
+def evaluate_tracking(command: Evaluate, found: assembly.Trained) -> int:
+    """Evaluate the tracking of clips, print the table, write the JSON; return the exit code."""
+    if command.perturb != "none" or command.objects != "test":
+        raise ConfigError("--perturb, --objects: this task follows clips; leave them out")
+    motions = tuple(str(path.resolve()) for path in command.motions)
+    output = screen()
+    with Progress(console=output, transient=True, disable=not output.is_terminal) as bar:
+        row = bar.add_task("trials", total=command.trials)
+        figures, takes = tracking.evaluate(
+            found,
+            motions,
+            command.trials,
+            command.seed,
+            command.threads or machine.cores(),
+            command.record_trials if command.record else 0,
+            lambda done: bar.update(row, completed=done),
+        )
+    output.print(tracking.table(figures))
+    run = run_of(found.path)
+    if run is not None:
+        write_json(run.evaluations / file_name(found.path.name, figures), figures)
+    if command.json is not None:
+        write_json(command.json, figures)
+    if command.record is not None:
+        meta = {"task": found.task, "checkpoint": str(found.path), "seed": command.seed}
+        meta = {"control_hz": CONTROL_HZ, **meta}
+        recording.write(command.record, recording.Recording(takes, meta))
     return 0
 
 
@@ -148,6 +181,7 @@ def evaluate(
         command.threads or machine.cores(),
         min(record, len(chosen)),
         progress,
+        command.simulator,
     )
     figures = {
         "task": found.task,
@@ -160,6 +194,7 @@ def evaluate(
         "objects": Path(command.objects).name,
         "perturbation": command.perturb,
         "preset": command.preset,
+        **({} if command.simulator == "mujoco" else {"simulator": command.simulator}),
         "start_m": list(distances(command, found.task)),
         **scored(results, chosen, protocol, task.stages),
     }

@@ -17,6 +17,7 @@ from world.affordances.affordance import Setting
 from world.character import model as character
 from world.config import WorldConfig
 from world.furniture.piece import Piece
+from world.scene import simulators
 from world.scene.batch import Scenes
 from world.scene.box import STAND, is_box
 from world.scene.perturbations import Disturbance, Mover, Thrower
@@ -102,7 +103,13 @@ class ChunkResults:
 
 
 def step_chunk(
-    world: WorldConfig, driver: Driver, trials: Trials, rows: range, steps: int, record: int
+    world: WorldConfig,
+    driver: Driver,
+    trials: Trials,
+    rows: range,
+    steps: int,
+    record: int,
+    simulator: str = "mujoco",
 ) -> ChunkResults:
     """Simulate the trials `rows` and record the first `record` of them."""
     task = tasks.make(world.task)
@@ -113,7 +120,7 @@ def step_chunk(
     objects = task.affordance.arrange(
         Setting(pieces, disturbance, point, facing, numbers, trials.seed, trials.target_m)
     )
-    scenes = Scenes(objects.models, world.action_scale, world.action_clip)
+    scenes = simulators.each(simulator, objects.bank, world.action_scale, world.action_clip)
     targets = objects.begin(scenes)
     thrower = Thrower(disturbance, scenes) if disturbance.kind == "projectiles" else None
     mover = Mover(disturbance, point, facing) if disturbance.kind == "moved" else None

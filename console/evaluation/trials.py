@@ -80,11 +80,12 @@ def run(
     threads: int,
     record: int = 0,
     progress: Callable[[int], None] = lambda done: None,
+    simulator: str = "mujoco",
 ) -> Results:
     """Return the results of all trials with the policy's mean actions; record the first
     `record`."""
     torch.set_num_threads(1)
-    return drive(world, PolicyDriver(weights), trials, steps, threads, record, progress)
+    return drive(world, PolicyDriver(weights), trials, steps, threads, record, progress, simulator)
 
 
 def drive(
@@ -95,6 +96,7 @@ def drive(
     threads: int,
     record: int = 0,
     progress: Callable[[int], None] = lambda done: None,
+    simulator: str = "mujoco",
 ) -> Results:
     """Return the results of all trials with any driver; record the first `record`."""
     chunks = [range(i, min(i + CHUNK, len(trials))) for i in range(0, len(trials), CHUNK)]
@@ -104,7 +106,7 @@ def drive(
         nonlocal done
         torch.set_num_threads(1)
         recorded = max(0, min(record - rows.start, len(rows)))
-        part = step_chunk(world, driver, trials, rows, steps, recorded)
+        part = step_chunk(world, driver, trials, rows, steps, recorded, simulator)
         done += len(rows)
         progress(done)
         return Results(
@@ -116,6 +118,8 @@ def drive(
             part.tracks,
         )
 
+    if simulator == "warp":
+        threads = 1  # its launches are one queue
     with ThreadPoolExecutor(threads, "trials") as pool:
         parts = list(pool.map(one, chunks))
     return Results(

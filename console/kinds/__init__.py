@@ -4,6 +4,7 @@ from console.kinds.box import BoxKind
 from console.kinds.floor import FloorKind
 from console.kinds.furniture import FurnitureKind
 from console.kinds.kind import Kind
+from console.kinds.reference import ReferenceKind
 from world.tasks import Task
 
 #: Kinds by `Affordance.kind`. A new kind is one file and one line here.
@@ -11,6 +12,7 @@ KINDS: dict[str, Kind] = {
     "furniture": FurnitureKind(),
     "box": BoxKind(),
     "floor": FloorKind(),
+    "reference": ReferenceKind(),
 }
 
 

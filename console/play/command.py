@@ -7,15 +7,21 @@ from pathlib import Path
 import torch
 
 from console.commands.play import Play
+from console.evaluation.tracking import shown
 from console.play import recorded, server, stock
 from console.play.browser.controls import Controls
 from console.play.browser.ghost import Ghost
 from console.play.browser.view import View
+from console.play.recorded import Recorded, takes_of
 from console.play.session import Session
 from console.play.source import HZ, Source
-from console.run import assembly
+from console.run import assembly, machine
 from policy.checkpoints.served import Served
+from world import tasks
 from world.errors import ClipError, ConfigError
+
+#: Clips that a policy which follows them shows, at most.
+_MOST = 24
 
 
 def play_command(command: Play) -> int:
@@ -49,7 +55,11 @@ def run(view: View) -> None:
 
 
 def of_runs(command: Play) -> View:
-    """Return the page of live policies."""
+    """The page of live policies; of one that follows clips, what it does with each of them."""
+    if len(command.sources) == 1 and (trained := follower(command)) is not None:
+        return of_takes(
+            command, takes_of(shown(trained, _MOST, machine.cores()), trained.task), trained.task
+        )
     found = stock.load(command.sources, command.checkpoint, command.objects)
     setup = found.first()
     session = Session(found.begin(setup), found)
@@ -62,15 +72,27 @@ def of_runs(command: Play) -> View:
 
 
 def of_file(command: Play, path: Path) -> View:
-    """Return the page of a recording or of clips."""
-    found: dict[str, Source] = dict(recorded.read(path))
+    """The page of a recording or of clips."""
+    return of_takes(command, recorded.read(path), path.name)
+
+
+def follower(command: Play) -> assembly.Trained | None:
+    """The policy that is to be played, if it follows clips."""
+    trained = assembly.trained(Path(command.sources[0]))
+    return trained if tasks.make(trained.task).affordance.follows_clips else None
+
+
+def of_takes(command: Play, takes: dict[str, Recorded], name: str) -> View:
+    """The page of what was recorded."""
+    found: dict[str, Source] = dict(takes)
     session = Session(next(iter(found.values())))
-    title = f"inhabit play: {path.name}"
+    title = f"inhabit play: {name}"
     view = View(server.start(command.listen, command.allow_insecure_remote), session, title)
     if len(found) > 1:
         chosen = view.server.gui.add_dropdown("take", tuple(found), order=-1.0)
         view.on(chosen, lambda _: session.use(found, str(chosen.value)))
-    view.offer_ghost(lambda: ghost_of(command, None))
+    if not any(take.follows for take in takes.values()):
+        view.offer_ghost(lambda: ghost_of(command, None))
     view.offer_saving()
     return view
 

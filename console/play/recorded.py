@@ -12,7 +12,7 @@ from console.motions import play
 from console.motions.page import furniture
 from console.play.source import HZ, Curves
 from console.recording import format as recording
-from console.recording.format import Take
+from console.recording.format import Recording, Take
 from world import tasks
 from world.character import features
 from world.character import model as character
@@ -55,6 +55,15 @@ class Recorded:
         take = self._take
         return take.qpos[frame, : character.NQ], take.qvel[frame, : character.NV]
 
+    @property
+    def follows(self) -> bool:
+        """Whether the character follows another one, which is recorded with it."""
+        return len(self._take.ghost) > 0
+
+    def followed(self, frame: int) -> NDArray[np.float64]:
+        """That one's coordinates [43]."""
+        return self._take.ghost[frame]
+
     def curves(self) -> Curves:
         """See Source."""
         return self._curves
@@ -80,13 +89,7 @@ def read(path: Path) -> dict[str, Recorded]:
     Raises InhabitError, in one line, for any other file.
     """
     if path.suffix == ".msgpack":
-        found = recording.read(path)
-        task = str(found.meta.get("task", ""))
-        takes = {
-            f"{i + 1}: {take.piece or 'nothing'}": Recorded(take, path.stem, measured(take, task))
-            for i, take in enumerate(found.takes)
-            if len(take)
-        }
+        takes = takes_of(recording.read(path), path.stem)
         if not takes:
             raise ConfigError(f"{path} holds no takes")
         return takes
@@ -100,6 +103,18 @@ def read(path: Path) -> dict[str, Recorded]:
     return {
         f"{i + 1}: {clip.name}": Recorded(take_of(clip), clip.name, nothing)
         for i, clip in enumerate(clips)
+    }
+
+
+def takes_of(found: Recording, name: str) -> dict[str, Recorded]:
+    """The takes of a recording by number and by what each is of."""
+    task = str(found.meta.get("task", ""))
+    return {
+        f"{i + 1}: {take.meta.get('clip') or take.piece or 'nothing'}": Recorded(
+            take, name, measured(take, task)
+        )
+        for i, take in enumerate(found.takes)
+        if len(take)
     }
 
 

@@ -25,7 +25,7 @@ ARRAYS = ("qpos", "qvel", "ctrl", "mocap_pos", "mocap_quat", "boxes")
 #: Each coordinate at which a ball out of the scene is drawn, m.
 AWAY_M = -32.0
 #: Arrays that recordings of the first version lack.
-MORE = ("balls", "cargo", "stand")
+MORE = ("balls", "cargo", "stand", "ghost")
 
 
 class RecordingError(InhabitError):
@@ -58,6 +58,8 @@ class Take:
     qpos [T, 50]; [0] without one."""
     stand: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     """[3] m: centre of the top of the target stand; [0] without a box."""
+    ghost: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 43)))
+    """[T, 43]: coordinates of the character that is followed; [0, 43] where none is."""
 
     def __len__(self) -> int:
         return len(self.qpos)

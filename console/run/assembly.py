@@ -24,15 +24,16 @@ from world import tasks, teachers
 from world.character.features import OBJECT, STATE
 from world.character.model import NU
 from world.config import WorldConfig
+from world.device import CPU
 from world.episodes.shard import Shard
 from world.furniture.piece import Piece
 from world.motions import load
 from world.motions.library import MotionLibrary, StyleMixture, StyleSource
 from world.objects.bank import ObjectBank
+from world.scene.warp_config import DEFAULT, WarpConfig
 from world.tasks.symmetry import symmetry
 
 
-@lru_cache(maxsize=2)
 def library(
     motions: tuple[str, ...],
     mirror: bool,
@@ -40,7 +41,7 @@ def library(
     playback_speeds: tuple[float, ...] = (),
 ) -> MotionLibrary:
     """Return the clips of a configuration as tensors; read once per process."""
-    return load.library(motions, mirror, tasks.make(task).affordance.clips, playback_speeds)
+    return load.cached_library(motions, mirror, tasks.make(task).affordance.clips, playback_speeds)
 
 
 def library_of(world: WorldConfig) -> MotionLibrary:
@@ -76,12 +77,11 @@ def layout(experiment: Experiment) -> Layout:
     )
 
 
-def learner(experiment: Experiment) -> Learner:
+def learner(experiment: Experiment, device: torch.device = CPU) -> Learner:
     """Return a new learner."""
     sides = symmetry(tasks.make(experiment.world.task))
-    return Learner(
-        layout(experiment).observation, NU, experiment.ppo, experiment.seed, symmetry=sides
-    )
+    width = layout(experiment).observation
+    return Learner(width, NU, experiment.ppo, experiment.seed, symmetry=sides, device=device)
 
 
 @dataclass(frozen=True)
@@ -91,23 +91,45 @@ class MakeShard:
     world: WorldConfig
     seed: int
     recordings: Path
+    simulator: str = "mujoco"
+    device: torch.device = CPU
+    warp: WarpConfig = DEFAULT
 
     def __call__(self, scenes: range) -> ShardLike:
         torch.set_num_threads(1)
         pieces = training_bank(self.world).pieces
-        return NanDump(shard(self.world, scenes, self.seed), scenes, pieces, self.recordings)
+        made = shard(self.world, scenes, self.seed, self.simulator, self.device, self.warp)
+        return NanDump(made, scenes, pieces, self.recordings)
 
 
-def shard(world: WorldConfig, scenes: range, seed: int) -> Shard:
+def shard(
+    world: WorldConfig,
+    scenes: range,
+    seed: int,
+    simulator: str = "mujoco",
+    device: torch.device = CPU,
+    warp: WarpConfig = DEFAULT,
+) -> Shard:
     """Return a shard on the clips and furniture of this process."""
     bank = training_bank(world)
     teacher = teachers.make(world, bank, scenes)
-    return Shard(world, library_of(world), bank, scenes, seed, teacher)
+    library = library_of(world)
+    return Shard(world, library, bank, scenes, seed, teacher, simulator, device, warp)
 
 
-def make_shard(experiment: Experiment, run: RunDirectory) -> MakeShard:
-    """Return the shard factory of a run; NaN dumps go into the run's recordings."""
-    return MakeShard(experiment.world, experiment.seed, run.recordings.resolve())
+def make_shard(experiment: Experiment, run: RunDirectory, device: torch.device = CPU) -> MakeShard:
+    """Return the shard factory of a run; NaN dumps go into the run's recordings.
+
+    device: of the scenes of mujoco-warp; those of MuJoCo are on the CPU.
+    """
+    return MakeShard(
+        experiment.world,
+        experiment.seed,
+        run.recordings.resolve(),
+        experiment.simulator,
+        device if experiment.simulator == "warp" else CPU,
+        experiment.warp,
+    )
 
 
 def mocap(experiment: Experiment) -> StyleSource:
@@ -142,11 +164,12 @@ def object_mask() -> Tensor:
     return mask
 
 
-def discriminator(experiment: Experiment, replay: Path | None = None) -> Discriminator:
+def discriminator(
+    experiment: Experiment, replay: Path | None = None, device: torch.device = CPU
+) -> Discriminator:
     """Return the discriminator in this process; replay: file of its replay buffer."""
-    return Discriminator(
-        experiment.style, mocap(experiment), experiment.seed, object_mask(), replay
-    )
+    source, mask = mocap(experiment), object_mask()
+    return Discriminator(experiment.style, source, experiment.seed, mask, replay, device=device)
 
 
 def notes(experiment: Experiment) -> dict[str, str]:

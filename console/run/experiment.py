@@ -15,6 +15,7 @@ from learner.config import LagConfig, LearnerConfig
 from world.config import InitialStates, WorldConfig
 from world.errors import ConfigError
 from world.refusals import refusing
+from world.scene.warp_config import WarpConfig
 
 
 @dataclass(frozen=True)
@@ -29,10 +30,13 @@ class Experiment:
     """Control steps of each scene in one iteration."""
     block: int = 64
     """Scenes in one inference; an actor owns whole blocks."""
-    device: Literal["auto", "cpu"] = "auto"
-    """Device of the networks in training; auto: the CPU, the only one so far."""
-    simulator: Literal["mujoco"] = "mujoco"
-    """Simulator that steps the scenes."""
+    device: Literal["auto", "cpu", "cuda"] = "auto"
+    """Device of networks, normalisers and replay in training; auto: a GPU where there is one."""
+    simulator: Literal["mujoco", "warp"] = "mujoco"
+    """Simulator that steps the scenes: mujoco, on the cores of the CPU; warp, mujoco-warp, all
+    scenes on the device (an extra of the package)."""
+    warp: WarpConfig = field(default_factory=WarpConfig)
+    """Arrays of mujoco-warp."""
     clone_passes: int = 8
     """Epochs of behaviour cloning on the clips before the first iteration; 0: none."""
     clone_samples: int = 40_000
@@ -65,6 +69,22 @@ PRESETS: dict[str, Experiment] = {
             warmup_iterations=15,
         ),
         style=StyleConfig(gradient_penalty=8.0),
+    ),
+    # Motion tracking: the task reward alone, short episodes, no behaviour cloning.
+    "track": Experiment(
+        scenes=256,
+        horizon=32,
+        clone_passes=0,
+        ppo=LearnerConfig(
+            sigma=((0.0, 0.05),),
+            task_weight=1.0,
+            style_weight=0.0,
+            gamma=0.97,
+            kl_target=((0.0, 0.03),),
+            clip=((0.0, 0.2),),
+            observation_clip=10.0,
+            warmup_iterations=5,
+        ),
     ),
     # The paper's numbers; batch and rates stay, as a machine without 4096 scenes cannot take them.
     "paper": Experiment(
@@ -160,6 +180,8 @@ def check(experiment: Experiment) -> Experiment:
             f"--scenes {experiment.scenes} is not a multiple of --block {experiment.block}: choose "
             f"{max(1, round(experiment.scenes / experiment.block)) * experiment.block}"
         )
+    if min(experiment.warp.nconmax, experiment.warp.njmax) <= 0:
+        raise ConfigError("--warp.nconmax and --warp.njmax must be above 0")
     lag = experiment.lag
     if min(lag.max_policy, lag.max_style) < 0:
         raise ConfigError("--lag.max-policy and --lag.max-style must be 0 or above")

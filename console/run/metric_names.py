@@ -1,7 +1,7 @@
 """Table of all metrics of a training: name, unit, meaning, and when they are written.
 
-A name with `TERM`, `STAGE` or `START` stands for one metric per reward term or stage of the task,
-or per category of initial states.
+A name with `TERM`, `STAGE`, `CAUSE` or `START` stands for one metric per reward term, stage or
+cause of failure of the task, or per category of initial states.
 """
 
 import re
@@ -21,7 +21,7 @@ class Metric:
 
     def matches(self, name: str) -> bool:
         """True if a written name belongs to this metric."""
-        pattern = re.sub("TERM|STAGE|START", "[a-z_]+", re.escape(self.name))
+        pattern = re.sub("TERM|STAGE|START|CAUSE", "[a-z_]+", re.escape(self.name))
         return re.fullmatch(pattern, name) is not None
 
 
@@ -38,6 +38,7 @@ METRICS = (
     Metric("episode/fall", "fraction", "fraction of them that ended in a fall", ENDED),
     Metric("episode/stalled", "fraction", "fraction of them that the stall time-out ended", ENDED),
     Metric("episode/stage_STAGE", "fraction", "fraction that reached a stage of the task", ENDED),
+    Metric("episode/end_CAUSE", "fraction", "fraction that ended by a cause of failure", ENDED),
     Metric(
         "episode/success_START",
         "fraction",

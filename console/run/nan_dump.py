@@ -1,7 +1,7 @@
 """NaN dump: a recording of the last second of a scene whose state became non-finite."""
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +37,10 @@ class NanDump:
         """Return the observations of the shard."""
         return self._shard.observe()
 
+    def update_sampling(self, published: Mapping[str, Tensor]) -> None:
+        """Adapt the sampling of the shard."""
+        self._shard.update_sampling(published)
+
     def step(self, action: Tensor) -> Step:
         """Step the shard and dump its non-finite scenes."""
         self._states.append(self._shard.state_dict())
@@ -69,7 +73,7 @@ class NanDump:
         frames = [s for s in self._states if s["episode"][scene] == last["episode"][scene]]
 
         def column(name: str) -> NDArray[np.float64]:
-            return np.stack([frame[f"physics_{name}"][scene].numpy() for frame in frames])
+            return np.stack([frame[f"physics_{name}"][scene].cpu().numpy() for frame in frames])
 
         piece = self._pieces[int(last["variant"][scene])]
         cargo = is_box(piece)

@@ -82,7 +82,7 @@ def work(practice: Practice, world: WorldConfig, labels: Any, spell: Any, weight
     while True:
         if weights.exists() and weights.stat().st_mtime_ns != stamp:
             stamp = weights.stat().st_mtime_ns
-            student = Policy(torch.load(weights))
+            student = Policy(torch.load(weights, weights_only=True))
         found = scenes.collect(student, spell.value)
         labels.put([part.numpy() for part in found])
 

@@ -38,10 +38,12 @@ from policy.checkpoints.format import Manifest, read, read_manifest
 from policy.checkpoints.run_checkpoints import RunCheckpoints, read_newest
 from policy.checkpoints.transfer import adopt
 from policy.errors import CheckpointError
+from world import device as devices
 from world import tasks
 from world.episodes.cloning import pairs
 from world.errors import ConfigError
 from world.meshes import collection
+from world.scene.simulators import require_warp
 
 INTERRUPTED = 130
 
@@ -69,6 +71,11 @@ def resolve(command: Train) -> Experiment:
         raise ConfigError("--resume and --restart need --run")
     if command.address and command.runner != "ray":
         raise ConfigError("--address joins a Ray cluster: add --runner ray")
+    devices.resolve(command.experiment.device)  # refused before a run is made
+    if command.experiment.simulator == "warp":
+        if command.runner == "ray":
+            raise ConfigError("--simulator warp steps all scenes on one device: use --runner local")
+        require_warp()
     world = replace(command.experiment.world, task=command.task)
     world = replace(world, episode_s=world.episode_s or tasks.make(command.task).episode_s)
     if command.motions:
@@ -98,7 +105,7 @@ def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
             raise RunError(f"{run.path} holds no run to resume: leave out --resume to start one")
         # settings that are newer than the run have their defaults
         started = recorded(read_experiment(run))
-        changed = list(differences(started, recorded(experiment)))
+        changed = list(differences(_anywhere(started), _anywhere(recorded(experiment))))
         if changed:
             raise RunError(
                 f"{run.path} was started with other settings, which --resume keeps: "
@@ -154,6 +161,11 @@ def recorded(experiment: Experiment) -> dict[str, Any]:
     return config
 
 
+def _anywhere(config: dict[str, Any]) -> dict[str, Any]:
+    """Without the device: a run goes on on another one, exactly only on the same."""
+    return {name: value for name, value in config.items() if name != "device"}
+
+
 def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
     """Train in a prepared run and write a last checkpoint, also when interrupted; return the exit
     code."""
@@ -165,10 +177,17 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
         display.note(f"run {run.path}")
         if left_out := assembly.training_pieces(experiment.world)[1]:
             display.note(left_out)
+        device = devices.resolve(experiment.device)
+        display.note(device.reason)
+        blocks = experiment.scenes, experiment.block
+        stack.enter_context(devices.memory_refusals(device.torch, *blocks))
+        if experiment.simulator == "warp":
+            display.note("compiling the simulator's kernels: minutes the first time on a machine")
+        count = workers(command, experiment)
         runner = stack.enter_context(
-            open_runner(command, experiment, run, workers(command, experiment), display.note)
+            open_runner(command, experiment, run, count, display.note, device.torch)
         )
-        learner = assembly.learner(experiment)
+        learner = assembly.learner(experiment, device.torch)
         display.note(learner.precision.reason)
         note = display.note
         sinks = Recorders(display)
@@ -249,7 +268,7 @@ def clone_clips(learner: Learner, experiment: Experiment) -> list[float]:
         experiment.clone_samples,
         seed,
     )
-    inputs, actions = learner.canonical(*found)
+    inputs, actions = learner.canonical(*(devices.put(tensor, learner.device) for tensor in found))
     return clone(
         learner.actor, learner.normaliser, inputs, actions, experiment.clone_passes, seed=seed
     )

@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 
+import torch
+
 from actors.local import LocalFleet
 from actors.processes import ProcessFleet
 from console.commands import Train
@@ -19,6 +21,7 @@ from discriminator.process import start_process
 from learner.protocols import Fleet, Style
 from rpc.channel import ChannelConfig
 from rpc.server import ServerConfig
+from world.device import CPU
 from world.errors import ConfigError
 from world.initial.furniture import KINDS
 
@@ -28,7 +31,8 @@ class Runner:
     """Fleet and discriminator of a training loop."""
 
     fleet: Fleet
-    style: Style
+    style: Style | None
+    """None: the task reward alone."""
     kinds: tuple[str, ...]
     """Names of the categories of initial states, in the order of their indices in `episodes`."""
 
@@ -40,29 +44,43 @@ def open_runner(
     run: RunDirectory,
     workers: int,
     note: Callable[[str], None],
+    device: torch.device = CPU,
 ) -> Iterator[Runner]:
     """Open the runner of the flags; it is closed on exit, also after errors.
 
     note: receives a line for each recovered fault, such as a service that died.
+    device: of the learner.
     """
     if command.style_service.address and command.runner != "ray":
         raise ConfigError("--style-service.address needs several processes: add --runner ray")
     if command.runner == "ray":
         address, style = command.address, command.style_service
-        with ray_runner(experiment, run, workers, address, note, style) as runner:
+        with ray_runner(experiment, run, workers, address, note, style, device) as runner:
             yield runner
     else:
-        with local_runner(experiment, run, workers) as runner:
+        with local_runner(experiment, run, workers, device) as runner:
             yield runner
 
 
 @contextmanager
-def local_runner(experiment: Experiment, run: RunDirectory, workers: int) -> Iterator[Runner]:
-    """Open a runner in this process; with several workers each is a process of its own."""
-    kind = LocalFleet if workers == 1 else ProcessFleet
-    fleet = kind(assembly.make_shard(experiment, run), *_shape(experiment, workers))
+def local_runner(
+    experiment: Experiment, run: RunDirectory, workers: int, device: torch.device = CPU
+) -> Iterator[Runner]:
+    """Open a runner in this process; with several workers each is a process of its own.
+
+    Scenes of mujoco-warp have one worker, in this process: the device steps them all at once.
+    """
+    make = assembly.make_shard(experiment, run, device)
+    if experiment.simulator == "warp":
+        # one inference of all scenes: a device would idle between blocks
+        shape = (experiment.scenes, experiment.scenes, 1, experiment.seed, experiment.horizon)
+        fleet = LocalFleet(make, *shape, device=make.device)
+    else:
+        fleet = (LocalFleet if workers == 1 else ProcessFleet)(make, *_shape(experiment, workers))
     try:
-        yield Runner(fleet, assembly.discriminator(experiment), KINDS)
+        styled = experiment.ppo.style_weight > 0.0
+        style = assembly.discriminator(experiment, device=device) if styled else None
+        yield Runner(fleet, style, KINDS)
     finally:
         fleet.close()
 
@@ -75,15 +93,20 @@ def ray_runner(
     address: str | None,
     note: Callable[[str], None],
     style: StyleAddress,
+    device: torch.device = CPU,
 ) -> Iterator[Runner]:
     """Open a runner of Ray actors, with the style service at an address or in a process of its
-    own."""
+    own; on a GPU without an address, the discriminator is in the learner's process."""
     from actors.cluster import ray_session  # takes a second, which the local runner does not need
     from actors.fleet import RayFleet
 
     with ExitStack() as stack:
-        found = attached(style, experiment, note) if style.address else None
-        client = stack.enter_context(found or style_client(experiment, run, note))
+        if style.address:
+            client: Style = stack.enter_context(attached(style, experiment, note))
+        elif device.type != "cpu":
+            client = assembly.discriminator(experiment, device=device)
+        else:
+            client = stack.enter_context(style_client(experiment, run, note))
         stack.enter_context(ray_session(workers, address))
         fleet = RayFleet(assembly.make_shard(experiment, run), *_shape(experiment, workers))
         stack.callback(fleet.close)

@@ -1,12 +1,13 @@
 """`inhabit video`: a recording, or a run's policy in a few trials, as mp4 and filmstrip."""
 
 from console.commands import Video
-from console.evaluation import trials
+from console.evaluation import tracking, trials
 from console.evaluation.command import objects_of
 from console.recording import format as recording
 from console.recording.format import Recording
 from console.run import assembly, machine
 from console.video import rendering
+from world import tasks
 from world.character.model import CONTROL_HZ
 from world.errors import ConfigError
 
@@ -36,6 +37,8 @@ def video_command(command: Video) -> int:
 def played(command: Video) -> Recording:
     """Return a recording of a policy in the trials of a seed."""
     source = assembly.trained(command.source)
+    if tasks.make(source.task).affordance.follows_clips:
+        return tracking.shown(source, command.trials, machine.cores())
     chosen = trials.manifest(
         objects_of(source, command.objects, command.trials, command.seed),
         command.trials,

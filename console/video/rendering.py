@@ -13,10 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from console.recording.format import Recording, Take, model_of, pose
+from world.character import model as character
 from world.character.model import CONTROL_HZ
 from world.errors import InhabitError
 
 Image = NDArray[np.uint8]
+#: Colour of a character that is followed.
+GHOST_RGBA = (0.95, 0.75, 0.35, 0.35)
 
 _PROBE = (
     "import mujoco; m = mujoco.MjModel.from_xml_string('<mujoco/>'); "
@@ -88,6 +91,7 @@ def draw(
     model = model_of(take) if model is None else model
     _dress(model, look)
     data = mujoco.MjData(model)
+    ghost = _Ghost() if len(take.ghost) else None
     camera = mujoco.MjvCamera()
     camera.distance, camera.elevation = look.distance_m, look.elevation_deg
     camera.azimuth = look.azimuth_deg
@@ -102,9 +106,35 @@ def draw(
             centre = root if centre is None else centre + follow * (root - centre)
             camera.lookat[:] = centre
             renderer.update_scene(data, camera)
+            if ghost is not None:
+                ghost.add(renderer.scene, take.ghost[frame])
             yield renderer.render().copy()
     finally:
         renderer.close()
+
+
+class _Ghost:
+    """The character that is followed, drawn through whatever is there."""
+
+    def __init__(self) -> None:
+        self._model = character.spec().compile()
+        self._data = mujoco.MjData(self._model)
+
+    def add(self, scene: mujoco.MjvScene, qpos: NDArray[np.float64]) -> None:
+        """Add it to a scene, in the pose qpos [43]."""
+        self._data.qpos[:] = qpos
+        mujoco.mj_kinematics(self._model, self._data)
+        before = scene.ngeom
+        mujoco.mjv_addGeoms(
+            self._model,
+            self._data,
+            mujoco.MjvOption(),
+            mujoco.MjvPerturb(),
+            int(mujoco.mjtCatBit.mjCAT_DYNAMIC),
+            scene,
+        )
+        for index in range(before, scene.ngeom):
+            scene.geoms[index].rgba[:] = GHOST_RGBA
 
 
 def _dress(model: mujoco.MjModel, look: Look) -> None:

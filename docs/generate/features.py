@@ -80,7 +80,7 @@ def _features(features: Table) -> str:
     for f in features:
         last = start + f.width - 1
         place = f"{start}" if f.width == 1 else f"{start}-{last}"
-        rows.append((place, code(f.name), f.frame, f.unit, code(f.formula)))
+        rows.append((place, code(f.name), f.frame, f.unit, f.meaning or code(f.formula)))
         start += f.width
     return table(("numbers", "name", "frame", "unit", "formula"), rows)
 

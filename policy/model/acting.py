@@ -7,6 +7,7 @@ from torch import Tensor
 
 from policy.model.networks import Actor
 from policy.model.normaliser import Normaliser, normalise
+from world.device import CPU, put
 from world.precision import FLOAT32, Precision
 from world.reflection import Symmetry
 
@@ -29,14 +30,21 @@ def publish(
 class Policy:
     """Mean actions from states and goals, with published weights."""
 
-    def __init__(self, weights: Mapping[str, Tensor], precision: Precision = FLOAT32) -> None:
+    def __init__(
+        self,
+        weights: Mapping[str, Tensor],
+        precision: Precision = FLOAT32,
+        device: torch.device = CPU,
+    ) -> None:
         self.precision = precision
-        self.actor = Actor.like(weights, ACTOR)
+        self.device = device
+        self.actor = Actor.like(weights, ACTOR).to(device)
         self.actions = self.actor.actions
         self.load(weights)
 
     def load(self, weights: Mapping[str, Tensor]) -> None:
-        """Load weights of the same shapes."""
+        """Load weights of the same shapes, from any device."""
+        weights = {name: put(tensor, self.device) for name, tensor in weights.items()}
         self.actor.load_state_dict(_part(weights, ACTOR))
         self.symmetry = Symmetry.of(_part(weights, SYMMETRY))
         self.mean = weights[f"{NORMALISER}mean"]

@@ -51,6 +51,12 @@ class Normaliser:
         self.variance = squares / total
         self.count = total
 
+    def to(self, device: torch.device) -> None:
+        """Move to a device."""
+        self.mean, self.variance, self.count = (
+            moment.to(device) for moment in (self.mean, self.variance, self.count)
+        )
+
     def __call__(self, rows: Tensor) -> Tensor:
         """Normalised and clipped rows [.., d], float32."""
         return normalise(rows, self.mean.float(), self.std, self.config.clip)
@@ -70,9 +76,11 @@ class Normaliser:
 
     def load_state_dict(self, state: dict[str, Tensor]) -> None:
         """Restore what `state_dict` gave."""
-        self.mean = state["mean"].double().clone()
-        self.variance = state["variance"].double().clone()
-        self.count = state["count"].double().clone()
+        mean, variance, count = (
+            state[name].to(self.mean.device).double().clone()
+            for name in ("mean", "variance", "count")
+        )
+        self.mean, self.variance, self.count = mean, variance, count
 
 
 class ValueNormaliser:
@@ -101,6 +109,10 @@ class ValueNormaliser:
         """Merge returns [n]; the count is capped at `memory`, because returns grow in training."""
         self._moments.update(returns.reshape(-1, 1))
         self._moments.count = self._moments.count.clamp(max=self._memory)
+
+    def to(self, device: torch.device) -> None:
+        """Move to a device."""
+        self._moments.to(device)
 
     def normalise(self, values: Tensor) -> Tensor:
         """Normalised values of returns, any shape."""

@@ -9,6 +9,7 @@ from policy.objects.adapter import Adapter, Cancelled, Props, not_cancelled
 from policy.objects.box import BoxAdapter
 from policy.objects.floor import FloorAdapter
 from policy.objects.furniture import FurnitureAdapter
+from policy.objects.reference import ReferenceAdapter
 from rpc.v1 import policy_pb2 as pb
 from world.furniture.piece import Piece
 from world.scene.model import Ball
@@ -19,6 +20,7 @@ ADAPTERS: dict[str, Adapter] = {
     "furniture": FurnitureAdapter(),
     "box": BoxAdapter(),
     "floor": FloorAdapter(),
+    "reference": ReferenceAdapter(),
 }
 
 

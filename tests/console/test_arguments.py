@@ -11,7 +11,7 @@ WRONG = [
     ("train", "TASK"),
     ("train sit --scnes 4", "--scnes, 4; Perhaps you meant: --scenes; see inhabit train --help"),
     ("train sit --runner cloud", "'cloud' for argument '--runner'. Expected one of ('local', "),
-    ("train sit --preset big", "('fast', 'paper')"),
+    ("train sit --preset big", "('fast', 'paper', 'track')"),
     ("train sit --scenes many", "--scenes: invalid literal for int() with base 10: 'many'"),
     ("train sit --scenes", "Missing value for argument '--scenes'"),
     ("bench worlds", "('world', 'servos', 'furniture', 'box', "),

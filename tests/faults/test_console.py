@@ -64,7 +64,7 @@ def goes_on(run: Path) -> None:
     assert sorted(p.name for p in checkpoints.iterdir()) == ["000002", "best", "latest"]
     assert read(checkpoints / "latest").manifest.iteration == 2
     assert main(["train", "sit", "--run", str(run), "--resume", "--iterations", "3"]) == 0
-    assert read(checkpoints / "latest").manifest.iteration == 2
+    assert read(checkpoints / "latest").manifest.iteration == 3
     assert [line["iteration"] for line in read_metrics(run / "metrics.jsonl")] == [1, 2, 3]
 
 

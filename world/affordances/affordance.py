@@ -48,6 +48,11 @@ class Arrangement(Protocol):
     models: list[mujoco.MjModel]
     """[n]: models of the scenes."""
 
+    @property
+    def bank(self) -> ObjectBank:
+        """[n]: the objects."""
+        ...
+
     def begin(self, scenes: Scenes) -> Target:
         """Write the initial state of objects and standing characters; returns the targets [n]."""
         ...
@@ -84,6 +89,9 @@ class Affordance(ABC):
     """Use of clips."""
     cargo: bool = False
     """Whether a free box follows the character's coordinates in a scene."""
+    follows_clips: bool = False
+    """Whether the task follows clips: evaluation, player and videos then show clips instead of
+    trials with objects."""
 
     @abstractmethod
     def pieces(self, config: WorldConfig) -> tuple[tuple[Piece, ...], str]:

@@ -102,24 +102,24 @@ class BoxArrangement:
     """Boxes on stands, each with the stand of its target; an Arrangement."""
 
     def __init__(self, setting: Setting) -> None:
-        self._bank = BoxBank(setting.pieces, setting.disturbance.balls())
-        self.models = self._bank.models
+        self.bank = BoxBank(setting.pieces, setting.disturbance.balls())
+        self.models = self.bank.models
         self._layout = stacked_layout(setting)
 
     def begin(self, scenes: Scenes) -> Target:
         """See Arrangement."""
         every, layout = torch.arange(scenes.n), self._layout
         stand(scenes, layout.start, layout.start_yaw)
-        self._bank.apply(scenes, every, every, layout)
-        return self._bank.target(every, layout)
+        self.bank.apply(scenes, every, every, layout)
+        return self.bank.target(every, layout)
 
     def move(self, scenes: Scenes, ids: Tensor, point: Tensor, facing: Tensor) -> Target:
         """See Arrangement: moves the initial stands with the boxes on them."""
         part = self._layout.rows(ids)
-        moved = self._bank.shift(scenes, ids, ids, part, point, facing)
+        moved = self.bank.shift(scenes, ids, ids, part, point, facing)
         for name in ("position", "rotation", "start", "start_yaw"):
             getattr(self._layout, name)[ids] = getattr(moved, name)
-        return scenes.now(self._bank.target(ids, self._layout.rows(ids)), ids)
+        return scenes.now(self.bank.target(ids, self._layout.rows(ids)), ids)
 
 
 def stacked_layout(setting: Setting) -> Layout:

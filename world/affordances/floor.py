@@ -65,20 +65,20 @@ class FloorArrangement:
     """An empty floor with a target on it; an Arrangement."""
 
     def __init__(self, setting: Setting) -> None:
-        self._bank = FloorBank(setting.disturbance.balls(), len(setting.pieces))
-        self.models = self._bank.models
+        self.bank = FloorBank(setting.disturbance.balls(), len(setting.pieces))
+        self.models = self.bank.models
         self._setting = setting
 
     def begin(self, scenes: Scenes) -> Target:
         """See Arrangement."""
         point, facing = self._setting.point, self._setting.facing
-        stand(scenes, *self._bank.placed(point, facing))
-        return self._bank.target(point, facing)
+        stand(scenes, *self.bank.placed(point, facing))
+        return self.bank.target(point, facing)
 
     def move(self, scenes: Scenes, ids: Tensor, point: Tensor, facing: Tensor) -> Target:
         """See Arrangement."""
-        scenes.move_furniture(ids, *self._bank.placed(point, facing))
-        return self._bank.target(point, facing)
+        scenes.move_furniture(ids, *self.bank.placed(point, facing))
+        return self.bank.target(point, facing)
 
 
 FLOOR = Floor()

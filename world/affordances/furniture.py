@@ -136,20 +136,20 @@ class FurnitureArrangement:
     """Pieces of furniture, placed by their use points; an Arrangement."""
 
     def __init__(self, setting: Setting, affordance: str) -> None:
-        self._bank = FurnitureBank(setting.pieces, affordance, setting.disturbance.balls())
-        self.models = self._bank.models
+        self.bank = FurnitureBank(setting.pieces, affordance, setting.disturbance.balls())
+        self.models = self.bank.models
         self._setting = setting
 
     def begin(self, scenes: Scenes) -> Target:
         """See Arrangement."""
         every, setting = torch.arange(scenes.n), self._setting
-        stand(scenes, *self._bank.placed(every, setting.point, setting.facing))
-        return self._bank.target(every, setting.point, setting.facing)
+        stand(scenes, *self.bank.placed(every, setting.point, setting.facing))
+        return self.bank.target(every, setting.point, setting.facing)
 
     def move(self, scenes: Scenes, ids: Tensor, point: Tensor, facing: Tensor) -> Target:
         """See Arrangement."""
-        scenes.move_furniture(ids, *self._bank.placed(ids, point, facing))
-        return self._bank.target(ids, point, facing)
+        scenes.move_furniture(ids, *self.bank.placed(ids, point, facing))
+        return self.bank.target(ids, point, facing)
 
 
 #: Seats of the four classes whose pieces are all made to sit on.

@@ -36,9 +36,13 @@ class ActionMap:
         offset = torch.from_numpy(character.neutral_set_points()).to(dtype)
         return ActionMap(offset, action_scale * (high - low), low, high, action_clip)
 
-    def set_points(self, actions: Tensor) -> Tensor:
-        """Return the set-points [n, 28] rad, within their bounds, of actions [n, 28]."""
-        return self.bounded(self.offset + self.scale * actions.clamp(-self.clip, self.clip))
+    def set_points(self, actions: Tensor, base: Tensor | None = None) -> Tensor:
+        """Return the set-points [n, 28] rad, within their bounds, of actions [n, 28].
+
+        base: set-points [n, 28] rad of action 0, instead of `offset`.
+        """
+        offset = self.offset if base is None else base.to(self.offset)
+        return self.bounded(offset + self.scale * actions.clamp(-self.clip, self.clip))
 
     def actions(self, set_points: Tensor) -> Tensor:
         """Return the actions [n, 28], within their clip, that give set-points [n, 28] rad."""

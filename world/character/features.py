@@ -14,6 +14,7 @@ from torch import Tensor
 from world import rotations
 from world.character import kinematics
 from world.character import model as character
+from world.device import at
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,9 @@ class Feature:
     formula: str = ""
     """A numpy expression over the quantities of world.character.formulas. The reference page prints
     it, and a test compares it with the package's features."""
+    meaning: str = ""
+    """What the feature is, where no such expression gives it, as it needs a reference motion. The
+    reference page prints it in place of a formula."""
 
 
 class Table:
@@ -147,7 +151,7 @@ def body(qpos: Tensor, qvel: Tensor) -> Body:
             qpos[:, 2:3],
             local_frame[:, :4].reshape(n, 12),
             balls.reshape(n, -1),
-            qpos[:, _HINGE_Q],
+            qpos[:, at(_HINGE_Q, qpos)],
             qvel[:, 6:],
             local_frame[:, 4:].reshape(n, 12),
         ),

@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from world.character import model as character
+from world.device import at
 
 #: Bodies of each level of the tree below the pelvis.
 _LEVELS = ((1, 9, 12), (2, 3, 6, 10, 13), (4, 7, 11, 14), (5, 8))
@@ -57,10 +58,10 @@ def local_rotations(qpos: Tensor) -> Tensor:
     """Rotations [n, 15, 4] of the bodies in their parents' frames (the root's in the world) at qpos
     [n, 43].
     """
-    half = qpos[:, _HINGES] * _HALF_SIGN.to(qpos)
+    half = qpos[:, at(_HINGES, qpos)] * at(_HALF_SIGN, qpos).to(qpos)
     constants = qpos.new_tensor((0.0, 1.0)).expand(len(qpos), 2)
     pool = torch.cat((qpos, torch.cos(half), torch.sin(half), constants), dim=1)
-    return pool.index_select(1, _GATHER).view(-1, 15, 4)
+    return pool.index_select(1, at(_GATHER, qpos)).view(-1, 15, 4)
 
 
 def _level_parents() -> tuple[Tensor, ...]:
@@ -89,10 +90,12 @@ def forward(root_position: Tensor, local: Tensor) -> tuple[Tensor, Tensor]:
     position, rotation = root_position[:, None, :, None], local[:, :1]
     positions, matrices = [position], [rotation]
     for level, parents in zip(_LEVEL_IDS, _PARENT_INDICES, strict=True):
+        level, parents = at(level, local), at(parents, local)
         parent = rotation.index_select(1, parents)
         position = position.index_select(1, parents) + parent @ offset[level]
         rotation = parent @ local.index_select(1, level)
         positions.append(position)
         matrices.append(rotation)
-    position = torch.cat(positions, dim=1).index_select(1, _BACK)[..., 0]
-    return position, torch.cat(matrices, dim=1).index_select(1, _BACK)
+    back = at(_BACK, local)
+    position = torch.cat(positions, dim=1).index_select(1, back)[..., 0]
+    return position, torch.cat(matrices, dim=1).index_select(1, back)

@@ -12,6 +12,7 @@ from torch import Tensor
 
 from world import rotations
 from world.character import model as character
+from world.device import at
 
 _BALLS = torch.tensor([range(address, address + 4) for address in character.BALL_QPOS])
 _HINGES = torch.tensor(character.HINGE_QPOS)
@@ -25,14 +26,16 @@ _LIMIT = torch.from_numpy(character.effort_limits())
 def coordinates(qpos: Tensor) -> Tensor:
     """Coordinates [n, 28] rad of the servos at qpos [n, 43]: rotation vectors of balls, angles of
     hinges; MuJoCo's actuator_length."""
-    vectors = rotations.to_rotation_vector(qpos[:, _BALLS])
-    return torch.cat((vectors.flatten(1), qpos[:, _HINGES]), dim=1)[:, _ORDER]
+    balls, hinges, order = (at(index, qpos) for index in (_BALLS, _HINGES, _ORDER))
+    vectors = rotations.to_rotation_vector(qpos[:, balls])
+    return torch.cat((vectors.flatten(1), qpos[:, hinges]), dim=1)[:, order]
 
 
 def limited(target: Tensor, qpos: Tensor, qvel: Tensor) -> Tensor:
     """Set-points [n, 28] rad, float64, moved so that servos at qpos [n, 43] and qvel [n, 34] pull
     within the effort limits of the character. They may lie outside the set-point bounds."""
-    here, damping = coordinates(qpos), _KD * qvel[:, 6:]
-    force = _KP * (target - here) - damping
-    held = torch.maximum(torch.minimum(force, _LIMIT), -_LIMIT)
-    return torch.where(force == held, target, here + (held + damping) / _KP)
+    kp, kd, limit = (at(table, qpos) for table in (_KP, _KD, _LIMIT))
+    here, damping = coordinates(qpos), kd * qvel[:, 6:]
+    force = kp * (target - here) - damping
+    held = torch.maximum(torch.minimum(force, limit), -limit)
+    return torch.where(force == held, target, here + (held + damping) / kp)

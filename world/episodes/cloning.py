@@ -46,6 +46,10 @@ def pairs(
     body = features.body(qpos, qvel)
     observation = torch.cat((tasks.state(body, target), task.goal_features(body, target)), dim=1)
 
+    base = target.set_points()
+    if base is not None:  # action 0 follows the reference
+        return observation, torch.zeros_like(base)
+
     kp, kd = (torch.from_numpy(g).to(torch.float32) for g in character.gains())
     velocity = library.qvel[following, 6:]
     set_point = servos.coordinates(library.qpos[following]) + kd / kp * velocity

@@ -3,6 +3,7 @@
 All of it is torch over index sets; the only loops run over the few scenes whose object changes.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import torch
@@ -13,13 +14,18 @@ from world.character import features
 from world.character import model as character
 from world.character.features import Body
 from world.config import WorldConfig
+from world.device import CPU, moved, put
 from world.episodes import state_keys
 from world.episodes.stall import StallTimeout
+from world.errors import ConfigError
+from world.initial.sampler import AdaptiveSampler
 from world.motions.library import MotionLibrary
 from world.objects.bank import ObjectBank
-from world.scene.batch import Scenes
+from world.scene import simulators
 from world.scene.target import Target
+from world.scene.warp_config import DEFAULT, WarpConfig
 from world.tasks import HELD
+from world.tasks.task import statistic
 from world.teachers.teacher import Teacher
 
 #: Index sets are padded to multiples of this: torch's vectorised loops and their scalar tails may
@@ -38,7 +44,8 @@ class Step:
     fell: Tensor
     """[n] bool: terminal state: the character or its box fell, or the stall time-out expired."""
     timed_out: Tensor
-    """[n] bool: the episode is truncated, by its time limit or by success held."""
+    """[n] bool: the episode is truncated, by its time limit, by success held or by the end of the
+    reference motion."""
     finite: Tensor
     """[n] bool: False where the simulation became non-finite; the sample is invalid."""
     end_ids: Tensor
@@ -49,8 +56,8 @@ class Step:
     """[K, G]: last goals of these."""
     episodes: dict[str, Tensor]
     """[K] float32 each: return, length (control steps), success, fall, stalled (the stall time-out
-    expired), start (category of the initial state, index into KINDS), and for each stage of the
-    task stage_NAME: whether the episode reached it."""
+    expired), start (category of the initial state, index into KINDS), for each stage of the task
+    stage_NAME: whether the episode reached it, and the records of its target."""
     broken: Tensor
     """[B, 43 + 34] float64: qpos and qvel, before the step, of the scenes that became
     non-finite."""
@@ -70,32 +77,44 @@ class Shard:
         scenes: range,
         seed: int,
         teacher: Teacher | None = None,
+        simulator: str = "mujoco",
+        device: torch.device = CPU,
+        warp: WarpConfig = DEFAULT,
     ) -> None:
+        """device: where everything is computed and kept, the simulator's arrays too."""
         self.config = config
+        self.device = device
+        library, bank = moved(library, device), moved(bank, device)
         self.task = tasks.make(config.task)
         self.n = len(scenes)
         self.clock = 0
         self._seed = seed
-        self._ids = torch.arange(scenes.start, scenes.stop, dtype=torch.int64)
+        self._ids = torch.arange(scenes.start, scenes.stop, device=device)
+        self._all = torch.arange(self.n, device=device)
         self._bank = bank
-        self._sampler = self.task.affordance.sampler(config, library, bank, seed)
-        self._scenes = Scenes([bank.models[0]] * self.n, config.action_scale, config.action_clip)
-        self._weights = torch.tensor(list(self.task.terms.values()), dtype=torch.float32)
+        self._sampler = moved(self.task.affordance.sampler(config, library, bank, seed), device)
+        self._scenes = simulators.make(
+            simulator, bank, self.n, config.action_scale, config.action_clip, device, warp
+        )
+        self._weights = put(torch.tensor(list(self.task.terms.values())), device)
         self._length = round((config.episode_s or self.task.episode_s) * character.CONTROL_HZ)
         self._hold = round(config.hold_s * character.CONTROL_HZ)
-        self._episode = torch.zeros(self.n, dtype=torch.int64)
-        self._steps = torch.zeros(self.n, dtype=torch.int64)
-        self._held = torch.zeros(self.n, dtype=torch.int64)
-        self._return = torch.zeros(self.n)
-        self._kind = torch.zeros(self.n, dtype=torch.int64)
-        self._variant = torch.zeros(self.n, dtype=torch.int64)
-        self._stages = torch.zeros(self.n, len(self.task.stages) + 1, dtype=torch.bool)
-        self._state = torch.zeros(self.n, features.STATE.width)
-        self._goal = torch.zeros(self.n, self.task.goal.width)
+        self._episode = torch.zeros_like(self._all)
+        self._steps = torch.zeros_like(self._all)
+        self._held = torch.zeros_like(self._all)
+        self._return = torch.zeros(self.n, device=device)
+        self._kind = torch.zeros_like(self._all)
+        self._variant = torch.zeros_like(self._all)
+        stages = len(self.task.stages) + 1
+        self._stages = torch.zeros(self.n, stages, dtype=torch.bool, device=device)
+        self._state = torch.zeros(self.n, features.STATE.width, device=device)
+        self._goal = torch.zeros(self.n, self.task.goal.width, device=device)
         self._targets: Target | None = None
+        if teacher is not None and simulator != "mujoco":
+            raise ConfigError("--world.teacher: the teachers need --simulator mujoco")
         self._teacher = teacher
-        self._stall = StallTimeout(self.n, config.stall_s)
-        self._reset(torch.arange(self.n))
+        self._stall = StallTimeout(self.n, config.stall_s, device)
+        self._reset(self._all)
         # step counters are spread, so that not all scenes time out in the same step
         apart = random_streams.uniform(seed, random_streams.EPISODE, self._ids, 0, 16)[:, 15]
         self._steps[:] = (apart * self._length).long()
@@ -104,15 +123,22 @@ class Shard:
         """The current states [n, 114] and goals [n, G]; overwritten by the next step."""
         return self._state, self._goal
 
+    def update_sampling(self, published: Mapping[str, Tensor]) -> None:
+        """Adapt the sampling of initial states to what the learner publishes: failures [S], by
+        segment of the reference motions."""
+        if isinstance(self._sampler, AdaptiveSampler):
+            self._sampler.update_sampling(published["failures"])
+
     def step(self, action: Tensor) -> Step:
         """One control step with actions [n, 28]; scenes whose episode ends are reset at once."""
         before = torch.cat((self._scenes.qpos, self._scenes.qvel), dim=1)
         teacher_action = self._label()
-        self._scenes.drive(self._scenes.set_points(action))
+        self._scenes.drive(self._scenes.set_points(action, self._target().set_points()))
         self.clock += 1
         finite = self._scenes.finite()
         body = self._scenes.body()
         target = self._target()
+        target.advance(body)
         terms = self.task.reward_terms(body, target)
         # a fixed order of additions: the rounding of a matrix product depends on its number of rows
         reward = (terms * self._weights).sum(dim=1)
@@ -124,7 +150,8 @@ class Shard:
         fell = fell | stalled
         self._steps += 1
         self._held = torch.where(error <= self.task.success_m, self._held + 1, 0)
-        held = self._held >= self._hold
+        completed = target.completed()
+        held = self._held >= self._hold if completed is None else completed
         self._stages |= torch.cat((self.task.stage(body, target), held[:, None]), dim=1)
         timed_out = ((self._steps >= self._length) | held) & ~fell & finite
         fell = fell & finite
@@ -152,9 +179,10 @@ class Shard:
                 "stalled": stalled[ends].float(),
                 "start": self._kind[ends].float(),
                 **{
-                    f"stage_{name}": self._stages[ends, k].float()
+                    statistic(name): self._stages[ends, k].float()
                     for k, name in enumerate((*self.task.stages, HELD))
                 },
+                **{k: value[ends].float() for k, value in target.episode_records().items()},
             },
             broken=before[broken],
             teacher_action=teacher_action,
@@ -190,8 +218,7 @@ class Shard:
         padding = -len(ids) % _LANES
         rows = torch.cat((ids, ids[:1].expand(padding)))
         states = self._sampler.draw(self._ids[rows], self._episode[rows])
-        models = [self._bank.models[v] for v in states.variant[: len(ids)].tolist()]
-        self._scenes.set_models(ids.tolist(), models)
+        self._scenes.choose(ids, self._bank, states.variant[: len(ids)])
         self._sampler.apply(self._scenes, rows, states)
         target = self._sampler.target(states)
         if self._targets is None:
@@ -228,7 +255,7 @@ class Shard:
         for name in (*_EPISODE_FIELDS, "state", "goal"):
             # checkpoints older than the stages lack these
             if name in state or name != "stages":
-                setattr(self, f"_{name}", state[name].clone())
+                setattr(self, f"_{name}", state[name].to(self.device, copy=True))
         assert self._targets is not None
         for name, value in self._targets.tensors().items():
             if name in state or name != "head":
@@ -239,8 +266,7 @@ class Shard:
         if self._teacher is not None:
             self._teacher.load_state_dict(state_keys.part(state, "teacher_"))
         self.clock = int(state["clock"])
-        models = [self._bank.models[v] for v in self._variant.tolist()]
-        self._scenes.set_models(range(self.n), models)
+        self._scenes.choose(self._all, self._bank, self._variant)
         self._scenes.load_physics(state_keys.part(state, "physics_"))
 
 

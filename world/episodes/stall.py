@@ -10,6 +10,7 @@ from torch import Tensor
 
 from world.character import model as character
 from world.character.features import Body
+from world.device import CPU
 from world.errors import ConfigError
 from world.scene.target import Target
 
@@ -21,15 +22,15 @@ _ROOT_M, _BOX_M = 0.25, 0.10
 class StallTimeout:
     """The stall clocks of n scenes."""
 
-    def __init__(self, n: int, stall_s: float | None) -> None:
+    def __init__(self, n: int, stall_s: float | None, device: torch.device = CPU) -> None:
         if stall_s is not None and not stall_s * character.CONTROL_HZ >= 1.0:
             raise ConfigError(
                 f"--world.stall-s {stall_s}: choose none or at least a control step, 1/30 s"
             )
         self._limit = None if stall_s is None else round(stall_s * character.CONTROL_HZ)
-        self._root = torch.zeros(n, 2)
-        self._box = torch.zeros(n, 3)
-        self._still = torch.zeros(n, dtype=torch.int64)
+        self._root = torch.zeros(n, 2, device=device)
+        self._box = torch.zeros(n, 3, device=device)
+        self._still = torch.zeros(n, dtype=torch.int64, device=device)
 
     def ends(self, body: Body, target: Target, done: Tensor) -> Tensor:
         """Return [n] bool: the scenes whose clock has expired; done [n] bool holds the clock at 0.

@@ -100,7 +100,7 @@ class BoxSampler:
         """Force of each hand on the box, and weight of the box, N: [m] each; 0 where it is not in
         hand."""
         box = self._library.box
-        held = torch.zeros(len(states.frame), dtype=torch.bool)
+        held = torch.zeros_like(states.frame, dtype=torch.bool)
         if box is not None:
             held = (states.kind == 0) & (states.frame >= 0) & box.held[states.frame]
         weight = torch.where(held, self._bank.mass[states.variant] * _GRAVITY_M_S2, 0.0)

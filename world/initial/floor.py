@@ -92,5 +92,5 @@ class FloorSampler:
 
     def load_n(self, states: FloorInitialStates) -> tuple[Tensor, Tensor]:
         """Force of each hand and weight that both bear, N: zeros, [m] each."""
-        nothing = torch.zeros(len(states.kind))
+        nothing = torch.zeros_like(states.qpos[:, 0])
         return nothing, nothing

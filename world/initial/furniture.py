@@ -100,7 +100,7 @@ class FurnitureSampler:
             frame=drawn.named_frame(),
         )
         # the rows of padding repeat the first one, and are computed once
-        first = torch.arange(len(scenes)) == 0
+        first = torch.arange(len(scenes), device=scenes.device) == 0
         own = from_clip & (first | (scenes != scenes[0]))
         rows = torch.nonzero(own).flatten()
         along = (frames.head - frames.seat)[:, :2]
@@ -126,7 +126,7 @@ class FurnitureSampler:
 
     def load_n(self, states: FurnitureInitialStates) -> tuple[Tensor, Tensor]:
         """Force of each hand and weight that both bear, N: zeros, [m] each."""
-        nothing = torch.zeros(len(states.kind))
+        nothing = torch.zeros_like(states.qpos[:, 0])
         return nothing, nothing
 
     def _seated_freely(
@@ -168,9 +168,9 @@ class FurnitureSampler:
         low = height < _LOW_M
         sunk = bank.sunk(depth, height, _TOLERATED_M)
         depth = torch.where(low, torch.maximum(depth, beyond), depth).view(tries, n)
-        order = torch.arange(tries)[:, None] * 1e-6
+        order = torch.arange(tries, device=depth.device)[:, None] * 1e-6
         choice = torch.where(depth <= _TOLERATED_M, order - 1.0, depth).argmin(dim=0)
-        taken = choice * n + torch.arange(n)
+        taken = choice * n + torch.arange(n, device=choice.device)
         variants, points, qpos = states.variant.clone(), states.point.clone(), states.qpos.clone()
         variants[rows], points[rows] = variant[taken], point[taken]
         qpos[rows, 2] += (lift + sunk)[taken]

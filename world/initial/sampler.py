@@ -1,6 +1,6 @@
 """Protocols of initial states and their samplers, for any object."""
 
-from typing import Protocol, TypeVar
+from typing import Protocol, TypeVar, runtime_checkable
 
 from torch import Tensor
 
@@ -57,4 +57,13 @@ class InitialStateSampler(Protocol[States]):
 
     def load_n(self, states: States) -> tuple[Tensor, Tensor]:
         """Force of each hand on an object in hand, and the weight that both bear, N: [m] each."""
+        ...
+
+
+@runtime_checkable
+class AdaptiveSampler(Protocol):
+    """A sampler that draws more initial states where episodes failed."""
+
+    def update_sampling(self, failures: Tensor) -> None:
+        """Take the recent failures [S], by segment of the reference motions."""
         ...

@@ -27,7 +27,7 @@ def squeeze(qpos: Tensor, press_n: Tensor, weight_n: Tensor) -> Tensor:
     towards = line / line.norm(dim=1, keepdim=True).clamp_min(1e-6)
     up = qpos.new_tensor((0.0, 0.0, 0.5))
     kp = torch.from_numpy(character.gains()[0]).to(qpos)
-    offset = torch.zeros(len(qpos), character.NU, dtype=qpos.dtype)
+    offset = qpos.new_zeros(len(qpos), character.NU)
     for side, hand, sign in zip(_SIDES, hands, (1.0, -1.0), strict=True):
         push = sign * press_n[:, None] * towards + weight_n[:, None] * up
         for control, moved in _bent(qpos, side):
@@ -49,7 +49,7 @@ def _bent(qpos: Tensor, side: str) -> list[tuple[int, Tensor]]:
         mine = joint.name in (f"{side}_shoulder", f"{side}_elbow")
         if joint.is_ball:
             for axis in range(3) if mine else ():
-                turn = torch.zeros(4, dtype=qpos.dtype)
+                turn = qpos.new_zeros(4)
                 turn[0], turn[1 + axis] = 1.0, 0.5 * _STEP_RAD
                 moved = qpos.clone()
                 ball = qpos[:, address : address + 4]

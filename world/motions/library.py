@@ -148,14 +148,17 @@ class StyleSource:
     def sample(self, n: int, counter: int) -> tuple[Tensor, Tensor]:
         """n transitions of the training frames, (s, s') float32 [n, 114] each; a pure function of
         the counter."""
-        u = random_streams.uniform(self._seed, random_streams.MOCAP, torch.arange(n), counter, 7)
+        u = random_streams.uniform(self._seed, random_streams.MOCAP, self._numbers(n), counter, 7)
         kind = torch.bucketize(u[:, 0].contiguous(), self._edges[:-1], right=True)
-        index = torch.empty(n, dtype=torch.int64)
+        index = torch.empty_like(kind)
         for k, pool in enumerate(self._pools):
             rows = kind == k
             if len(pool):
                 index[rows] = pool[(u[rows, 1] * len(pool)).long().clamp_max(len(pool) - 1)]
         return self._pairs(index, kind == 0, u[:, 2:])
+
+    def _numbers(self, n: int) -> Tensor:
+        return torch.arange(n, device=self._edges.device)
 
     def held_out(self, n: int, counter: int) -> tuple[Tensor, Tensor]:
         """n transitions of the held-out frames, otherwise as `sample`."""
@@ -163,7 +166,7 @@ class StyleSource:
         if not len(pool):
             pool = self._library.upright
         u = random_streams.uniform(
-            self._seed, random_streams.MOCAP, torch.arange(n) + (1 << 40), counter, 7
+            self._seed, random_streams.MOCAP, self._numbers(n) + (1 << 40), counter, 7
         )
         index = pool[(u[:, 1] * len(pool)).long().clamp_max(len(pool) - 1)]
         relocated = (u[:, 0] < self._mixture.locomotion) & (

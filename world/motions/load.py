@@ -1,7 +1,7 @@
 """Clips from files and folders, or the package's own where none are given."""
 
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 from world.errors import ClipError
@@ -69,3 +69,11 @@ def library(
         *(at_speed(clip, speed) for speed in playback_speeds for clip in own_speed),
     ]
     return MotionLibrary(every, mirror, use)
+
+
+@lru_cache(maxsize=2)
+def cached_library(
+    paths: tuple[str, ...], mirror: bool, use: ClipUse, playback_speeds: tuple[float, ...]
+) -> MotionLibrary:
+    """`library`, read once per process."""
+    return library(paths, mirror, use, playback_speeds)

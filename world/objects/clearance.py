@@ -10,6 +10,7 @@ from torch import Tensor
 from world import rotations
 from world.character import kinematics
 from world.character import model as character
+from world.device import at
 from world.objects.furniture_bank import FurnitureBank
 
 #: Body, centre in its frame (z alone, m) and radius, m: the collision shapes as spheres.
@@ -37,7 +38,8 @@ def points(qpos: Tensor) -> Tensor:
     """Centres of the character's spheres, world, m: qpos [n, 43] -> [n, P, 3]."""
     local = rotations.matrix(kinematics.local_rotations(qpos))
     position, rotation = kinematics.forward(qpos[:, :3], local)
-    return position[:, BODIES] + rotation[:, BODIES, :, 2] * _HEIGHTS[:, None]
+    bodies, heights = at(BODIES, qpos), at(_HEIGHTS, qpos)
+    return position[:, bodies] + rotation[:, bodies, :, 2] * heights[:, None]
 
 
 def depth(
@@ -59,4 +61,4 @@ def depth(
     beyond = local.abs() - bank.box_half[variant][:, None]
     distance = beyond.clamp_min(0.0).norm(dim=-1) + beyond.amax(dim=-1).clamp_max(0.0)
     distance = torch.where(bank.box_used[variant][:, None], distance, torch.inf)
-    return (RADII[:, None] - distance).flatten(1).amax(dim=1)
+    return (at(RADII, distance)[:, None] - distance).flatten(1).amax(dim=1)

@@ -83,7 +83,7 @@ def grip_of(box: BoxState, heading: Tensor) -> Grip:
     left = torch.stack((-heading[:, 1], heading[:, 0]), dim=1)
     along = (axes[:, :2] * left[..., None]).sum(dim=1)
     chosen = along.abs().argmax(dim=1)
-    rows = torch.arange(len(chosen))
+    rows = torch.arange(len(chosen), device=chosen.device)
     sign = torch.where(along[rows, chosen] < 0, -1.0, 1.0)
     return Grip(axes[rows, :, chosen] * sign[:, None], box.half[rows, chosen] + _HAND_M)
 

@@ -5,6 +5,7 @@ Episodes and rewards are the shard's.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Protocol
 
 import mujoco
 import numpy as np
@@ -17,16 +18,26 @@ from world.character import features, servos
 from world.character import model as character
 from world.character.actions import ActionMap
 from world.character.features import Body
+from world.furniture.piece import Piece
 from world.scene.target import Target
 
 #: Generalised velocities beyond this, m/s or rad/s, count as divergence, before MuJoCo detects it.
-_MAX_SPEED = 100.0
+MAX_SPEED = 100.0
 _WARNINGS = [
     int(mujoco.mjtWarning.mjWARN_BADQPOS),
     int(mujoco.mjtWarning.mjWARN_BADQVEL),
     int(mujoco.mjtWarning.mjWARN_BADQACC),
 ]
-_PHYSICS = ("qpos", "qvel", "ctrl", "qacc_warmstart", "mocap_pos", "mocap_quat", "time")
+PHYSICS = ("qpos", "qvel", "ctrl", "qacc_warmstart", "mocap_pos", "mocap_quat", "time")
+
+
+class ModelBank(Protocol):
+    """Compiled scenes of one layout and the pieces in them, by variant."""
+
+    @property
+    def models(self) -> Sequence[mujoco.MjModel]: ...
+    @property
+    def pieces(self) -> Sequence[Piece]: ...
 
 
 class Scenes:
@@ -44,7 +55,7 @@ class Scenes:
         self.models = list(models)
         self.batch = Batch(self.models[0], self.n, threads)
         self.batch.set_models(self.models)
-        self._array = {name: self.batch.bind(name) for name in _PHYSICS}
+        self._array = {name: self.batch.bind(name) for name in PHYSICS}
         qpos, qvel = (torch.from_numpy(self._array[name]) for name in ("qpos", "qvel"))
         self._qpos, self._qvel = qpos[:, : character.NQ], qvel[:, : character.NV]
         #: Coordinates [n, 7 k] and velocities [n, 6 k] of the k free bodies beside the character,
@@ -54,9 +65,10 @@ class Scenes:
         self._map = ActionMap.of(action_scale, action_clip, torch.float64)
         self._warned = np.zeros(self.n, dtype=np.int64)
 
-    def set_points(self, action: Tensor) -> Tensor:
-        """Set-points [n, 28] rad, within their bounds, of actions [n, 28]."""
-        return self._map.set_points(action)
+    def set_points(self, action: Tensor, base: Tensor | None = None) -> Tensor:
+        """Set-points [n, 28] rad, within their bounds, of actions [n, 28]; base [n, 28] rad:
+        set-points of action 0, by default the neutral ones."""
+        return self._map.set_points(action, base)
 
     def actions(self, set_points: Tensor) -> Tensor:
         """The actions [n, 28], within their clip, that give set-points [n, 28] rad."""
@@ -82,7 +94,7 @@ class Scenes:
     def finite(self) -> Tensor:
         """[n] bool: the scenes that the last step left finite and without a MuJoCo warning, on
         which MuJoCo resets a scene silently."""
-        sound = (self._qvel.abs() < _MAX_SPEED).all(dim=1) & self._qpos.isfinite().all(dim=1)
+        sound = (self._qvel.abs() < MAX_SPEED).all(dim=1) & self._qpos.isfinite().all(dim=1)
         sound &= self.free_qpos.isfinite().all(dim=1)
         # [n, kind, (last info, count)]
         warned = self.batch.warning[:, _WARNINGS, 1].sum(axis=1)
@@ -119,12 +131,7 @@ class Scenes:
         `ids`."""
         rows = ids.numpy()
         self._array["mocap_pos"][rows, 0] = origin.double().numpy()
-        # half the yaw by the half-angle formulas, exact without trigonometry
-        cos, sin = yaw.double().unbind(1)
-        w = torch.sqrt((0.5 * (1 + cos)).clamp_min(0.0))
-        z = torch.sqrt((0.5 * (1 - cos)).clamp_min(0.0)) * torch.where(sin < 0, -1.0, 1.0)
-        quat = torch.stack((w, torch.zeros_like(w), torch.zeros_like(w), z), dim=1)
-        self._array["mocap_quat"][rows, 0] = (quat / quat.norm(dim=1, keepdim=True)).numpy()
+        self._array["mocap_quat"][rows, 0] = quaternion(yaw).numpy()
 
     def move_stand(self, ids: Tensor, top: Tensor) -> None:
         """Write the position of the target's stand, centre of its top [m, 3] m, of the scenes
@@ -158,13 +165,17 @@ class Scenes:
             self.models[scene] = model
         self.batch.set_models(self.models)
 
+    def choose(self, ids: Tensor, bank: ModelBank, variant: Tensor) -> None:
+        """Give the scenes `ids` [m] the models `variant` [m] of a bank."""
+        self.set_models(ids.tolist(), [bank.models[v] for v in variant.tolist()])
+
     def physics(self) -> dict[str, Tensor]:
         """Copies of all physical state, float64, by name."""
-        return {name: torch.from_numpy(self._array[name].copy()) for name in _PHYSICS}
+        return {name: torch.from_numpy(self._array[name].copy()) for name in PHYSICS}
 
     def load_physics(self, state: dict[str, Tensor]) -> None:
         """Restore what `physics` gave."""
-        for name in _PHYSICS:
+        for name in PHYSICS:
             self._array[name][:] = state[name].numpy().reshape(self._array[name].shape)
 
     @property
@@ -176,3 +187,13 @@ class Scenes:
     def qvel(self) -> Tensor:
         """[n, 34] float64, a live view."""
         return self._qvel
+
+
+def quaternion(yaw: Tensor) -> Tensor:
+    """[m, 4] float64: rotations about z by yaws [m, 2] (cosine, sine); by the half-angle formulas,
+    exact without trigonometry."""
+    cos, sin = yaw.double().unbind(1)
+    w = torch.sqrt((0.5 * (1 + cos)).clamp_min(0.0))
+    z = torch.sqrt((0.5 * (1 - cos)).clamp_min(0.0)) * torch.where(sin < 0, -1.0, 1.0)
+    quat = torch.stack((w, torch.zeros_like(w), torch.zeros_like(w), z), dim=1)
+    return quat / quat.norm(dim=1, keepdim=True)

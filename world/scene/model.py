@@ -22,6 +22,8 @@ PROJECTILE_BODY = "projectile"
 #: Collision bits: the character collides with what is solid; an unused slot collides with nothing,
 #: but keeps its node in the body's bounding-volume tree, so that every piece has the same layout.
 _SOLID, _CHARACTER, _UNUSED = 2, 1, 4
+#: contype and conaffinity of solid furniture.
+SOLID = _SOLID, _CHARACTER
 
 _NOTHING = Piece("nothing", "none", (Box((0.0, 0.0, 0.0), (1e-3, 1e-3, 1e-3)),), (), 1.0)
 
@@ -48,6 +50,16 @@ def compile_scene(
     default the one that this piece needs. The servos have no force limits of their own: the limits
     are applied to their set-points (`world.character.servos`).
     """
+    return scene_spec(piece, balls, cargo, shared).compile()
+
+
+def scene_spec(
+    piece: Piece | None,
+    balls: Sequence[Ball] = (),
+    cargo: Piece | None = None,
+    shared: Layout | None = None,
+) -> mujoco.MjSpec:
+    """What `compile_scene` compiles, to be added to."""
     spec = character.spec()
     for servo in spec.actuators:
         servo.ctrllimited = servo.forcelimited = False
@@ -83,7 +95,7 @@ def compile_scene(
             conaffinity=_CHARACTER,
             rgba=[0.80, 0.25, 0.20, 1.0],
         )
-    return spec.compile()
+    return spec
 
 
 def _add_furniture(spec: mujoco.MjSpec, piece: Piece | None, shared: Layout) -> None:

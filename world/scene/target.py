@@ -9,6 +9,7 @@ from torch import Tensor
 from world import rotations
 from world.character import features
 from world.character.features import Body
+from world.device import at
 
 _SIGNS = torch.tensor([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]).float()
 
@@ -32,7 +33,7 @@ class BoxState:
 
     def corners(self) -> Tensor:
         """[n, 8, 3]: corners, m; x changes slowest, z fastest, low first."""
-        local = self.half[:, None] * _SIGNS
+        local = self.half[:, None] * at(_SIGNS, self.half)
         axes = rotations.matrix(self.rotation)
         return self.position[:, None] + (axes[:, None] @ local[..., None])[..., 0]
 
@@ -91,6 +92,33 @@ class Target:
         for name, value in self.tensors().items():
             value[ids] = theirs[name]
 
+    def set_points(self) -> Tensor | None:
+        """[n, 28] rad: set-points that actions are added to; None: the neutral ones."""
+        return None
+
+    def advance(self, body: Body) -> None:
+        """Advance what changes during an episode by one control step, which ended in `body`."""
+
+    def completed(self) -> Tensor | None:
+        """[n] bool: the reference motion has ended, which truncates the episode; None: success
+        held does."""
+        return None
+
+    def episode_records(self) -> dict[str, Tensor]:
+        """What an episode records at its end besides the statistics of every task, by name, [n]
+        each."""
+        return {}
+
+    def object_features(self, body: Body) -> Tensor:
+        """[n, 9]: the state's features of the object: its furniture, or its box."""
+        if self.box is None:
+            return features.object_features(
+                body.root, body.heading, self.floor_point(), self.facing
+            )
+        return features.posed_object_features(
+            body.root, body.heading, self.box.position, self.box.rotation
+        )
+
     def floor_point(self) -> Tensor:
         """[n, 3]: the floor below the use point, m: origin of the object's frame in the
         features."""
@@ -98,10 +126,5 @@ class Target:
 
 
 def state(body: Body, target: Target) -> Tensor:
-    """State features [n, 114] of the character and its object: its furniture, or its box."""
-    if target.box is None:
-        return features.state(body, target.floor_point(), target.facing)
-    around = features.posed_object_features(
-        body.root, body.heading, target.box.position, target.box.rotation
-    )
-    return torch.cat((body.features, around), dim=1)
+    """State features [n, 114] of the character and its object."""
+    return torch.cat((body.features, target.object_features(body)), dim=1)

@@ -6,6 +6,7 @@ from world.tasks.carry import Carry
 from world.tasks.lie import Lie
 from world.tasks.sit import Sit
 from world.tasks.task import HELD, Task
+from world.tasks.track import Track
 from world.tasks.walk import Walk
 
 REGISTRY: dict[str, type[Task]] = {
@@ -13,6 +14,7 @@ REGISTRY: dict[str, type[Task]] = {
     "lie": Lie,
     "carry": Carry,
     "walk": Walk,
+    "track": Track,
 }
 
 

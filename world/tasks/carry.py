@@ -192,7 +192,7 @@ def _squared(body: Body, box: BoxState) -> Tensor:
     ahead, points = stand_poses(box)
     off = (points - feet[:, None]).norm(dim=2)
     face = (off + DEPTH_COST * (half_depths(box) - MIN_HALF_DEPTH_M).clamp_min(0.0)).argmin(dim=1)
-    rows = torch.arange(len(face))
+    rows = torch.arange(len(face), device=face.device)
     cosine = (ahead[rows, face] * body.heading).sum(dim=1).clamp(-1.0, 1.0)
     stands = (1.0 - off[rows, face] / _OFF_M).clamp_min(0.0)
     return 0.5 * stands + 0.5 * (1.0 - torch.acos(cosine) / _OFF_RAD).clamp_min(0.0)

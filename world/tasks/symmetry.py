@@ -57,7 +57,7 @@ def _table(table: Table) -> Reflection:
 
 def _feature(feature: Feature) -> tuple[list[int], list[float]]:
     """For each number of a feature: index in its partner, and sign."""
-    if feature.name == "joint_velocity":
+    if feature.name in ("joint_velocity", "setpoint_error"):
         whole = actions()
         return whole.index.tolist(), whole.sign.tolist()
     if feature.name == "corners":

@@ -15,6 +15,8 @@ from world.tasks.evaluation import Evaluation
 #: Name of the last stage of every task: success held. The shard computes it, since `stage` depends
 #: on one control step alone.
 HELD = "held"
+#: Prefix of stages that are causes of failure.
+END = "end_"
 
 
 class Task(ABC):
@@ -39,7 +41,8 @@ class Task(ABC):
     """Weights of the reward terms by name; the task reward is the weighted sum."""
     stages: ClassVar[tuple[str, ...]]
     """Names of the stages on the way to success, in order, before HELD. An episode has reached a
-    stage that held in any step."""
+    stage that held in any step. Names with the prefix END are causes of failure instead: one that
+    holds ends the episode."""
     success_m: ClassVar[float]
     """Greatest error that counts as success, m."""
     evaluation: ClassVar[Evaluation] = Evaluation()
@@ -63,8 +66,13 @@ class Task(ABC):
     def low(self, body: Body, target: Target) -> Tensor:
         """[n] bool: where the task allows a low pelvis; elsewhere it ends a training episode early.
         By default nowhere."""
-        return torch.zeros(len(body.root), dtype=torch.bool)
+        return torch.zeros(len(body.root), dtype=torch.bool, device=body.root.device)
 
     @abstractmethod
     def fell(self, body: Body, target: Target) -> Tensor:
         """[n] bool: the episode ends in this step as a failure."""
+
+
+def statistic(stage: str) -> str:
+    """Name of a stage's statistic in the episodes of a shard."""
+    return stage if stage.startswith(END) else f"stage_{stage}"

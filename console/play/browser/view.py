@@ -14,6 +14,7 @@ from console.play.browser.ghost import Ghost, GhostBody
 from console.play.browser.plots import Plots
 from console.play.live import Live
 from console.play.player import SPEEDS
+from console.play.recorded import Recorded
 from console.play.server import Server
 from console.play.session import Session
 from console.play.source import HZ
@@ -188,6 +189,9 @@ class View:
         assert self._drawn is not None
         source = self.session.player.source
         self._drawn.put(source.poses(frame))
+        if isinstance(source, Recorded) and source.follows:
+            self._ghost.show(True)
+            self._ghost.put(self._ghost_body.poses(source.followed(frame)))
         qpos, _ = source.state(frame)
         # the world is moved under the camera, whose pose is left to the user
         at = np.array(_MIDDLE_M) - qpos[:2] if self._follow.value else np.zeros(2)

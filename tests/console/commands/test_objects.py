@@ -14,8 +14,8 @@ def test_words_become_settings() -> None:
     assert found == ObjectsImport((Path("a.obj"),), Meshes(up="+y", unit="cm"), Path("o"))
     found = parse(["objects", "check", "test", "--drop", "3"])
     assert isinstance(found, ObjectsCheck) and found.drop == 3.0
-    found = parse(["objects", "show", "train", "--category", "sofa", "--limit", "7"])
-    assert found == ObjectsShow(("train",), "sofa", 7)
+    found = parse(["objects", "show", "train", "--category", "sofa", "--limit", "9"])
+    assert found == ObjectsShow(("train",), "sofa", 9)
 
 
 @pytest.mark.parametrize("wrong", [("--up", "+w"), ("--unit", "km"), ("--height", "tall")])

@@ -51,7 +51,8 @@ def test_every_task_names_its_stages(name: str) -> None:
     task = make(name)
     assert task.name == name
     assert len(set(task.stages)) == len(task.stages) >= 3
-    assert task.stages[0] == "approached"
+    ends = [stage.startswith("end_") for stage in task.stages]
+    assert task.stages[0] == "approached" or all(ends)
     assert task.episode_s in (10.0, 15.0)
 
 

@@ -39,7 +39,7 @@ WRONG = [
     ("--object high-stool-test-000 --scale 9 --out a.npz", "--scale 9: must be 0.2 to 5"),
     ("--object chair-test-000 --scale 99 --out a.npz", "--scale 99: must be 0.2 to 5"),
     ("--object table-test-000 --out a.npz", "has no place to sit"),
-    ("--object chair-test-000 --place 1 --out a.npz", "--place 1: chair-test-000 has 1"),
+    ("--object chair-test-000 --place 1 --out a.npz", "--place 1: chair-test-000 has 0 to 0"),
     ("--object chair-test-000 --start 1,2 --out a.npz", "--start 1,2: give X,Y,YAW"),
     ("--object chair-test-000 --start a,b,c --out a.npz", "--start a,b,c: give X,Y,YAW"),
     ("--object chair-test-000 --start 1,inf,2 --out a.npz", "--start 1,inf,2: each number"),

@@ -2,7 +2,13 @@
 
 from world import affordances, tasks
 
-RECORDS = (affordances.SEAT, affordances.BED, affordances.CARRIED, affordances.FLOOR)
+RECORDS = (
+    affordances.SEAT,
+    affordances.BED,
+    affordances.CARRIED,
+    affordances.FLOOR,
+    affordances.REFERENCE,
+)
 
 
 def test_every_task_uses_one_of_them() -> None:
@@ -13,5 +19,11 @@ def test_every_task_uses_one_of_them() -> None:
 
 def test_names_and_clips_are_told_apart() -> None:
     assert len({record.name for record in RECORDS}) == len(RECORDS)
-    assert [record.kind for record in RECORDS] == ["furniture", "furniture", "box", "floor"]
-    assert [record.clips.kind for record in RECORDS] == ["seat", "bed", "box", ""]
+    assert [record.kind for record in RECORDS] == [
+        "furniture",
+        "furniture",
+        "box",
+        "floor",
+        "reference",
+    ]
+    assert [record.clips.kind for record in RECORDS] == ["seat", "bed", "box", "", ""]

@@ -19,7 +19,7 @@ def test_furniture_is_refused() -> None:
     assert FLOOR.pieces(WALK) == ((), "")
     assert FLOOR.trial_pieces("test", 3, 0, WALK) == (MARKER,)
     assert FLOOR.choices("test") == {MARKER.name: MARKER}
-    assert FLOOR.sized(MARKER, 0.5) is MARKER and FLOOR.places(MARKER) == 1
+    assert FLOOR.sized(MARKER, 0.5) is MARKER and FLOOR.use_point_count(MARKER) == 1
     with pytest.raises(ConfigError, match="this task needs no furniture"):
         FLOOR.pieces(WorldConfig(objects=("train",)))
     with pytest.raises(ConfigError, match="this task needs no furniture"):

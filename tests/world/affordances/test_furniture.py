@@ -60,8 +60,8 @@ def test_pieces_to_train_on_are_those_of_the_usage() -> None:
 
 
 def test_a_single_bed_has_two_places_of_use() -> None:
-    assert SEAT.places(find("chair-train-000")) == 1
-    assert {BED.places(piece) for piece in BED.named("test")} == {1, 2}
+    assert SEAT.use_point_count(find("chair-train-000")) == 1
+    assert {BED.use_point_count(piece) for piece in BED.named("test")} == {1, 2}
 
 
 def test_states_of_clips_have_furniture_where_the_clip_sits() -> None:

@@ -32,6 +32,9 @@ def test_what_is_no_motion_is_one_line(tmp_path: Path) -> None:
     (tmp_path / "c.npz").write_bytes(b"PK\x03\x04 torn")
     np.savez(tmp_path / "d.npz", mocap_framerate=30, trans=np.array([object()]), poses=0)
     for name in "bcd":
-        with pytest.raises(ClipError, match="not a readable AMASS motion") as caught:
+        with pytest.raises(
+            ClipError,
+            match=r"not a readable AMASS motion|an array of object; numbers and text are read",
+        ) as caught:
             amass.read(tmp_path / f"{name}.npz")
         assert "\n" not in str(caught.value)

@@ -13,7 +13,7 @@ from world.scene.target import Target
 
 def test_the_bed_is_used_where_the_clip_lies(lain: Clip) -> None:
     used, bed = BED.read(lain), lain.bed
-    assert bed is not None and used.known
+    assert bed is not None and used.has_object
     torch.testing.assert_close(used.head[0], torch.tensor(bed.head_m, dtype=torch.float32))
     assert (used.stage[bed.from_frame : bed.to_frame] == CONTACT).all()
 

@@ -15,7 +15,7 @@ from world.scene.target import Target
 
 def test_a_box_is_read_frame_by_frame(carried: Clip) -> None:
     used, track = BOX.read(carried), carried.box
-    assert track is not None and used.known
+    assert track is not None and used.has_object
     np.testing.assert_allclose(used.box.position, track.pose[:, :3], atol=1e-6)
     assert torch.equal(used.box.held, torch.from_numpy(track.held))
     first, last = np.flatnonzero(track.held)[[0, -1]]
@@ -30,7 +30,7 @@ def test_a_box_is_read_frame_by_frame(carried: Clip) -> None:
 
 
 def test_a_clip_without_a_box_uses_nothing(carried: Clip) -> None:
-    assert not BOX.read(replace(carried, box=None)).known
+    assert not BOX.read(replace(carried, box=None)).has_object
     target = Target(torch.zeros(1, 3), torch.zeros(1, 2), torch.zeros(1, 8, 3))
     assert BOX.with_object(carried, target, (0, 1)) is carried
 

@@ -1,0 +1,31 @@
+"""Failures by segment: counts that decay, published and restored."""
+
+import pytest
+import torch
+
+from learner.segments import Failures
+
+
+def episodes(segment: list[float], fall: list[float]) -> dict[str, torch.Tensor]:
+    return {"segment": torch.tensor(segment), "fall": torch.tensor(fall)}
+
+
+def test_failures_are_counted_by_segment_and_fade() -> None:
+    found = Failures()
+    assert found.published() == {}
+    found.add({"fall": torch.ones(3)})
+    assert found.published() == {}
+    found.add(episodes([2, 2, 0, 1], [1, 1, 1, 0]))
+    assert found.published()["world.failures"].tolist() == [1.0, 0.0, 2.0]
+    found.add(episodes([4], [1]))
+    assert found.published()["world.failures"].tolist() == pytest.approx([0.98, 0, 1.96, 0, 1])
+
+
+def test_the_order_of_episodes_does_not_matter_and_a_restart_goes_on() -> None:
+    one, other = Failures(), Failures()
+    one.add(episodes([3, 0, 3, 1], [1, 1, 1, 1]))
+    other.add(episodes([1, 3, 3, 0], [1, 1, 1, 1]))
+    again = Failures()
+    again.load_state_dict(one.state_dict())
+    for counts in (other, again):
+        assert torch.equal(counts.published()["world.failures"], one.published()["world.failures"])

@@ -1,0 +1,221 @@
+"""Clips as a reference to follow: for each frame the poses, servo set-points, object and contacts.
+
+All clips stand in one row of frames, so that a scene's reference is a frame number and a lookup.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import torch
+from torch import Tensor
+
+from world import rotations
+from world.character import features, servos
+from world.character import model as character
+from world.errors import ClipError
+from world.initial.squeeze import squeeze
+from world.motions import segments
+from world.motions.clip import Clip
+from world.motions.uses.box import BOX
+
+#: A box that the clip lets go for a moment counts as held unless it then rests within these of
+#: where it is picked up or put down: m horizontally, m in height.
+_RESTS_M, _LEVEL_M = 0.15, 0.05
+#: An episode follows at least so many frames.
+SHORTEST = 15
+#: Frames of a segment: half a second.
+SEGMENT = 15
+#: Weight of a box that the set-points of a holding reference bear, kg, and what each hand presses
+#: with: so many times what friction needs, and so many N more. With half of that and boxes as wide
+#: as the hands are apart, all that were carried at a walk slipped out within half a second.
+_NOMINAL_KG, _GRIP, _GRIP_N, _GRAVITY_M_S2, _FRICTION = 2.0, 6.0, 40.0, 9.81, 1.2
+
+
+@dataclass(frozen=True)
+class Reference:
+    """F frames of C clips, float32, each in its clip's world, 30 a second."""
+
+    clip: Tensor
+    """[F] int64: the clip of a frame."""
+    segment: Tensor
+    """[F] int64: the half second of its clip that a frame is in, counted through all clips."""
+    first: Tensor
+    """[C] int64: the first frame of each clip."""
+    stop: Tensor
+    """[C] int64: one beyond its last."""
+    qpos: Tensor
+    """[F, 43]."""
+    qvel: Tensor
+    """[F, 34]."""
+    position: Tensor
+    """[F, 15, 3]: of the bodies, m."""
+    heading: Tensor
+    """[F, 2]: cosine and sine of the root's heading."""
+    coordinates: Tensor
+    """[F, 28]: joint coordinates, as the servos measure them, rad."""
+    set_point: Tensor
+    """[F, 28]: what the servos must be told in the frame before, so that the joints get here,
+    within the action's bounds, rad: q + kd/kp q̇, and what a held box needs of the arms."""
+    boxed: Tensor
+    """[C] bool: whether the clip has a box."""
+    box: Tensor
+    """[F, 7]: the box's centre, m, and rotation, unit quaternion w, x, y, z."""
+    box_velocity: Tensor
+    """[F, 6]: of its centre, m/s, and angular, in its own axes, rad/s."""
+    size: Tensor
+    """[C, 3]: the box's edge lengths, m."""
+    held: Tensor
+    """[F] bool: both hands hold the box."""
+    picked: Tensor
+    """[C, 4]: where the box is picked up: centre, m, and yaw, rad."""
+    has_picked: Tensor
+    """[C] bool: whether it is picked up in the clip; else it is in hand from the first frame."""
+    put: Tensor
+    """[C, 4]: where it is put down."""
+    has_put: Tensor
+    """[C] bool: whether it is put down in the clip."""
+    start_weight: Tensor
+    """[F] float64: how likely an episode states at a frame, relative to others; 0: never."""
+
+    @property
+    def clips(self) -> int:
+        """C."""
+        return len(self.first)
+
+    def ahead(self, frame: Tensor, steps: int) -> Tensor:
+        """The frames so many control steps after `frame` [n], at most the last of their clips."""
+        return torch.minimum(frame + steps, self.stop[self.clip[frame]] - 1)
+
+    def harder(self, failures: Tensor) -> Tensor:
+        """[F] float64, of mean 1 over the frames: how often episodes [.. up to S] failed in the
+        frames' segments or in the two after them, which lead up to it."""
+        count = int(self.segment[-1]) + 1
+        failed = torch.zeros(count, dtype=torch.float64)
+        failed[: len(failures)] = failures.double()[:count]
+        clip = torch.zeros(count, dtype=torch.int64)
+        clip[self.segment] = self.clip
+        total = failed.clone()
+        for later, share in ((1, 0.8), (2, 0.5)):
+            same = clip[later:] == clip[:-later]
+            total[:-later] += torch.where(same, share * failed[later:], 0.0)
+        frames = total[self.segment]
+        return frames / frames.mean() if bool(frames.any()) else torch.ones_like(frames)
+
+
+def drawn(weight: Tensor, u: Tensor) -> Tensor:
+    """Indices [n] int64 into weights [F], each as likely as its weight, of uniform draws u [n]."""
+    edges = weight.cumsum(0)
+    found = torch.searchsorted(edges, u.double() * edges[-1], right=True)
+    # a product that rounds up to the total must not end behind the last weight above 0
+    return torch.minimum(found, torch.nonzero(weight > 0)[-1])
+
+
+def reference(clips: Sequence[Clip], handling_weight: float = 1.0) -> Reference:
+    """The frames of clips (and whatever they use) to follow; ClipError where none is long enough.
+
+    handling_weight: how much more often episodes start where the clip handles its box: reaches,
+    lifts or lowers it.
+    """
+    parts = [_frames(clip, number, handling_weight) for number, clip in enumerate(clips)]
+    lengths = torch.tensor([clip.frames for clip in clips])
+    stop = lengths.cumsum(0)
+    joined = {
+        name: torch.stack([part[name] for part in parts])
+        if name in _BY_CLIP
+        else torch.cat([part[name] for part in parts])
+        for name in parts[0]
+    }
+    halves = [torch.arange(clip.frames) // SEGMENT for clip in clips]
+    counts = torch.tensor([int(half[-1]) + 1 for half in halves])
+    before = (counts.cumsum(0) - counts).tolist()
+    segment = torch.cat([half + start for half, start in zip(halves, before, strict=True)])
+    found = Reference(segment=segment, first=stop - lengths, stop=stop, **joined)
+    if not bool((found.start_weight > 0).any()):
+        raise ClipError(f"no clip to follow: each needs more than {SHORTEST} sound frames")
+    return found
+
+
+_BY_CLIP = ("boxed", "size", "picked", "has_picked", "put", "has_put")
+assert {f.name for f in fields(Reference)}.issuperset(_BY_CLIP)
+
+
+def _frames(clip: Clip, number: int, weight: float) -> dict[str, Tensor]:
+    qpos, qvel = torch.from_numpy(clip.qpos()), torch.from_numpy(clip.qvel())
+    body = features.body(qpos, qvel)
+    coordinates = servos.coordinates(qpos)
+    found = {
+        "clip": torch.full((clip.frames,), number),
+        "qpos": qpos,
+        "qvel": qvel,
+        "position": body.position,
+        "heading": body.heading,
+        "coordinates": coordinates,
+    }
+    found |= _box(clip)
+    found["set_point"] = _set_points(qpos, qvel, coordinates, found["held"])
+    sound = torch.from_numpy(segments.usable(clip)).clone()
+    sound[max(0, clip.frames - SHORTEST) :] = False
+    handled = torch.from_numpy(segments.stages(clip) == segments.TRANSITION)
+    found["start_weight"] = sound.double() * torch.where(handled, weight, 1.0)
+    return found
+
+
+def _set_points(qpos: Tensor, qvel: Tensor, coordinates: Tensor, held: Tensor) -> Tensor:
+    kp, kd = (torch.from_numpy(gain).to(torch.float32) for gain in character.gains())
+    low, high = (
+        torch.from_numpy(bound).to(torch.float32) for bound in character.set_point_bounds()
+    )
+    wanted = coordinates + kd / kp * qvel[:, 6:]
+    weight = torch.where(held, _NOMINAL_KG * _GRAVITY_M_S2, 0.0)
+    press = _GRIP * weight / (2.0 * _FRICTION) + torch.where(held, _GRIP_N, 0.0)
+    wanted = wanted + squeeze(qpos, press, weight)
+    return torch.maximum(torch.minimum(wanted, high), low)
+
+
+def _box(clip: Clip) -> dict[str, Tensor]:
+    """What the box does, frame by frame; nothing where there is none."""
+    known = BOX.read(clip)
+    track = known.box
+    held = track.held.clone()
+    pose = torch.cat((track.position, track.rotation), dim=1)
+    velocity = torch.cat((track.velocity, track.angular), dim=1)
+    picked, put = track.picked[0].clone(), track.put[0].clone()
+    if known.has_object:
+        inside = torch.nonzero(held).flatten()
+        between = torch.arange(clip.frames)
+        between = (between > inside[0]) & (between < inside[-1])
+        aside = ~_at(pose, picked) & ~_at(pose, put)
+        held |= between & aside
+        late = _nearer(pose, put, picked) | (torch.arange(clip.frames) > inside[-1])
+        pose = _rested(pose, ~held & ~late, picked)
+        pose = _rested(pose, ~held & late, put)
+        velocity = torch.where(held[:, None], velocity, 0.0)
+    return {
+        "boxed": torch.tensor(known.has_object),
+        "box": pose.contiguous(),
+        "box_velocity": velocity,
+        "size": track.size[0].clone(),
+        "held": held,
+        "picked": picked,
+        "has_picked": track.has_picked[0].clone(),
+        "put": put,
+        "has_put": track.has_put[0].clone(),
+    }
+
+
+def _at(pose: Tensor, spot: Tensor) -> Tensor:
+    """[T] bool: where the box is where it is picked up, or put down."""
+    off = pose[:, :3] - spot[:3]
+    return (off[:, :2].norm(dim=1) < _RESTS_M) & (off[:, 2].abs() < _LEVEL_M)
+
+
+def _nearer(pose: Tensor, spot: Tensor, other: Tensor) -> Tensor:
+    """[T] bool: where the box is nearer to a spot [4] than to another one."""
+    return (pose[:, :3] - spot[:3]).norm(dim=1) < (pose[:, :3] - other[:3]).norm(dim=1)
+
+
+def _rested(pose: Tensor, resting: Tensor, spot: Tensor) -> Tensor:
+    """The poses [T, 7] with the box level at a spot [4] where it rests [T] bool."""
+    yaw = torch.stack((torch.cos(spot[3]), torch.sin(spot[3])))
+    rest = torch.cat((spot[:3], rotations.from_heading(yaw)))
+    return torch.where(resting[:, None], rest, pose)

@@ -1,0 +1,154 @@
+"""Initial states of tracking: any sound frame of any clip, with the object of the clip.
+
+An initial state is a pure function of (seed, scene, episode).
+"""
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from world import random_streams, rotations
+from world.config import WorldConfig
+from world.errors import ConfigError
+from world.initial.reference import LIFT_M
+from world.scene.batch import Scenes
+from world.scene.target import BoxState
+from world.tracking.bank import TrackBank
+from world.tracking.reference import drawn
+from world.tracking.target import TrackTarget
+
+#: Initial position of an unused box, on its stand, m.
+_PARKED_M = (-50.0, 5.0, 0.5)
+#: Initial height of a box above its stand, m: contacts are unloaded.
+_BOX_LIFT_M = 0.001
+
+
+@dataclass(frozen=True)
+class TrackInitialStates:
+    """Initial states of m episodes, the character above the origin."""
+
+    qpos: Tensor
+    """[m, 43]."""
+    qvel: Tensor
+    """[m, 34]."""
+    variant: Tensor
+    """[m] int64: clip and box, by number in the bank."""
+    kind: Tensor
+    """[m] int64: index into world.initial.reference.KINDS: 0, reference states."""
+    frame: Tensor
+    """[m] int64: of the reference."""
+    origin: Tensor
+    """[m, 3]: from the clips' worlds to the scenes', m."""
+
+
+class TrackSampler:
+    """Draws the initial states of tracking; an AdaptiveSampler."""
+
+    def __init__(self, config: WorldConfig, bank: TrackBank, seed: int) -> None:
+        self._bank, self._reference, self._seed = bank, bank.reference, seed
+        self._residual, self._focus = config.track.residual, config.track.focus
+        if not 0.0 <= self._focus <= 1.0:
+            raise ConfigError(f"track.focus {self._focus}: choose a fraction from 0 to 1")
+        self._weight = self._reference.start_weight
+
+    def update_sampling(self, failures: Tensor) -> None:
+        """Draw more states in, and shortly before, the segments of recent failures [S]."""
+        harder = self._reference.harder(failures)
+        mixed = 1.0 - self._focus + self._focus * harder
+        self._weight = self._reference.start_weight * mixed
+
+    def draw(self, scenes: Tensor, episodes: Tensor) -> TrackInitialStates:
+        """The initial states of the given scene ids [m] and episode numbers [m] (int64 both)."""
+        u = random_streams.uniform(self._seed, random_streams.EPISODE, scenes, episodes, 2)
+        return self.at(drawn(self._weight, u[:, 0]), u[:, 1])
+
+    def at(self, frame: Tensor, u: Tensor) -> TrackInitialStates:
+        """The initial states of reference frames [m]; u [m] in [0, 1) chooses the box."""
+        reference, bank = self._reference, self._bank
+        choice = (u * bank.each).long().clamp_max(bank.each - 1)
+        qpos, qvel = reference.qpos[frame], reference.qvel[frame]
+        level = torch.zeros_like(qpos[:, :2])
+        origin = torch.cat((-qpos[:, :2], torch.zeros_like(qpos[:, :1])), dim=1)
+        qpos = torch.cat(
+            (level, qpos[:, 2:3] + LIFT_M + bank.lift[frame, None], qpos[:, 3:]), dim=1
+        )
+        kind = torch.zeros_like(frame)
+        variant = reference.clip[frame] * bank.each + choice
+        return TrackInitialStates(qpos, qvel, variant, kind, frame, origin)
+
+    def target(self, states: TrackInitialStates) -> TrackTarget:
+        """Targets [m] of `states`."""
+        bank, reference = self._bank, self._reference
+        clip = reference.clip[states.frame]
+        yaw, origin = bank.yaw[clip], bank.origin[clip] + states.origin
+        corners = rotations.turn(yaw[:, None], bank.corners[clip]) + origin[:, None]
+        box = None
+        if bank.has_box:
+            pose, velocity = self._box(states)
+            half = bank.half[states.variant]
+            box = BoxState(
+                pose[:, :3],
+                pose[:, 3:],
+                velocity[:, :3],
+                half,
+                reference.picked[clip, :3] + states.origin,
+                reference.put[clip, :3] + states.origin,
+            )
+            corners = box.corners()
+        return TrackTarget(
+            bank.point[clip] + states.origin,
+            yaw,
+            corners,
+            bank.head[clip] + states.origin,
+            box,
+            reference=reference,
+            residual=self._residual,
+            frame=states.frame.clone(),
+            origin=states.origin.clone(),
+            lost=torch.zeros_like(states.frame),
+            mass=bank.mass[states.variant],
+        )
+
+    def apply(self, scenes: Scenes, ids: Tensor, states: TrackInitialStates) -> None:
+        """Write `states` into the scenes `ids` [m], which have their models already."""
+        bank, reference = self._bank, self._reference
+        clip = reference.clip[states.frame]
+        origin, yaw = bank.origin[clip] + states.origin, bank.yaw[clip]
+        if not bank.has_box:
+            scenes.set_state(ids, states.qpos, states.qvel, origin, yaw)
+            return
+        half = bank.half[states.variant, 2:]
+        picks = (reference.boxed & reference.has_picked)[clip][:, None]
+        picked = reference.picked[clip]
+        top = torch.cat((picked[:, :2], picked[:, 2:3] - half), dim=1) + states.origin
+        angle = picked[:, 3]
+        turned = torch.stack((torch.cos(angle), torch.sin(angle)), dim=1)
+        origin, yaw = torch.where(picks, top, origin), torch.where(picks, turned, yaw)
+        scenes.set_state(ids, states.qpos, states.qvel, origin, yaw)
+        puts = (reference.boxed & reference.has_put)[clip][:, None]
+        there = reference.put[clip, :3] + states.origin
+        down = torch.cat((torch.zeros_like(half), torch.zeros_like(half), half), dim=1)
+        parked = there.new_tensor(_PARKED_M).expand_as(there)
+        scenes.move_stand(ids, torch.where(puts, there, parked) - down)
+        pose, velocity = self._box(states)
+        scenes.set_free(ids, 0, pose, velocity)
+
+    def load_n(self, states: TrackInitialStates) -> tuple[Tensor, Tensor]:
+        """Force of each hand and weight that both bear, N: zeros, [m] each, as the reference's
+        set-points contain them."""
+        nothing = torch.zeros(len(states.frame))
+        return nothing, nothing
+
+    def _box(self, states: TrackInitialStates) -> tuple[Tensor, Tensor]:
+        """Pose [m, 7] and velocity [m, 6] of the boxes; parked where the clip has none."""
+        reference = self._reference
+        boxed = reference.boxed[reference.clip[states.frame]][:, None]
+        pose = reference.box[states.frame].clone()
+        lift = torch.where(reference.held[states.frame], LIFT_M, _BOX_LIFT_M)
+        pose[:, :3] += states.origin
+        pose[:, 2] += lift
+        parked = pose.new_tensor((*_PARKED_M[:2], _PARKED_M[2] + _BOX_LIFT_M, 1.0, 0.0, 0.0, 0.0))
+        velocity = reference.box_velocity[states.frame]
+        zero = torch.zeros_like(velocity)
+        return torch.where(boxed, pose, parked), torch.where(boxed, velocity, zero)

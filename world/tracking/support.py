@@ -1,0 +1,216 @@
+"""What a clip rests on, made to fit it: a seat or a bed that no part of the body runs through.
+
+The clips' own furniture was not recorded. A seat is a plate as high as the pelvis rests, with a
+back where the trunk leans, a bed a block; their edges are drawn in until the legs pass by.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from world.character.model import BODIES
+from world.furniture.piece import Box, Piece
+from world.motions.clip import Clip
+from world.objects import clearance
+from world.scene.box import STAND
+
+Point = tuple[float, float, float]
+
+#: Where things stand that a clip does not use, m.
+AWAY_M: Point = (-50.0, 0.0, 0.2)
+#: A limb may be this deep in a support's side, m; that much lower than the body rests is its top.
+_TOLERATED_M, _SUNK_M = 0.015, 0.01
+#: Half width and the reach ahead of and behind the point of use of the largest seat, m, and of the
+#: smallest; edges are drawn in by so much at a time.
+_SEAT_M, _LEAST_M, _STEP_M = (0.28, 0.24, 0.26), (0.12, 0.02, 0.08), 0.02
+_SEAT_THICK_M = 0.06
+#: A back of this height and thickness stands where the trunk of a sitter is, m, if the trunk leans
+#: back by this at least.
+_BACK_M, _BACK_THICK_M, _LEANS_RAD = 0.55, 0.05, 0.12
+#: A bed: beyond head and hip along its length, and to its sides, at most and at least, m.
+_BED_M, _LEAST_BED_M = (0.45, 1.15, 0.55), (0.20, 0.30, 0.20)
+#: A limb whose middle is no lower than this below the top lies on it, m.
+_LIES_M, _FAR_M = 0.05, 1e3
+#: Every so many frames are looked at.
+_EVERY = 3
+#: Beds lower than this are the floor, m.
+_FLOOR_M = 0.05
+
+
+@dataclass(frozen=True)
+class Support:
+    """A piece and where it stands in the clip's world."""
+
+    piece: Piece
+    origin_m: Point
+    yaw_rad: float
+    point_m: Point
+    """The point of use, on its surface."""
+    head_m: Point
+    """Below the head; of a seat the point itself."""
+
+    def mirrored(self) -> "Support":
+        """Itself reflected left to right (y -> −y): its boxes are their own mirror images."""
+
+        def reflected(point: Point) -> Point:
+            return point[0], -point[1], point[2]
+
+        return Support(
+            self.piece,
+            reflected(self.origin_m),
+            -self.yaw_rad,
+            reflected(self.point_m),
+            reflected(self.head_m),
+        )
+
+
+def support(clip: Clip) -> Support:
+    """What holds the character of a clip; out of the way where nothing does, or it has a box, which
+    stands on a stand of its own."""
+    if clip.box is None and clip.seat is not None:
+        return _seat(clip)
+    if clip.box is None and clip.bed is not None and clip.bed.height_m > _FLOOR_M:
+        return _bed(clip)
+    return Support(STAND, AWAY_M, 0.0, AWAY_M, AWAY_M)
+
+
+def supports(clips: Sequence[Clip]) -> list[Support]:
+    """Those of clips; a mirror image that follows its clip has the image of its support."""
+    found: list[Support] = []
+    for number, clip in enumerate(clips):
+        image = number > 0 and clip.name == f"{clips[number - 1].name}~mirrored"
+        found.append(found[-1].mirrored() if image else support(clip))
+    return found
+
+
+def sunk_m(clip: Clip, found: Support) -> NDArray[np.float64]:
+    """[T]: how deep the body is in its support in each frame, m; 0 where it is clear of it."""
+    spheres = _spheres(clip, found.origin_m, found.yaw_rad)
+    depth = np.max([_depth(spheres, box).max(axis=1) for box in found.piece.boxes], axis=0)
+    return np.maximum(depth, 0.0)
+
+
+def _seat(clip: Clip) -> Support:
+    seat = clip.seat
+    assert seat is not None
+    x, y, z = seat.point_m
+    origin, top = (x, y, 0.0), z - _SUNK_M
+    spheres = _spheres(clip, origin, seat.facing_rad)
+
+    def plate(edges: tuple[float, ...]) -> Box:
+        side, ahead, behind = edges
+        return Box(
+            (0.5 * (ahead - behind), 0.0, top - 0.5 * _SEAT_THICK_M),
+            (0.5 * (ahead + behind), side, 0.5 * _SEAT_THICK_M),
+        )
+
+    fitted = _drawn_in(_SEAT_M, _LEAST_M, plate, spheres, top)
+    boxes = [plate(fitted)]
+    back = _back(clip, spheres, slice(seat.from_frame, seat.to_frame), top, fitted[0])
+    if back is not None:
+        boxes.append(back)
+    return Support(
+        Piece("seat", "support", tuple(boxes), (), 1.0),
+        origin,
+        seat.facing_rad,
+        seat.point_m,
+        seat.point_m,
+    )
+
+
+def _back(
+    clip: Clip, spheres: NDArray[np.float64], seated: slice, top: float, side: float
+) -> Box | None:
+    """A back behind the trunk of a sitter who leans; none where something else is there."""
+    trunk = _trunk()
+    hip, chest = spheres[seated, trunk[0], :3], spheres[seated, trunk[-1], :3]
+    lean = np.arctan2(hip[:, 0] - chest[:, 0], chest[:, 2] - hip[:, 2])
+    if float(np.percentile(lean, 80)) < _LEANS_RAD:
+        return None
+    behind = (spheres[seated][:, trunk, 0] - spheres[seated][:, trunk, 3]).min(axis=1)
+    face = float(np.percentile(behind, 10))
+    box = Box(
+        (face - 0.5 * _BACK_THICK_M, 0.0, top + 0.5 * _BACK_M),
+        (0.5 * _BACK_THICK_M, side, 0.5 * _BACK_M),
+    )
+    others = np.delete(spheres, trunk, axis=1)
+    return box if _depth(others, box).max() <= 3 * _TOLERATED_M else None
+
+
+def _bed(clip: Clip) -> Support:
+    bed = clip.bed
+    assert bed is not None
+    hip, head = np.array(bed.hip_m), np.array(bed.head_m)
+    top = float(hip[2]) - _SUNK_M
+    along = (head - hip)[:2]
+    yaw = float(np.arctan2(along[1], along[0]))
+    origin = (float(hip[0]), float(hip[1]), 0.0)
+    length = float(np.linalg.norm(along))
+    spheres = _spheres(clip, origin, yaw)
+
+    def block(edges: tuple[float, ...]) -> Box:
+        beyond, feet, side = edges
+        low, high = -feet, length + beyond
+        return Box((0.5 * (low + high), 0.0, 0.5 * top), (0.5 * (high - low), side, 0.5 * top))
+
+    fitted = _drawn_in(_BED_M, _LEAST_BED_M, block, spheres, top)
+    piece = Piece("bed", "support", (block(fitted),), (), 1.0)
+    return Support(piece, origin, yaw, bed.hip_m, bed.head_m)
+
+
+def _drawn_in(
+    largest: tuple[float, ...],
+    least: tuple[float, ...],
+    made: Callable[[tuple[float, ...]], Box],
+    spheres: NDArray[np.float64],
+    top: float,
+) -> tuple[float, ...]:
+    """The edges from `largest` down to `least` at which no limb is in the box's side: the one that
+    gains most is drawn in first."""
+    edges = list(largest)
+    beside = spheres[::_EVERY].copy()
+    beside[beside[..., 2] > top - _LIES_M, :3] = _FAR_M
+
+    def clash(of: list[float]) -> float:
+        return float(np.maximum(_depth(beside, made(tuple(of))) - _TOLERATED_M, 0.0).sum())
+
+    now = clash(edges)
+    while now > 0.0:
+        tried = list(_tighter(edges, least))
+        if not tried:
+            break
+        gained = [clash(one) for one in tried]
+        edges, now = tried[int(np.argmin(gained))], min(gained)
+    return tuple(edges)
+
+
+def _tighter(edges: list[float], least: tuple[float, ...]) -> Iterator[list[float]]:
+    for k, (edge, smallest) in enumerate(zip(edges, least, strict=True)):
+        if edge - _STEP_M >= smallest:
+            yield [*edges[:k], edge - _STEP_M, *edges[k + 1 :]]
+
+
+def _spheres(clip: Clip, origin: Point, yaw: float) -> NDArray[np.float64]:
+    """[T, P, 4]: the character's spheres in a frame on the floor: centres and radius, m."""
+    centres = clearance.points(torch.from_numpy(clip.qpos())).double().numpy() - np.array(origin)
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    x, y, z = np.moveaxis(centres, -1, 0)
+    radius = np.broadcast_to(clearance.RADII.numpy(), x.shape)
+    return np.stack((cos * x + sin * y, cos * y - sin * x, z, radius), axis=-1)
+
+
+def _trunk() -> list[int]:
+    """The spheres of pelvis and torso, from the lowest up."""
+    wanted = (BODIES.index("pelvis"), BODIES.index("torso"))
+    return [i for i, body in enumerate(clearance.BODIES.tolist()) if body in wanted]
+
+
+def _depth(spheres: NDArray[np.float64], box: Box) -> NDArray[np.float64]:
+    """[..]: how deep spheres [.., 4] are in a box that is square to the frame, m, negative for
+    clearance."""
+    beyond = np.abs(spheres[..., :3] - np.array(box.centre_m)) - np.array(box.half_m)
+    outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=-1)
+    return spheres[..., 3] - outside - np.minimum(beyond.max(axis=-1), 0.0)
