@@ -90,12 +90,12 @@ def starting_point(arguments: Sequence[str]) -> "Experiment":
 
 
 def preset_of(arguments: Sequence[str]) -> Any:
-    """The preset that is asked for: that of the task's own name, where there is one, if none is."""
+    """Return the preset of --preset, else the one with the task's name, else fast."""
     from console.run.experiment import PRESETS
 
     given = value_of(arguments, "--preset")
     task = next((word for word in arguments[1:2] if word in PRESETS), "fast")
-    # one that there is not is refused where the flag itself is read
+    # an unknown preset is refused when the flag is parsed
     return given if given in PRESETS else task
 
 

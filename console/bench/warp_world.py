@@ -1,4 +1,4 @@
-"""The world's bench on mujoco-warp: a shard's whole control step, its parts, and raw stepping."""
+"""`inhabit bench world` on mujoco-warp: a shard's control step, its parts, and raw stepping."""
 
 import time
 from collections.abc import Callable
@@ -13,13 +13,13 @@ from world.character.model import NU
 from world.episodes.shard import Shard
 from world.scene.simulators import require_warp
 
-#: Control steps that load kernels and fill caches, and are not timed.
+#: First control steps, which load kernels and fill caches and are not timed.
 _FIRST = 3
 
 
 def measure(experiment: Experiment, seconds: float, device: torch.device) -> dict[str, float]:
-    """Control steps/s of a shard and of nothing but stepping its scenes, in turns in one run, from
-    the same states; parts of a step in µs a scene; memory a scene.
+    """Return control steps/s of a shard and of raw stepping of its scenes, measured in turn from
+    the same states; parts of a step in µs per scene; memory per scene.
 
     shard_to_raw_ratio: the time of raw stepping over that of the whole shard.
     """

@@ -42,7 +42,7 @@ class Bench:
     """Runner of bench train and bench endurance."""
     device: Literal["auto", "cpu", "cuda"] = "auto"
     """Device of the networks, and of warp's scenes, in bench world, train and learner; auto: a GPU
-    where there is one."""
+    if available."""
     simulator: Literal["mujoco", "warp"] = "mujoco"
     """Simulator of bench world and bench train; warp: mujoco-warp on the device, compared with its
     raw stepping."""

@@ -162,7 +162,8 @@ def recorded(experiment: Experiment) -> dict[str, Any]:
 
 
 def _anywhere(config: dict[str, Any]) -> dict[str, Any]:
-    """Without the device: a run goes on on another one, exactly only on the same."""
+    """Return the settings without the device: a run may resume on another one, though bit for bit
+    on the same one alone."""
     return {name: value for name, value in config.items() if name != "device"}
 
 

@@ -52,7 +52,7 @@ def open_runner(
     device: of the learner.
     """
     if command.style_service.address and command.runner != "ray":
-        raise ConfigError("--style-service.address needs --runner ray: add it")
+        raise ConfigError("--style-service.address needs several processes: add --runner ray")
     if command.runner == "ray":
         address, style = command.address, command.style_service
         with ray_runner(experiment, run, workers, address, note, style, device) as runner:

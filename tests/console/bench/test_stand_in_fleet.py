@@ -40,14 +40,14 @@ def test_stand_ins_send_what_actors_would(hosts: list[Any], part: Rollout) -> No
     assert_same(got, Rollout.join([replace(part, first_scene=8 * i) for i in range(70)]))
 
 
-def test_stand_ins_told_ahead_do_not_wait_for_the_learner(
+def test_prefetched_stand_ins_do_not_wait_for_the_learner(
     hosts: list[Any], part: Rollout, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     fleet = SleepingFleet(hosts, part, 6, 0.5)
     first = fleet.request(weights(0), 0)
     fleet.prefetch(weights(1), 1, 0.1)
     fleet.receive(first)
-    there, missing = ray.wait(fleet._begun, num_returns=len(fleet._begun))
+    there, missing = ray.wait(fleet._requested, num_returns=len(fleet._requested))
     assert len(there) == 6 and not missing
     monkeypatch.setattr(fleet, "request", lambda *_: pytest.fail("it was there already"))
     assert fleet.collect(weights(1), 1, 0.1).version == 1
