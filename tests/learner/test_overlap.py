@@ -189,7 +189,7 @@ def test_a_fleet_that_is_always_late_ends_the_run_with_one_line(tmp_path):
 
 
 def test_settings_that_contradict_one_another():
-    with pytest.raises(ConfigError, match=r"--lag\.max-policy 0 drops every such sample"):
+    with pytest.raises(ConfigError, match=r"which --lag\.max-policy 0 drops: leave one of them out"):
         check(Experiment(lag=LagConfig(overlap=True, max_policy=0)))
     with pytest.raises(ConfigError, match="must be 0 or above"):
         check(Experiment(lag=LagConfig(max_style=-1)))
