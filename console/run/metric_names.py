@@ -28,7 +28,7 @@ class Metric:
 METRICS = (
     Metric("iteration", "", "number of the iteration, from 1"),
     Metric("samples", "samples", "control steps over all scenes that updates have used so far"),
-    Metric("seconds", "s", "wall time of all iterations of this process"),
+    Metric("seconds", "s", "wall time of all iterations of the run"),
     Metric("reward/task", "", "mean weighted task reward of a control step"),
     Metric("reward/style", "", "mean style reward of a control step, -log(1 - D)"),
     Metric("reward/TERM", "", "mean of one reward term of the task, before its weight"),
