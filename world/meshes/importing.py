@@ -208,20 +208,22 @@ def _processes(
 ) -> Iterator[tuple[int, Outcome]]:
     """Outcomes of the jobs as they end, each made in its own process."""
     bounds = bounded.Bounds(CPU_S, WALL_S, MEMORY_BYTES)
-    tasks = [bounded.Task(job.name, (job, digest), bounds) for _, job, digest in waiting]
+    # the folder is named here: the server that forks the processes keeps its first environment
+    kept = str(cache_folder())
+    tasks = [bounded.Task(job.name, (job, digest, kept), bounds) for _, job, digest in waiting]
     libraries = ("trimesh", "vhacdx", "scipy.spatial")
     for position, result in bounded.run(tasks, _made, workers, ADVICE, libraries, stopped):
         index, job, _ = waiting[position]
         yield index, Outcome(job.name, result.value, result.refused)
 
 
-def _made(job: Job, digest: str) -> dict[str, Any]:
-    """In the process of a job: make the piece's document and cache it."""
+def _made(job: Job, digest: str, kept: str) -> dict[str, Any]:
+    """In the process of a job: make the piece's document and cache it in the folder `kept`."""
     key, content = digest.split(":")
     # a JSON round trip, so that new and cached pieces are the same
     with refusing(PieceError, Path(job.name), "mesh"):
         document = json.loads(json.dumps(make(job, content)))
     # with a read-only home pieces are made again each time
     with contextlib.suppress(PieceError):
-        store.write(_cached(key), document)
+        store.write(Path(kept) / f"{key}.json", document)
     return document
