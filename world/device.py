@@ -34,10 +34,6 @@ class Device:
     torch: torch.device
     reason: str
 
-    @property
-    def is_cpu(self) -> bool:
-        return self.torch.type == "cpu"
-
 
 def resolve(name: str = "auto") -> Device:
     """The device that --device names; `auto` takes a GPU that can be used.

@@ -15,8 +15,9 @@ _GAMMA = -7046029254386353131  # 0x9E3779B97F4A7C15 as int64
 _MIX_1 = -4658895280553007687  # 0xBF58476D1CE4E5B9
 _MIX_2 = -7723592293110705685  # 0x94D049BB133111EB
 
-#: Keys of the purposes, so that two purposes never share numbers.
+#: Keys of the purposes, all of them, so that two purposes never share numbers.
 ACTION_NOISE, EPISODE, MOCAP = 1, 2, 3
+TRIAL, THROWS, MOVES, BOX_TRIAL, CLIP_TRIAL = 101, 102, 103, 104, 105
 
 
 def _shift(x: Tensor, bits: int) -> Tensor:

@@ -28,8 +28,6 @@ from world.tracking.bank import TrackBank
 from world.tracking.sampler import TrackSampler
 from world.tracking.target import TrackTarget, deviation, touching, tracked
 
-#: Key of these draws among the streams (world.random_streams names its own from 1).
-PURPOSE = 104
 ENDS = Track.stages
 #: Trials that follow one another in the same scenes, and those scenes: fixed, so that no figure
 #: depends on the number of threads.
@@ -75,7 +73,11 @@ def manifest(bank: TrackBank, trials: int, seed: int) -> Trials:
     """Trials of a seed: clips in turn, from any sound frame; then each clip from its first one,
     once with each of its boxes."""
     reference = bank.reference
-    u = random_streams.uniform(seed, PURPOSE, torch.arange(trials), 0, 2).double().numpy()
+    u = (
+        random_streams.uniform(seed, random_streams.CLIP_TRIAL, torch.arange(trials), 0, 2)
+        .double()
+        .numpy()
+    )
     sound = reference.start_weight.numpy() > 0.0
     pools = [
         np.flatnonzero(sound[int(a) : int(b)]) + int(a)

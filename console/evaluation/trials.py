@@ -20,8 +20,6 @@ from world.scene.perturbations import Disturbance
 
 #: Trials stepped together: fixed, so that no figure depends on the number of threads.
 CHUNK = 128
-#: Key of the random stream of these draws (keys of world.random_streams start at 1).
-PURPOSE = 101
 
 
 def manifest(
@@ -35,7 +33,11 @@ def manifest(
 ) -> Trials:
     """Return the trials of a seed: pieces in turn, the rest uniform (paper, section 7.1). A box is
     near_m to far_m from the character, and its target as far from the box."""
-    u = random_streams.uniform(seed, PURPOSE, torch.arange(trials), 0, 4).double().numpy()
+    u = (
+        random_streams.uniform(seed, random_streams.TRIAL, torch.arange(trials), 0, 4)
+        .double()
+        .numpy()
+    )
     low, high = scale
     return Trials(
         tuple(pieces[i % len(pieces)] for i in range(trials)),

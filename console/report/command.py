@@ -37,6 +37,10 @@ def report_command(command: Report) -> int:
     # no file is written into the folder of a published policy
     out = command.out or (run.path / "report.html" if run else Path(f"{folder.name}-report.html"))
     task = tasks.make(found.task)
+    if task.affordance.follows_clips:
+        raise ConfigError(
+            f"{command.source}: no report of a task that follows clips; use evaluate, play or video"
+        )
     pieces = objects_of(found, command.objects, command.trials, command.seed)
     evaluation = evaluation_of(command, found.task)
     output = screen()

@@ -96,6 +96,12 @@ class Served:
 
     def check(self) -> "Served":
         """Return itself; raise LayoutError for features, shapes or weights that cannot act."""
+        # set-points are relative to a reference, which neither messages nor an ONNX file hold
+        if self.task.affordance.follows_clips:
+            raise LayoutError(
+                f"{self.name}: a policy that follows clips is neither served nor exported; "
+                "use evaluate, play or video"
+            )
         features = tuple((f.name, f.width) for f in STATE)
         goal = tuple((f.name, f.width) for f in self.task.goal)
         layout = self.manifest.layout

@@ -22,8 +22,6 @@ from world.scene import box as box_scene
 from world.scene.batch import Scenes
 from world.scene.target import Target
 
-#: Key of the random stream of boxes in trials (that of the trials is 101).
-_CARRY = 104
 #: Least distance of a target from the character's initial position, m.
 _CLEAR_M = 0.8
 #: Edges of the bands of size in the figures.
@@ -82,7 +80,11 @@ class CarriedBox(Affordance):
 def boxes(trials: int, seed: int, weight_kg: tuple[float, float] | None) -> tuple[Piece, ...]:
     """The box of each trial: size uniform over the protocol's range, mass where the task randomises
     it."""
-    u = random_streams.uniform(seed, _CARRY, torch.arange(trials), 0, 2).double().numpy()
+    u = (
+        random_streams.uniform(seed, random_streams.BOX_TRIAL, torch.arange(trials), 0, 2)
+        .double()
+        .numpy()
+    )
     low, high = _PROTOCOL.scale
     found = []
     for size, weight in u:
@@ -126,7 +128,9 @@ def stacked_layout(setting: Setting) -> Layout:
     """Layout of boxes at rest above the setting's points, with targets target_m away, any
     bearing."""
     point = setting.point
-    u = random_streams.uniform(setting.seed, _CARRY, torch.from_numpy(setting.trials), 1, 4)
+    u = random_streams.uniform(
+        setting.seed, random_streams.BOX_TRIAL, torch.from_numpy(setting.trials), 1, 4
+    )
     half = torch.tensor([piece.boxes[0].half_m[2] for piece in setting.pieces])
     low, high = _PROTOCOL.stand_m
     start = torch.cat((point, (half + low + (high - low) * u[:, 0])[:, None]), dim=1)

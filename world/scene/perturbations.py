@@ -14,8 +14,6 @@ from world.scene.model import PROJECTILE_BODY, Ball
 
 Kind = Literal["none", "projectiles", "moved"]
 KINDS: tuple[Kind, ...] = ("none", "projectiles", "moved")
-#: Keys of these random streams (that of the trials is 101).
-_THROWS, _MOVES = 102, 103
 _GRAVITY_M_S2 = 9.81
 #: Position of balls before and after their flight, m.
 _PARKED_M = (60.0, 0.0, 40.0)
@@ -91,13 +89,15 @@ def draw(
     ids = torch.arange(trials)
     none = torch.zeros(trials, 0, dtype=torch.int64)
     if kind == "projectiles":
-        u = random_streams.uniform(seed, _THROWS, ids, 0, 5 * throwing.count)
+        u = random_streams.uniform(seed, random_streams.THROWS, ids, 0, 5 * throwing.count)
         u = u.view(trials, throwing.count, 5)
         # sorted draws among steps − count, plus 0, 1, 2, ..., are all different
         first = (u[..., 0] * (steps - throwing.count + 1)).long().sort(dim=1).values
         return Disturbance(kind, first + torch.arange(throwing.count), u[..., 1:], throwing)
     if kind == "moved":
-        return Disturbance(kind, none, random_streams.uniform(seed, _MOVES, ids, 0, 4))
+        return Disturbance(
+            kind, none, random_streams.uniform(seed, random_streams.MOVES, ids, 0, 4)
+        )
     if kind == "none":
         return Disturbance(kind, none, torch.zeros(trials, 4))
     raise ChoiceError("--perturb", kind, list(KINDS))

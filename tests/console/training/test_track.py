@@ -3,6 +3,8 @@
 import json
 from pathlib import Path
 
+import pytest
+
 from console.app import main
 from tests.support.track_scenes import clips
 from world.motions import clip_file
@@ -24,7 +26,7 @@ def trained(folder: Path, name: str, actors: int) -> list[dict[str, float]]:
 
 
 def test_a_training_is_the_same_over_one_and_two_actors_and_is_evaluated_by_clip(
-    tmp_path: Path,
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     one, two = (trained(tmp_path, f"run{actors}", actors) for actors in (1, 2))
     assert len(one) == 3
@@ -53,3 +55,12 @@ def test_a_training_is_the_same_over_one_and_two_actors_and_is_evaluated_by_clip
     assert 0.0 < figures["body_cm"] < 30.0
     assert (tmp_path / "takes.msgpack").stat().st_size > 10_000
     assert main(["evaluate", str(tmp_path / "run1"), "--perturb", "moved"]) == 2
+    # its set-points need the reference: nothing is served or exported that would be wrong
+    capsys.readouterr()
+    run, onnx = str(tmp_path / "run1"), str(tmp_path / "track.onnx")
+    for words, code in ((["export", run, onnx], 1), (["serve", run], 1), (["report", run], 2)):
+        assert main(words) == code
+        error = capsys.readouterr().err
+        assert "follows clips" in error and "use evaluate, play or video" in error
+        assert error.count("\n") == 1
+    assert not Path(onnx).exists()
