@@ -27,7 +27,7 @@ class Held:
 
 
 def test_names() -> None:
-    assert resolve("cpu").torch == CPU and resolve("cpu").is_cpu
+    assert resolve("cpu").torch == CPU
     with pytest.raises(ConfigError, match="--device tpu: choose one of auto, cpu, cuda"):
         resolve("tpu")
     auto = resolve("auto")
@@ -52,7 +52,7 @@ def test_a_gpu_that_cannot_be_had_is_one_line(
     with pytest.raises(DeviceError, match=said) as refused:
         resolve("cuda")
     assert "\n" not in str(refused.value) and "--device cpu" in str(refused.value)
-    assert resolve("auto").is_cpu and said in resolve("auto").reason
+    assert resolve("auto").torch == CPU and said in resolve("auto").reason
 
 
 def test_a_torch_without_cuda_and_a_machine_without_gpu(monkeypatch: pytest.MonkeyPatch) -> None:
