@@ -129,7 +129,7 @@ def sabotaged(
 
 
 @pytest.mark.parametrize("starter", ["start_gcs_server", "start_raylet"])
-def test_one_that_dies_while_it_starts_is_started_again(
+def test_an_actor_that_dies_at_its_start_is_started_again(
     starter: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # The start-up time-out would end after the test's own time-out.
@@ -150,7 +150,9 @@ def test_a_store_that_hangs_is_ended_and_started_again(monkeypatch: pytest.Monke
         assert made[0].poll() == -signal.SIGKILL and made[1].poll() is None
 
 
-def test_what_it_died_of_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_the_error_names_the_cause_of_death(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     """Three times, and what a Ray process writes as it aborts."""
     made = sabotaged(monkeypatch, "start_gcs_server", [])
     monkeypatch.setattr(services, "GCS_SERVER_EXECUTABLE", str(tmp_path / "gcs_server"))

@@ -204,7 +204,7 @@ def test_the_working_directory_is_small(cluster: Cluster) -> None:
     assert size < 18e6
 
 
-def test_who_has_no_token_is_turned_away(cluster: Cluster, tmp_path: Path) -> None:
+def test_a_client_without_a_token_is_refused(cluster: Cluster, tmp_path: Path) -> None:
     words = ("sit", "--run", str(tmp_path / "run"))
     other = tmp_path / "token"
     other.write_text(secrets.token_hex(16))

@@ -38,7 +38,7 @@ class TestCollection:
         assert asked.next_part(helpers=1) == (range(2, 4), 1)
         assert not asked.queued and not asked.complete
 
-    def test_a_late_original_replaces_pieces_and_later_ones_do_not_count(self):
+    def test_a_late_result_replaces_its_parts_and_later_results_do_not_count(self):
         asked = self.collection()
         self.deliver(asked, "b")
         asked.queue_stragglers(time.monotonic() + 5)
@@ -54,7 +54,7 @@ class TestCollection:
         assert not self.deliver(asked, "a2")
         assert asked.complete and asked.stragglers == 1
 
-    def test_a_helper_that_dies_leaves_its_piece_owed_though_the_late_one_is_at_it(self):
+    def test_a_dead_helper_leaves_its_part_to_be_done_though_the_straggler_has_it(self):
         asked = self.collection()
         self.deliver(asked, "b")
         asked.queue_stragglers(time.monotonic() + 11)
@@ -66,7 +66,7 @@ class TestCollection:
         asked.fail(asked.jobs["a"])
         assert asked.queued == [(range(4), 2)], "not twice"
 
-    def test_none_is_late_as_long_as_most_are_at_work(self):
+    def test_there_is_no_straggler_while_most_workers_are_busy(self):
         asked = self.collection()
         assert asked.next_straggler_s is None
         self.deliver(asked, "b")

@@ -106,7 +106,7 @@ def test_crash_loop_ends_with_its_cause(fault, cause):
     assert gone(pids)
 
 
-def test_a_persons_mistake_is_told_at_once_and_as_itself():
+def test_a_wrong_setting_is_reported_at_once_and_as_such():
     with pytest.raises(ConfigError, match=r"^no such chair: choose one of chair, stool$"):
         rayed(1, MakePoints(fault="misconfigured"))
 

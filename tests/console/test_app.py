@@ -17,7 +17,7 @@ def test_values_of_flags() -> None:
     assert app.value_of(words, "--last") is None and app.value_of(words, "--none") is None
 
 
-def test_exit_codes_tell_mistakes_from_failures() -> None:
+def test_exit_codes_separate_usage_errors_from_failures() -> None:
     assert app.exit_code(ChoiceError("task", "fly", ["sit"])) == 2
     assert app.exit_code(ConfigError("no")) == 2
     assert [app.exit_code(e) for e in (InhabitError("x"), RpcError("x"), KeyError("x"))] == [1] * 3

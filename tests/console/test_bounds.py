@@ -93,7 +93,7 @@ def test_beyond_them_is_a_mistake_of_the_command_line(
 
 
 @pytest.mark.parametrize("word", ["train", "serve", "evaluate"])
-def test_help_says_them(word: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_help_lists_the_bounds(word: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([word, "--help"]) == 0
     text = " ".join(capsys.readouterr().out.replace("│", " ").split())
     wanted = {"train": "1 to 1024", "serve": "1 to 65536", "evaluate": "1 to 10000000"}[word]

@@ -37,7 +37,7 @@ def test_a_batch_sent_again_is_counted_once(client: StyleClient) -> None:
     assert client.status().version == 1
 
 
-def test_restored_elsewhere_it_goes_on_exactly(client: StyleClient) -> None:
+def test_restored_in_another_process_it_continues_exactly(client: StyleClient) -> None:
     style = local()
     for k in range(6):
         style.score(k, **rollout(k))

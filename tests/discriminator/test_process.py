@@ -19,7 +19,7 @@ from rpc.server import Server, ServerConfig
 from tests.support.style_cases import SPEC, WIDTH, assert_equal_states, local, rollout
 
 
-def test_killed_and_back_it_goes_on_exactly(tmp_path: Path) -> None:
+def test_after_a_kill_it_continues_exactly(tmp_path: Path) -> None:
     style, said = local(), []
     service = ServiceConfig(state=str(tmp_path / "style"))
     process = start_process(replace(SPEC, service=service), said.append)
@@ -58,7 +58,7 @@ def test_a_crash_loop_ends_the_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
         process.stop()
 
 
-def test_a_service_that_cannot_start_says_why_in_one_line(server: Server, tmp_path: Path) -> None:
+def test_a_service_that_cannot_start_is_one_line(server: Server, tmp_path: Path) -> None:
     for spec, message in [
         (replace(SPEC, mocap="tests.support.style_cases:make_nothing"), "no clips in nowhere"),
         (replace(SPEC, mocap="tests.support.style_cases:none"), "has no attribute 'none'"),

@@ -85,7 +85,7 @@ def test_bad_rollouts_are_refused_by_field(server: Server, client: StyleClient) 
     assert client.status().batches == 0
 
 
-def test_out_of_turn_is_said(client: StyleClient) -> None:
+def test_calls_out_of_order_are_refused(client: StyleClient) -> None:
     with pytest.raises(TurnError, match="score a rollout first"):
         client.train(0)
     client.score(0, **rollout(0))

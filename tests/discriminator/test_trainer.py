@@ -33,7 +33,7 @@ def test_reward_is_of_the_normalised_pair() -> None:
     assert style.replay.size == 4 * 16 - 1
 
 
-def test_it_learns_to_tell_them_apart_and_good_motion_is_worth_more() -> None:
+def test_it_learns_to_separate_policy_from_mocap_and_rewards_mocap_more() -> None:
     style = discriminator(replace(SMALL, gradient_penalty=0.1, learning_rate=3e-3))
     iterate(style, 0, 60)
     scores = style.score(99, **rollout(99))
@@ -80,7 +80,7 @@ def test_a_batch_counts_once_and_a_training_happens_once() -> None:
         style.score(5, **rollout(5))
 
 
-def test_nothing_to_train_on_is_said() -> None:
+def test_an_empty_replay_is_refused() -> None:
     with pytest.raises(StyleError, match="score a rollout first"):
         discriminator().train(0)
 

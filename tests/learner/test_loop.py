@@ -112,7 +112,7 @@ def test_runs_without_a_style(tmp_path):
     assert "reward/style" not in last
 
 
-def test_stops_when_asked_and_writes_a_checkpoint(tmp_path):
+def test_a_requested_stop_writes_a_checkpoint(tmp_path):
     running = start(tmp_path, 100)
     running.loop.run(stop=lambda: len(running.memory.lines) == 3)
     running.close()

@@ -178,7 +178,7 @@ def test_batches_scored_by_an_old_discriminator_are_dropped_and_counted(tmp_path
     loop.fleet.close()
 
 
-def test_a_fleet_that_is_always_late_ends_the_run_with_one_line(tmp_path):
+def test_a_fleet_that_always_lags_ends_the_run_with_one_line(tmp_path):
     fleet = Late(points(), [9] * 99)
     loop = looped(tmp_path, fleet, LoopConfig(iterations=3, lag=LagConfig(max_policy=2)))
     with pytest.raises(TrainingError, match=r"^iteration 1: 8 rollouts .* --lag\.max-policy 2 or"):

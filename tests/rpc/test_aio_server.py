@@ -103,7 +103,7 @@ def test_statuses_metrics_health_and_reflection(capfd: pytest.CaptureFixture[str
     assert "Traceback" in capfd.readouterr().err
 
 
-def test_a_token_is_asked_for_everywhere_but_by_probes(tmp_path: Path) -> None:
+def test_every_method_but_health_requires_the_token(tmp_path: Path) -> None:
     token = tmp_path / "token"
     token.write_text("s3cret\n")
 

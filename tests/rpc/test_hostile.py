@@ -68,7 +68,7 @@ def test_a_silent_connection_to_the_metrics_is_closed(monkeypatch: pytest.Monkey
         server.drain()
 
 
-def test_a_key_of_another_certificate_is_said_at_once(tmp_path: Path) -> None:
+def test_a_key_of_another_certificate_is_reported_at_once(tmp_path: Path) -> None:
     files = certificates(tmp_path)
     with pytest.raises(RpcError, match="is not that of certificate"):
         server_credentials(files["server.crt"], files["client.key"], "")
@@ -118,7 +118,7 @@ def why_not(config: ServerConfig, ca: str) -> str:
         server.drain()
 
 
-def test_an_expired_certificate_and_a_strange_one_are_said_as_such(tmp_path: Path) -> None:
+def test_expired_and_unknown_certificates_are_reported_as_such(tmp_path: Path) -> None:
     files = certificates(tmp_path)
     config = ServerConfig(
         listen="localhost:0", tls_cert=files["server.crt"], tls_key=files["server.key"]

@@ -34,7 +34,7 @@ def test_errors_become_statuses_with_one_line(capfd: pytest.CaptureFixture[str])
         channel.close()
 
 
-def test_a_token_is_asked_for(tmp_path: Path) -> None:
+def test_a_token_is_required(tmp_path: Path) -> None:
     right, wrong = tmp_path / "right", tmp_path / "wrong"
     right.write_text("s3cret\n")
     wrong.write_text("s3cres\n")

@@ -8,7 +8,7 @@ from rpc.errors import CodecError
 from rpc.malformed import LONGEST, defer_parse_errors, redact
 
 
-def test_bytes_that_are_no_message_are_told_when_they_are_looked_at() -> None:
+def test_bytes_that_are_no_message_are_refused_when_read() -> None:
     def parse(data: bytes) -> str:
         raise DecodeError("truncated")
 

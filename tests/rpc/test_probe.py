@@ -9,7 +9,7 @@ from rpc.server import ServerConfig
 from tests.support.rpc.services import NAME, serving
 
 
-def test_each_answer_is_told_in_its_own_words() -> None:
+def test_each_status_has_its_own_message() -> None:
     with serving(ServerConfig()) as (server, _):
         config = ChannelConfig(server.address)
         assert check_health(config) > 0.0 and check_health(config, NAME) > 0.0

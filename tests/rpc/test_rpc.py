@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 
-def test_forks_are_left_alone_unless_somebody_wants_otherwise() -> None:
+def test_fork_support_is_off_unless_the_environment_sets_it() -> None:
     code = "import os, rpc; print(os.environ['GRPC_ENABLE_FORK_SUPPORT'])"
     for given, found in (({}, "0"), ({"GRPC_ENABLE_FORK_SUPPORT": "1"}, "1")):
         environment = {k: v for k, v in os.environ.items() if not k.startswith("GRPC_")} | given

@@ -58,7 +58,7 @@ def test_other_machines_need_protection(tmp_path: Path) -> None:
         Channel(ChannelConfig("10.0.0.1:1", token_file=str(token)), "service")
 
 
-def test_a_port_in_use_is_said_in_one_line() -> None:
+def test_a_port_in_use_is_one_line() -> None:
     in_use = pytest.raises(RpcError, match="Address already in use; choose another port")
     with serving(ServerConfig()) as (server, _), in_use:
         Server(ServerConfig(listen=server.address))

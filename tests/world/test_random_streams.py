@@ -7,7 +7,7 @@ from scipy import stats
 from world import random_streams
 
 
-def test_same_counter_same_numbers_whoever_asks() -> None:
+def test_same_counter_same_numbers_in_any_batch() -> None:
     ids = torch.arange(512)
     whole = random_streams.normal(3, ids, 17, 28)
     parts = torch.cat(

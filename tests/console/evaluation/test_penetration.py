@@ -22,7 +22,7 @@ def test_depth_grows_as_the_block_rises_into_the_feet() -> None:
     np.testing.assert_allclose(np.diff(depth[1:]), 0.005, atol=1e-3)
 
 
-def test_only_the_frames_asked_for_are_looked_at() -> None:
+def test_only_the_requested_frames_are_measured() -> None:
     model = compile_scene(BLOCK)
     qpos = np.tile(character.standing_qpos(), (3, 1))
     quat = np.tile([1.0, 0.0, 0.0, 0.0], (3, 1))

@@ -31,7 +31,7 @@ def geometry(chosen: Trials) -> np.ndarray:
     return np.hypot(chosen.distance_m, up)
 
 
-def test_who_stands_still_scores_what_geometry_says() -> None:
+def test_standing_still_scores_by_geometry() -> None:
     chosen = trials.manifest(catalogue("test"), 64, 0)
     results = trials.drive(WORLD, standing, chosen, SHORT.steps, 2)
     far = geometry(chosen)

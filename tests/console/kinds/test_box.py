@@ -7,7 +7,7 @@ from console.kinds.setup import Pose
 from tests.support.console.players import live, qpos
 
 
-def test_a_box_stands_where_it_should_and_its_goal_moves() -> None:
+def test_a_box_stands_on_its_stand_and_its_goal_moves() -> None:
     source = live("carry", box=Pose(1.0, 0.5))
     assert qpos(source, 0)[43:45] == pytest.approx([1.0, 0.5])
     source.scene.move(Pose(2.5, 0.5))

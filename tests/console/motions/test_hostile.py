@@ -51,7 +51,7 @@ def test_one_bad_file_never_stops_a_folder(tmp_path: Path) -> None:
     assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss < max(before, 2_000_000)  # kB
 
 
-def test_check_reports_what_it_cannot_read(tmp_path: Path, capsys: object) -> None:
+def test_check_reports_unreadable_files(tmp_path: Path, capsys: object) -> None:
     folder = small_clips.write(tmp_path / "in")
     (folder / "bad.pkl").write_bytes(BAD["numbers.pkl"])
     assert main(["motions", "check", str(folder), "--json"]) == 1

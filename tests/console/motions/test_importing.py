@@ -66,7 +66,7 @@ def test_import_writes_clips_that_training_reads(
     assert not list(out.glob("*.partial"))
 
 
-def test_motions_of_one_name_are_told_apart() -> None:
+def test_motions_of_one_name_get_different_names() -> None:
     paths = [Path(p) for p in ("/m/a/walk.bvh", "/m/b/walk.bvh", "/m/a/turn.bvh", "/m/a/turn.amc")]
     assert distinct(paths) == ["a_walk", "b_walk", "a_turn_bvh", "a_turn_amc"]
     with pytest.raises(ClipError, match="two motions have the name a_walk_bvh"):

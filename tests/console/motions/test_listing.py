@@ -11,7 +11,7 @@ from world.motions import load
 from world.motions.clip import Clip
 
 
-def test_each_kind_of_clip_says_what_it_uses() -> None:
+def test_each_kind_of_clip_lists_its_objects() -> None:
     kinds: dict[str | None, Clip] = {}
     for clip in load.own_clips():
         kind = "box" if clip.box else "bed" if clip.bed else "seat" if clip.seat else None
@@ -28,7 +28,7 @@ def test_each_kind_of_clip_says_what_it_uses() -> None:
     assert len(carries["box_size_m"]) == 3 and rows["bed"]["bed_height_m"] > 0.2
 
 
-def test_the_list_is_json_where_that_is_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_list_is_json_on_request(capsys: pytest.CaptureFixture[str]) -> None:
     assert listing.motions_command(MotionsList(json=True)) == 0
     rows = json.loads(capsys.readouterr().out)
     assert [row["clip"] for row in rows] == [clip.name for clip in load.own_clips()]

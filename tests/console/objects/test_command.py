@@ -49,7 +49,7 @@ def test_a_folder_is_imported_and_the_bad_file_refused(
     assert json.loads(capsys.readouterr().out)[0]["sit"] == found["sit"]
 
 
-def test_what_is_told_makes_another_piece(tmp_path: Path) -> None:
+def test_other_settings_make_another_piece(tmp_path: Path) -> None:
     path = written(tmp_path, ".obj")
     (job,) = importing.jobs([path], options(Meshes()))
     (other,) = importing.jobs([path], options(Meshes(sit="0,0,0.4,90")))

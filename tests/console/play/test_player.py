@@ -25,7 +25,7 @@ class Counted:
         return Curves()
 
 
-def test_time_passes_as_it_is_told_to() -> None:
+def test_time_advances_by_the_requested_steps() -> None:
     player = Player(Counted(100))  # pyright: ignore
     assert [player.advance(1 / 60) for _ in range(6)] == [0, 1, 0, 1, 0, 1]
     player.run(2.0)

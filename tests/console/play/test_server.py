@@ -8,7 +8,7 @@ from console.play.server import start
 from world.errors import ConfigError
 
 
-def test_others_are_refused_and_a_taken_port_is_said() -> None:
+def test_foreign_hosts_are_refused_and_a_taken_port_is_one_line() -> None:
     with pytest.raises(ConfigError, match="the page has no authentication"):
         start("0.0.0.0:0")
     with socket.create_server(("127.0.0.1", 0)) as taken:

@@ -29,7 +29,7 @@ def test_each_policy_has_its_pieces() -> None:
         found.pieces("fly")
 
 
-def test_runs_are_called_by_task_or_as_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_runs_are_named_by_task_or_flag(monkeypatch: pytest.MonkeyPatch) -> None:
     served = SimpleNamespace(check=lambda: None)
     monkeypatch.setattr("console.play.stock.loading.served", lambda name, path: served)
     assert list(load([SIT, f"other={SIT}"], "best", "test").policies) == ["sit", "other"]

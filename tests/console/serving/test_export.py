@@ -42,14 +42,14 @@ def test_it_acts_as_the_policy_does(file: Path, rows: int) -> None:
     np.testing.assert_allclose(target, served.action_map.set_points(wanted).numpy(), atol=1e-5)
 
 
-def test_so_it_does_with_a_linear_map_beside_the_layers(tmp_path: Path) -> None:
+def test_it_acts_as_the_policy_does_with_a_linear_skip(tmp_path: Path) -> None:
     served = make(1, "carry", "carry")
     assert served.policy.actor.skip is not None
     found = export(served, tmp_path / "carry.onnx")
     assert max(found.action, found.target_rad) <= 1e-5
 
 
-def test_it_says_what_describe_says(file: Path) -> None:
+def test_it_matches_describe(file: Path) -> None:
     model = onnx.load(str(file))
     said = {entry.key: entry.value for entry in model.metadata_props}
     assert said["licence"] == "Apache-2.0" and said["version"] == make().version

@@ -22,7 +22,7 @@ from tests.support.policy_cases import observation
 PRETRAINED = ROOT / "pretrained" / "sit"
 
 
-def test_a_published_policy_is_served_until_told_to_stop(tmp_path: Path) -> None:
+def test_a_published_policy_is_served_until_a_signal(tmp_path: Path) -> None:
     token = tmp_path / "token"
     token.write_text("s3cret\n")
     command = [sys.executable, "-m", "console", "serve", str(PRETRAINED), "--listen", "127.0.0.1:0"]
@@ -61,9 +61,7 @@ def test_a_published_policy_is_served_until_told_to_stop(tmp_path: Path) -> None
         process.stdout.close()
 
 
-def test_what_cannot_be_served_is_said_in_one_line(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_unusable_policy_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     def line(*words: str, code: int = 1) -> str:
         assert main(["serve", *words]) == code
         return said(capsys)
@@ -88,7 +86,7 @@ def test_flags_set_what_the_service_takes_on() -> None:
     assert command.sources == ("a=runs/a",) and command.checkpoint == "best"
 
 
-def test_export_writes_a_file_or_says_why_not(
+def test_export_writes_a_file_or_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("onnxruntime")

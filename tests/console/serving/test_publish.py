@@ -9,7 +9,7 @@ from console.app import main
 from tests.support.paths import ROOT
 
 
-def test_published_folder_says_what_it_is_and_acts(tmp_path: Path) -> None:
+def test_a_published_folder_describes_itself_and_acts(tmp_path: Path) -> None:
     """The committed policy, published again: nothing of this machine, and the same weights."""
     source = ROOT / "pretrained" / "sit"
     figures = tmp_path / "e.json"

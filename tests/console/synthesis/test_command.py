@@ -17,7 +17,7 @@ from tests.support.world.meshes import written
 from world.furniture.catalogue import find
 
 
-def test_it_sits_and_says_so(files: dict[str, Path]) -> None:
+def test_it_sits_and_reports_success(files: dict[str, Path]) -> None:
     take = recording.read(files[".msgpack"]).takes[0]
     hip = np.array(find("chair-test-000").sit[0].point_m)
     pelvis = take.qpos[-1, :3]

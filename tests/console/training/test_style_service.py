@@ -13,7 +13,7 @@ from console.training import style_service
 from discriminator.errors import StyleError
 
 
-def test_flags_say_how_it_is_reached() -> None:
+def test_flags_set_the_address() -> None:
     style = StyleAddress("host:1", tls_ca=Path("ca"), token_file=Path("token"))
     found = style_service.channel_config(style)
     assert (found.address, found.tls_ca, found.token_file) == ("host:1", "ca", "token")

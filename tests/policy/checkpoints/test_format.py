@@ -29,7 +29,7 @@ def test_comes_back_exactly(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["000012"]
 
 
-def test_only_what_was_asked_for_is_read(tmp_path):
+def test_only_the_requested_arrays_are_read(tmp_path):
     path = write(tmp_path / "1", state(), MANIFEST)
     (path / "style.safetensors").unlink()
     assert set(read(path, ["policy"]).state) == {"policy"}

@@ -48,7 +48,7 @@ def test_a_policy_tells_its_numbers() -> None:
     assert {term.name: term.weight for term in told.reward_terms} == served.task.terms
 
 
-def test_data_and_licence_are_said_or_said_to_be_missing() -> None:
+def test_data_and_licence_are_listed_or_listed_as_missing() -> None:
     assert description.training_data(NOTES) == ("none", "Apache-2.0")
     assert description.training_data({"data_licences": "CC BY"})[1] == "CC BY"
     data, licence = description.training_data({})

@@ -12,7 +12,7 @@ def test_one_caller_is_waited_for_once_in_a_while() -> None:
     assert sum(waited) == 2 and not any(waited[:256]), "twice in 600 batches, late"
 
 
-def test_company_is_found_expected_and_forgotten() -> None:
+def test_the_predicted_batch_size_follows_the_clients() -> None:
     predictor = BatchSizePredictor()
     while not predictor.expects_more_than(1):
         predictor.observe(1)

@@ -32,7 +32,7 @@ def test_deadlines_are_kept() -> None:
         assert found.now(lambda: found.service.batchers["sit"].queued_rows) <= 1
 
 
-def test_nothing_waits_where_everyone_has_asked() -> None:
+def test_a_batch_does_not_wait_once_all_clients_have_sent() -> None:
     """With one caller, an answer does not wait for the others that cannot come."""
     config = PolicyServiceConfig(batch=BatchConfig(max_wait_s=600.0))
     with running([fixed(make())], config) as found, stub(found) as client:

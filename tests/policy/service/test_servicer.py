@@ -206,7 +206,7 @@ def test_many_streams_share_batches_and_get_their_own_answers(server: Running) -
     assert not failed
 
 
-def test_describe_says_what_is_served(client: Stub) -> None:
+def test_describe_names_the_served_policies(client: Stub) -> None:
     reply = client.Describe(pb.DescribeRequest())
     assert {p.name: p.version for p in reply.policies} == {
         "sit": make(0).version,

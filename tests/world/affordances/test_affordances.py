@@ -18,7 +18,7 @@ def test_every_task_uses_one_of_them() -> None:
     assert {name for name, found in used.items() if found.follows_clips} == {"track"}
 
 
-def test_names_and_clips_are_told_apart() -> None:
+def test_names_and_files_are_distinguished() -> None:
     assert len({record.name for record in RECORDS}) == len(RECORDS)
     kinds = ["furniture", "furniture", "box", "floor", "reference"]
     assert [record.kind for record in RECORDS] == kinds

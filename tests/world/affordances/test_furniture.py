@@ -26,7 +26,7 @@ def still(scenes: Scenes, state: Tensor, goal: Tensor, place: Target) -> None:
     """Nothing moves, no time passes."""
 
 
-def test_lying_places_are_as_far_as_the_manifest_says() -> None:
+def test_lying_places_are_where_the_manifest_has_them() -> None:
     pieces = BED.named("test")
     assert {piece.category for piece in pieces} == {"sofa", "bed", "table"}
     chosen = trials.manifest(pieces, 12, 0)

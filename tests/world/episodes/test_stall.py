@@ -40,7 +40,7 @@ def place(box_x: list[float]) -> Target:
     return Target(none, none[:, :2], box.corners(), box=box)
 
 
-def test_who_gets_on_in_time_goes_on() -> None:
+def test_an_episode_with_progress_goes_on() -> None:
     """Four of them for 1 s: stands; goes on by 0.3 m every half second; carries; is done."""
     stall = StallTimeout(4, 0.6)
     every, done = torch.arange(4), torch.tensor([False, False, False, True])
@@ -57,7 +57,7 @@ def test_who_gets_on_in_time_goes_on() -> None:
     assert not stall.ends(body([0.2] * 4), place([2.05] * 4), done)[0]
 
 
-def test_episodes_of_who_stands_end_and_count_as_stalled_not_as_falls() -> None:
+def test_standing_still_ends_as_stalled_not_as_a_fall() -> None:
     library = MotionLibrary([walking(np.random.default_rng(0), 1.0)], use=BOX)
     bank = BoxBank(boxes(CONFIG.carry))
 
@@ -86,7 +86,7 @@ def test_a_time_out_of_less_than_a_step_is_refused() -> None:
             StallTimeout(1, wrong)
 
 
-def test_a_state_that_calls_it_patience_is_restored() -> None:
+def test_a_state_with_the_old_name_of_the_stall_clock_is_restored() -> None:
     library = MotionLibrary([walking(np.random.default_rng(0), 1.0)], use=BOX)
     bank = BoxBank(boxes(CONFIG.carry))
     one, other = (Shard(CONFIG, library, bank, range(4), seed) for seed in (1, 2))

@@ -45,7 +45,7 @@ def test_unknown_class_or_split_names_the_choices(name: str):
         find(name)
 
 
-def test_a_malformed_name_says_how_names_look():
+def test_a_malformed_name_is_refused_with_the_form_of_names():
     with pytest.raises(PieceError, match="chair-train-007"):
         find("chair")
 

@@ -21,7 +21,7 @@ def arms() -> list[int]:
     return found
 
 
-def test_only_the_arms_are_told_something() -> None:
+def test_only_the_arms_get_new_set_points() -> None:
     offset = squeeze(STAND, torch.tensor([20.0]), torch.tensor([10.0]))[0]
     others = [i for i in range(character.NU) if i not in arms()]
     assert offset[arms()].abs().max() > 0.01 and not offset[others].any()

@@ -14,7 +14,7 @@ from world.meshes.build import ImportOptions, located
 CHAIR = find("chair-train-000")
 
 
-def test_places_are_found_and_can_be_told() -> None:
+def test_targets_are_found_or_stated() -> None:
     found = built().piece
     assert found.sit[0].point_m[2] == pytest.approx(CHAIR.sit[0].point_m[2], abs=0.02)
     told = built((0.1, 0.0, 0.5, 90.0)).piece

@@ -86,7 +86,7 @@ def test_training_leaves_out_scales_at_which_nobody_stays(
     assert sized.sit[0].rests_at is None
 
 
-def test_what_does_not_hold_is_in_the_file_and_said(
+def test_an_unstable_piece_is_reported_and_recorded(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     from tests.support.hulls import hulled

@@ -76,7 +76,7 @@ def test_further_bodies_are_left_out(tmp_path: Path) -> None:
         ({"local_rotation_wxyz": np.zeros((4, 60))}, r"not \[T, 15, 4\]"),
     ],
 )
-def test_what_does_not_fit_is_one_line(tmp_path: Path, changes: dict, said: str) -> None:
+def test_wrong_shapes_are_one_line(tmp_path: Path, changes: dict, said: str) -> None:
     with pytest.raises(ClipError, match=said) as caught:
         clip_file.read(written(tmp_path / "a.npz", **changes))
     assert "\n" not in str(caught.value)

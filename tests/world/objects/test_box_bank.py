@@ -63,7 +63,7 @@ def test_a_box_that_rests_goes_with_its_stand_and_one_in_hand_does_not() -> None
     assert torch.equal(moved.target, layout.target)
 
 
-def test_the_task_knows_where_the_corners_are() -> None:
+def test_the_goal_holds_the_corners() -> None:
     bank = BoxBank(boxes(CarryConfig(sizes=2)))
     at = torch.tensor([[0.0, 0.0, 1.0]])
     place = bank.target(torch.tensor([1]), resting(at, YAW[1:], at + 2.0))

@@ -34,7 +34,7 @@ def test_nothing_explodes_in_ten_seconds(name: str, scale: float) -> None:
     assert rest.fastest_m_s < 1.5
 
 
-def test_a_place_that_is_wrong_is_told() -> None:
+def test_a_wrong_target_is_refused() -> None:
     """The oracle itself: too high, in the air, turned against the back, beside the seat."""
     slab = (Box((0.0, 0.0, 0.43), (0.25, 0.25, 0.02)), Box((-0.25, 0.0, 0.7), (0.02, 0.25, 0.3)))
     chair = Piece("chair", "chair", slab, (SeatTarget((0.0, 0.0, 0.45)),), 5.0)

@@ -26,7 +26,7 @@ def test_every_band_of_sizes_is_there() -> None:
     assert (bands == np.arange(4)).all() and len(np.unique(scales.round(6))) == 28
 
 
-def test_a_place_is_where_it_is_told() -> None:
+def test_a_stated_target_is_kept() -> None:
     bank = FurnitureBank(variants(catalogue("train", 4), 2, (0.8, 1.2)))
     variant = torch.arange(len(bank))
     angle = torch.linspace(-3, 3, len(bank))

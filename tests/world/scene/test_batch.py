@@ -46,7 +46,7 @@ def test_furniture_turns_by_its_yaw(yaw: float) -> None:
     assert physics["mocap_pos"].reshape(3).tolist() == [1.0, 2.0, 0.0]
 
 
-def test_a_scene_that_blows_up_is_told_once_and_the_others_are_sound() -> None:
+def test_a_diverged_scene_is_reported_once_and_the_others_are_sound() -> None:
     found = scenes()
     found.qvel[1, 6:] = 1e12
     found.act(torch.zeros(3, 28))

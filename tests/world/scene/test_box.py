@@ -7,7 +7,7 @@ from world.scene import box as box_scene
 from world.scene.model import compile_scene
 
 
-def test_weights_go_by_volume_or_as_told() -> None:
+def test_masses_follow_the_volume_or_the_setting() -> None:
     assert box_scene.box().mass_kg == box_scene.BOX_KG
     assert box_scene.box(0.5).mass_kg == pytest.approx(box_scene.BOX_KG / 8)
     assert box_scene.box(0.5, 3.0).mass_kg == 3.0

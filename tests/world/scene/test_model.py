@@ -43,6 +43,6 @@ def test_coordinates_are_the_character_s_the_box_s_then_the_balls() -> None:
     assert (plain.nq, plain.nv, plain.nu) == (43, 34, 28) and plain.nmocap == 1
 
 
-def test_servos_leave_their_limits_to_who_tells_them() -> None:
+def test_servo_limits_are_the_callers() -> None:
     model = compile_scene(CHAIR)
     assert not model.actuator_ctrllimited.any() and not model.actuator_forcelimited.any()

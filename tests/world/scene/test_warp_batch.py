@@ -167,7 +167,7 @@ def test_arrays_are_shared_without_a_copy(pairs: dict[str, Pair]) -> None:
         assert field.shape[0] == len(SCENES)
 
 
-def test_a_world_without_a_hull_in_a_slot_says_so(pairs: dict[str, Pair]) -> None:
+def test_a_world_without_a_hull_in_a_slot_has_data_id_minus_1(pairs: dict[str, Pair]) -> None:
     pair = pairs["sit"]
     scenes, pieces = pair.theirs._scenes, pair.bank.pieces
     slots = [g for g in range(scenes.template.ngeom) if "hull" in scenes.template.geom(g).name]

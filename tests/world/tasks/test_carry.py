@@ -268,7 +268,7 @@ def test_the_episode_ends_with_the_box_near_the_ground() -> None:
     assert task.fell(standing(), replace(tipped, box=leaning, corners=leaning.corners())).item()
 
 
-def test_who_leans_on_the_box_earns_nothing() -> None:
+def test_leaning_on_the_box_earns_nothing() -> None:
     """Hands where they should be, the feet under the root and 0.35 m and half a metre behind it."""
     task, where = Carry(), a_box((0.36, 0.0, 1.0))
     names = list(task.terms)
@@ -286,7 +286,7 @@ def test_who_leans_on_the_box_earns_nothing() -> None:
     assert found[2] == (0.0, 0.0)
 
 
-def test_who_lies_across_the_box_has_fallen() -> None:
+def test_lying_across_the_box_is_a_fall() -> None:
     task, where = Carry(), a_box((0.4, 0.0, 0.7))
     upright = standing()
     assert not task.fell(upright, where).item()

@@ -257,7 +257,7 @@ def test_standing_starts_are_clear_of_the_bed(library: MotionLibrary, bank: Furn
     assert starts.point.norm(dim=1).max() <= 10.0 + 1e-4
 
 
-def test_clip_starts_lie_on_the_bed_as_high_as_it_is(
+def test_reference_states_lie_at_the_height_of_the_bed(
     library: MotionLibrary, bank: FurnitureBank
 ) -> None:
     n = 256

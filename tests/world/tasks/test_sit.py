@@ -44,7 +44,7 @@ def terms(body: features.Body, where: Target) -> dict[str, float]:
     return dict(zip(task.terms, task.reward_terms(body, where)[0].tolist(), strict=True))
 
 
-def test_registry_knows_sit_and_says_so() -> None:
+def test_the_registry_has_sit_and_lists_the_choices() -> None:
     assert make("sit").goal.width == 29
     with pytest.raises(Exception, match="unknown task 'fly': choose one of carry, lie, sit"):
         make("fly")

@@ -10,7 +10,7 @@ from world.objects.box_bank import BoxBank, boxes
 BANK = BoxBank(boxes(CarryConfig(sizes=2)))
 
 
-def test_a_world_has_the_teacher_that_it_names() -> None:
+def test_a_world_has_the_teacher_of_its_setting() -> None:
     assert teachers.make(WorldConfig(task="carry"), BANK, range(4)) is None
     for name, entry in teachers.REGISTRY.items():
         assert set(entry.tasks) <= set(tasks.REGISTRY)

@@ -76,7 +76,7 @@ def test_no_episode_starts_at_the_end_of_a_clip_and_few_draws_miss_a_weight() ->
     assert abs(counts[1] - 1000) <= 1
 
 
-def test_transitions_are_started_from_as_often_as_asked() -> None:
+def test_transitions_are_sampled_at_their_fraction() -> None:
     once, thrice = reference(clips()[:1]), reference(clips()[:1], 3.0)
     ratio = thrice.start_weight[once.start_weight > 0] / once.start_weight[once.start_weight > 0]
     assert set(ratio.tolist()) == {1.0, 3.0}

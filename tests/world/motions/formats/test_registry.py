@@ -21,7 +21,7 @@ def test_fields_tell_formats_of_one_suffix_apart(tmp_path: Path) -> None:
     assert registry.detected(Path("x.BVH")) == "bvh"
 
 
-def test_what_is_none_is_told_what_there_is(tmp_path: Path) -> None:
+def test_an_unknown_joint_is_refused_with_the_choices(tmp_path: Path) -> None:
     np.savez(tmp_path / "a.npz", other=np.zeros(1))
     for path, said in (
         (Path("a.fbx"), r"unknown suffix '\.fbx'; motions come as .*bvh"),

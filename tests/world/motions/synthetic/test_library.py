@@ -8,7 +8,7 @@ from world.motions.clip import Seat
 from world.motions.synthetic import library
 
 
-def test_the_set_covers_what_it_says(every: list[Posed], sits: list[tuple[Posed, Seat]]) -> None:
+def test_the_set_covers_its_categories(every: list[Posed], sits: list[tuple[Posed, Seat]]) -> None:
     seconds = sum(one.clip.seconds for one in every)
     assert 20 * 60 < seconds < 27 * 60
     for kind in ("seat", "bed", "box"):

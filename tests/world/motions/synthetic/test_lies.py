@@ -7,7 +7,7 @@ from world.motions.synthetic.lies import lying
 
 
 @pytest.mark.parametrize("head_left", [True, False])
-def test_the_head_comes_to_the_side_that_is_asked_for(head_left: bool) -> None:
+def test_the_head_lies_on_the_requested_side(head_left: bool) -> None:
     clip = lying(np.random.default_rng(1), 0.5, 1.2, 0.0, 1, head_left)
     bed = clip.bed
     assert bed is not None and bed.hip_m[2] == bed.head_m[2] == 0.5

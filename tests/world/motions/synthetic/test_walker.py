@@ -7,7 +7,7 @@ from world.motions.synthetic.footsteps import RATE_HZ
 from world.motions.synthetic.walker import landed, manner, steer
 
 
-def test_a_guide_goes_as_far_and_turns_as_much_as_it_is_told() -> None:
+def test_a_path_has_the_length_and_turn_of_its_parameters() -> None:
     guide = steer([(1.0, 0.0, 0.0), (4.0, 1.2, 0.0), (1.0, 0.0, 0.0)], yaw_rad=0.5)
     assert len(guide.yaw_rad) == 6 * RATE_HZ
     way = guide.position_m[-1]
@@ -17,7 +17,7 @@ def test_a_guide_goes_as_far_and_turns_as_much_as_it_is_told() -> None:
     assert turned.yaw_rad[-1] == pytest.approx(1.4, abs=0.01)
 
 
-def test_no_foot_lands_of_who_stands_and_many_of_who_walks() -> None:
+def test_standing_has_no_footfalls_and_walking_many() -> None:
     habits = manner(np.random.default_rng(0)).habits
     assert landed(steer([(3.0, 0.0, 0.0)]), habits, 3.0) == 0.0
     walk = steer([(0.5, 0.0, 0.0), (5.0, 1.2, 0.0), (1.5, 0.0, 0.0)])

@@ -18,7 +18,7 @@ def test_the_bed_is_used_where_the_clip_lies(lain: Clip) -> None:
     assert (used.stage[bed.from_frame : bed.to_frame] == CONTACT).all()
 
 
-def test_only_those_who_are_down_are_raised() -> None:
+def test_only_lying_characters_are_raised() -> None:
     own, root = torch.zeros(3, 105), torch.tensor([[0, 0, 0.9], [0, 0, 0.6], [0, 0, 0.3]])
     mixture = StyleMixture(raised_m=(0.1, 0.3))
     raised, at = BED.raised(own, root, torch.full((3,), 0.5), mixture)
