@@ -1,4 +1,4 @@
-"""How well a policy follows clips: what share of the episodes it completes, and how closely."""
+"""Evaluation of tracking: completed share of the episodes, errors, contacts and ends."""
 
 import time
 from collections.abc import Callable
@@ -36,30 +36,30 @@ CHUNK, SLOTS = 512, 64
 
 @dataclass(frozen=True)
 class Trials:
-    """Where m trials start."""
+    """Initial states of m trials."""
 
     frame: NDArray[np.int64]
     """[m]: of the reference."""
     choice: NDArray[np.float64]
     """[m] in [0, 1): which of the clip's boxes."""
     whole: NDArray[np.bool_]
-    """[m]: from the clip's first sound frame; else from anywhere."""
+    """[m]: the trial starts at the clip's first sound frame; false: at a random one."""
 
 
 @dataclass(frozen=True)
 class Outcomes:
-    """What happened in m trials."""
+    """Outcomes of m trials."""
 
     completed: NDArray[np.bool_]
     ends: NDArray[np.bool_]
-    """[m, 4]: by which of ENDS the others ended."""
+    """[m, 4]: which of ENDS ended the trials that are not completed."""
     steps: NDArray[np.int64]
     """[m]: control steps until then."""
     deviation: NDArray[np.float64]
     """[m, 3]: means over these of the body's, the root's and the box's deviations, m."""
     contact: NDArray[np.int64]
-    """[m, 3]: steps in which both hands touch the box as the reference does, without that it does,
-    and do not although it does."""
+    """[m, 3]: true positive, false positive and false negative control steps of both hands touching
+    the box, against the reference."""
     takes: list[Take]
     """Of the first trials, as many as were to be recorded."""
 
@@ -135,8 +135,8 @@ def run(
 
 
 class _Chunk:
-    """Some trials in a fixed number of scenes: where one ends the next begins, so that no scene
-    waits for the longest clip."""
+    """Trials in a fixed number of scenes: as a trial ends the next begins in its scene, so that no
+    scene waits for the longest clip."""
 
     def __init__(
         self,
@@ -206,7 +206,7 @@ class _Chunk:
         self._trial[slot] = trial
 
     def _step(self, running: Tensor) -> Tensor:
-        """One control step; [n] bool: where it ended a trial that was running."""
+        """Do one control step; return [n] bool: it ended a running trial."""
         task, scenes = self._task, self._scenes
         body, target = scenes.body(), tracked(scenes.now(self._targets))
         action = torch.zeros(len(running), character.NU)
@@ -299,8 +299,8 @@ def evaluate(
 
 
 def shown(found: assembly.Trained, count: int, threads: int) -> Recording:
-    """The first so many clips (mirror images left out, as far as there are others) followed from
-    their first sound frames, the reference beside them."""
+    """Record the first `count` clips, mirror images last, followed from their first sound frames,
+    with the reference."""
     world = found.experiment.world
     bank = bank_of(world)
     whole = manifest(bank, 0, 0)

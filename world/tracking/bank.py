@@ -1,4 +1,4 @@
-"""A bank of scenes to follow clips in: each clip with the box, seat or bed that it uses."""
+"""The bank of tracking scenes: each clip with its box, seat or bed."""
 
 from collections.abc import Sequence
 
@@ -16,14 +16,14 @@ from world.scene.model import Ball, compile_scene
 from world.tracking.reference import Reference
 from world.tracking.support import sunk_m, supports
 
-#: The most that a character is lifted out of its seat or bed as an episode states, m.
+#: Upper bound of the lift of an initial state out of its seat or bed, m.
 _LIFT_M = 0.06
 _GOLDEN = 0.6180339887498949
 
 
 class TrackBank:
-    """V = C × K scenes: each of C clips with K boxes of other size, weight and friction, the first
-    K of clip 0. Where no clip has a box, K is 1 and the scenes have none."""
+    """V = C × K models: each of C clips with K boxes of different size, mass and friction; the
+    first K belong to clip 0. Without any box, K is 1."""
 
     def __init__(
         self,
@@ -38,7 +38,7 @@ class TrackBank:
         self.reference = reference
         holding = supports(clips)
         shared = slots.common([found.piece for found in holding])
-        #: Where the support's origin stands, m [C, 3], and its yaw (cosine, sine) [C, 2].
+        #: Position of the support's origin, m [C, 3], and its yaw (cosine, sine) [C, 2].
         self.origin = torch.tensor([found.origin_m for found in holding], dtype=torch.float32)
         yaw = torch.tensor([found.yaw_rad for found in holding], dtype=torch.float32)
         self.yaw = torch.stack((torch.cos(yaw), torch.sin(yaw)), dim=1)
@@ -47,8 +47,7 @@ class TrackBank:
         self.corners = torch.stack(
             [torch.from_numpy(found.piece.corners()).to(torch.float32) for found in holding]
         )
-        #: How much higher than in the clip the character is set down in each frame, m [F]: out of
-        #: what it rests on.
+        #: Lift of the initial state in each frame, m [F], out of its support.
         lift = [sunk_m(clip, found) for clip, found in zip(clips, holding, strict=True)]
         self.lift = torch.from_numpy(np.concatenate(lift)).to(torch.float32).clamp_max(_LIFT_M)
         self.models: list[mujoco.MjModel] = []
@@ -61,7 +60,7 @@ class TrackBank:
                 pieces.append(cargo if boxed else found.piece)
                 half.append(cargo.boxes[0].half_m)
                 mass.append(cargo.mass_kg)
-                if k and not boxed:  # what no one uses need not vary
+                if k and not boxed:  # an unused box need not vary
                     self.models.append(self.models[-1])
                     continue
                 model = compile_scene(
@@ -97,8 +96,8 @@ def _checked(config: TrackConfig) -> int:
 def _cargo(
     reference: Reference, clip: int, k: int, share: float, config: TrackConfig, each: int
 ) -> tuple[Piece, float]:
-    """The k-th box of a clip and its friction: sizes evenly over the range, weights and frictions
-    spread by `share` in [0, 1), independently of them."""
+    """Return the k-th box of a clip and its friction: sizes are spaced evenly over the range,
+    masses and frictions by `share` in [0, 1), independently of the sizes."""
 
     def between(span: tuple[float, float], at: float) -> float:
         return span[0] + (span[1] - span[0]) * at

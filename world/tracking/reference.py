@@ -1,6 +1,6 @@
-"""Clips as a reference to follow: for each frame the poses, servo set-points, object and contacts.
+"""A reference to follow: poses, servo set-points, object and contacts of each frame of the clips.
 
-All clips stand in one row of frames, so that a scene's reference is a frame number and a lookup.
+The frames of all clips are concatenated, so a scene's reference is an index of a frame.
 """
 
 from collections.abc import Sequence
@@ -18,16 +18,16 @@ from world.motions import segments
 from world.motions.clip import Clip
 from world.motions.uses.box import BOX
 
-#: A box that the clip lets go for a moment counts as held unless it then rests within these of
-#: where it is picked up or put down: m horizontally, m in height.
+#: A box between two holds counts as held, unless it is this close to where it is picked up or put
+#: down: m horizontally, m in height.
 _RESTS_M, _LEVEL_M = 0.15, 0.05
-#: An episode follows at least so many frames.
+#: Least number of frames of an episode.
 SHORTEST = 15
-#: Frames of a segment: half a second.
+#: Number of frames of a segment: half a second.
 SEGMENT = 15
-#: Weight of a box that the set-points of a holding reference bear, kg, and what each hand presses
-#: with: so many times what friction needs, and so many N more. With half of that and boxes as wide
-#: as the hands are apart, all that were carried at a walk slipped out within half a second.
+#: The set-points of a holding reference support a box of this mass, kg. Each hand presses with this
+#: multiple of the force that friction needs, plus a constant, N. With half of these forces, and
+#: boxes as wide as the gap between the hands, every box carried at a walk slips within 0.5 s.
 _NOMINAL_KG, _GRIP, _GRIP_N, _GRAVITY_M_S2, _FRICTION = 2.0, 6.0, 40.0, 9.81, 1.2
 
 
@@ -54,8 +54,8 @@ class Reference:
     coordinates: Tensor
     """[F, 28]: joint coordinates, as the servos measure them, rad."""
     set_point: Tensor
-    """[F, 28]: what the servos must be told in the frame before, so that the joints get here,
-    within the action's bounds, rad: q + kd/kp q̇, and what a held box needs of the arms."""
+    """[F, 28]: set-points of the frame before, by which the joints reach this one, within the
+    bounds of actions, rad: q + kd/kp q̇, and an offset of the arms that grips a held box."""
     boxed: Tensor
     """[C] bool: whether the clip has a box."""
     box: Tensor
@@ -75,7 +75,7 @@ class Reference:
     has_put: Tensor
     """[C] bool: whether it is put down in the clip."""
     start_weight: Tensor
-    """[F] float64: how likely an episode states at a frame, relative to others; 0: never."""
+    """[F] float64: relative probability that an episode starts at a frame; 0: never."""
 
     @property
     def clips(self) -> int:
@@ -83,12 +83,16 @@ class Reference:
         return len(self.first)
 
     def ahead(self, frame: Tensor, steps: int) -> Tensor:
-        """The frames so many control steps after `frame` [n], at most the last of their clips."""
+        """Return the frames [n] `steps` control steps after `frame` [n], clamped to the clips'
+        last."""
         return torch.minimum(frame + steps, self.stop[self.clip[frame]] - 1)
 
     def harder(self, failures: Tensor) -> Tensor:
-        """[F] float64, of mean 1 over the frames: how often episodes [.. up to S] failed in the
-        frames' segments or in the two after them, which lead up to it."""
+        """Return relative failure rates [F] float64, of mean 1.
+
+        failures: episodes that failed in each segment [up to S]. A failure counts for its own
+        segment and, less, for the two before it, which lead to it.
+        """
         count = int(self.segment[-1]) + 1
         failed = torch.zeros(count, dtype=torch.float64)
         failed[: len(failures)] = failures.double()[:count]
@@ -103,7 +107,8 @@ class Reference:
 
 
 def drawn(weight: Tensor, u: Tensor) -> Tensor:
-    """Indices [n] int64 into weights [F], each as likely as its weight, of uniform draws u [n]."""
+    """Return indices [n] int64, with probabilities in proportion to `weight` [F], from uniform u
+    [n]."""
     edges = weight.cumsum(0)
     found = torch.searchsorted(edges, u.double() * edges[-1], right=True)
     # a product that rounds up to the total must not end behind the last weight above 0
@@ -111,10 +116,10 @@ def drawn(weight: Tensor, u: Tensor) -> Tensor:
 
 
 def reference(clips: Sequence[Clip], handling_weight: float = 1.0) -> Reference:
-    """The frames of clips (and whatever they use) to follow; ClipError where none is long enough.
+    """Return the reference of `clips`; ClipError where none is long enough.
 
-    handling_weight: how much more often episodes start where the clip handles its box: reaches,
-    lifts or lowers it.
+    handling_weight: relative probability of initial states in frames in which the clip reaches for
+    its box, lifts it or lowers it.
     """
     parts = [_frames(clip, number, handling_weight) for number, clip in enumerate(clips)]
     lengths = torch.tensor([clip.frames for clip in clips])
@@ -173,7 +178,7 @@ def _set_points(qpos: Tensor, qvel: Tensor, coordinates: Tensor, held: Tensor) -
 
 
 def _box(clip: Clip) -> dict[str, Tensor]:
-    """What the box does, frame by frame; nothing where there is none."""
+    """Return the fields of the box; zeros where the clip has none."""
     known = BOX.read(clip)
     track = known.box
     held = track.held.clone()
@@ -204,18 +209,18 @@ def _box(clip: Clip) -> dict[str, Tensor]:
 
 
 def _at(pose: Tensor, spot: Tensor) -> Tensor:
-    """[T] bool: where the box is where it is picked up, or put down."""
+    """[T] bool: the box is at `spot` [4]."""
     off = pose[:, :3] - spot[:3]
     return (off[:, :2].norm(dim=1) < _RESTS_M) & (off[:, 2].abs() < _LEVEL_M)
 
 
 def _nearer(pose: Tensor, spot: Tensor, other: Tensor) -> Tensor:
-    """[T] bool: where the box is nearer to a spot [4] than to another one."""
+    """[T] bool: the box is nearer to `spot` [4] than to `other` [4]."""
     return (pose[:, :3] - spot[:3]).norm(dim=1) < (pose[:, :3] - other[:3]).norm(dim=1)
 
 
 def _rested(pose: Tensor, resting: Tensor, spot: Tensor) -> Tensor:
-    """The poses [T, 7] with the box level at a spot [4] where it rests [T] bool."""
+    """Return poses [T, 7] with the box level at `spot` [4] in frames `resting` [T]."""
     yaw = torch.stack((torch.cos(spot[3]), torch.sin(spot[3])))
     rest = torch.cat((spot[:3], rotations.from_heading(yaw)))
     return torch.where(resting[:, None], rest, pose)

@@ -1,7 +1,8 @@
-"""What a clip rests on, made to fit it: a seat or a bed that no part of the body runs through.
+"""The support of a clip: a seat or a bed that fits it, so that no body part penetrates it.
 
-The clips' own furniture was not recorded. A seat is a plate as high as the pelvis rests, with a
-back where the trunk leans, a bed a block; their edges are drawn in until the legs pass by.
+The clips' own furniture was not recorded. A seat is a plate at the height of the resting pelvis,
+with a back where the trunk leans; a bed is a block. Their edges are moved inwards until the legs
+are clear.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -19,22 +20,22 @@ from world.scene.box import STAND
 
 Point = tuple[float, float, float]
 
-#: Where things stand that a clip does not use, m.
+#: Position of unused objects, m.
 AWAY_M: Point = (-50.0, 0.0, 0.2)
-#: A limb may be this deep in a support's side, m; that much lower than the body rests is its top.
+#: Tolerated penetration of a limb into the side of a support, m; depth of its top below the body,
+#: m.
 _TOLERATED_M, _SUNK_M = 0.015, 0.01
-#: Half width and the reach ahead of and behind the point of use of the largest seat, m, and of the
-#: smallest; edges are drawn in by so much at a time.
+#: Half width, and extent ahead of and behind the use point, of the largest and the smallest seat,
+#: m; step by which edges move inwards, m.
 _SEAT_M, _LEAST_M, _STEP_M = (0.28, 0.24, 0.26), (0.12, 0.02, 0.08), 0.02
 _SEAT_THICK_M = 0.06
-#: A back of this height and thickness stands where the trunk of a sitter is, m, if the trunk leans
-#: back by this at least.
+#: Height and thickness of a back, m, and the least lean of the trunk for which a seat has one, rad.
 _BACK_M, _BACK_THICK_M, _LEANS_RAD = 0.55, 0.05, 0.12
-#: A bed: beyond head and hip along its length, and to its sides, at most and at least, m.
+#: Extent of the largest and the smallest bed beyond the head, beyond the hip and to each side, m.
 _BED_M, _LEAST_BED_M = (0.45, 1.15, 0.55), (0.20, 0.30, 0.20)
-#: A limb whose middle is no lower than this below the top lies on it, m.
+#: A limb whose centre is at most this far below the top lies on it, m.
 _LIES_M, _FAR_M = 0.05, 1e3
-#: Every so many frames are looked at.
+#: Stride of the frames that are checked.
 _EVERY = 3
 #: Beds lower than this are the floor, m.
 _FLOOR_M = 0.05
@@ -42,18 +43,18 @@ _FLOOR_M = 0.05
 
 @dataclass(frozen=True)
 class Support:
-    """A piece and where it stands in the clip's world."""
+    """A piece and its pose in the clip's world."""
 
     piece: Piece
     origin_m: Point
     yaw_rad: float
     point_m: Point
-    """The point of use, on its surface."""
+    """Use point, on the surface."""
     head_m: Point
-    """Below the head; of a seat the point itself."""
+    """Point of a bed below the head; of a seat the use point."""
 
     def mirrored(self) -> "Support":
-        """Itself reflected left to right (y -> −y): its boxes are their own mirror images."""
+        """Return the mirror image (y -> −y); its boxes are symmetric."""
 
         def reflected(point: Point) -> Point:
             return point[0], -point[1], point[2]
@@ -68,8 +69,8 @@ class Support:
 
 
 def support(clip: Clip) -> Support:
-    """What holds the character of a clip; out of the way where nothing does, or it has a box, which
-    stands on a stand of its own."""
+    """Return the support of a clip; an unused stand, out of reach, for a clip without one or with a
+    box, which has stands of its own."""
     if clip.box is None and clip.seat is not None:
         return _seat(clip)
     if clip.box is None and clip.bed is not None and clip.bed.height_m > _FLOOR_M:
@@ -78,7 +79,7 @@ def support(clip: Clip) -> Support:
 
 
 def supports(clips: Sequence[Clip]) -> list[Support]:
-    """Those of clips; a mirror image that follows its clip has the image of its support."""
+    """Return the supports of `clips`; a mirror image after its clip gets the mirrored support."""
     found: list[Support] = []
     for number, clip in enumerate(clips):
         image = number > 0 and clip.name == f"{clips[number - 1].name}~mirrored"
@@ -87,7 +88,7 @@ def supports(clips: Sequence[Clip]) -> list[Support]:
 
 
 def sunk_m(clip: Clip, found: Support) -> NDArray[np.float64]:
-    """[T]: how deep the body is in its support in each frame, m; 0 where it is clear of it."""
+    """Return the penetration of the body into its support in each frame [T], m; 0: clear."""
     spheres = _spheres(clip, found.origin_m, found.yaw_rad)
     depth = np.max([_depth(spheres, box).max(axis=1) for box in found.piece.boxes], axis=0)
     return np.maximum(depth, 0.0)
@@ -124,7 +125,7 @@ def _seat(clip: Clip) -> Support:
 def _back(
     clip: Clip, spheres: NDArray[np.float64], seated: slice, top: float, side: float
 ) -> Box | None:
-    """A back behind the trunk of a sitter who leans; none where something else is there."""
+    """Return a back behind a leaning trunk; None if another body part is in its place."""
     trunk = _trunk()
     hip, chest = spheres[seated, trunk[0], :3], spheres[seated, trunk[-1], :3]
     lean = np.arctan2(hip[:, 0] - chest[:, 0], chest[:, 2] - hip[:, 2])
@@ -168,8 +169,8 @@ def _drawn_in(
     spheres: NDArray[np.float64],
     top: float,
 ) -> tuple[float, ...]:
-    """The edges from `largest` down to `least` at which no limb is in the box's side: the one that
-    gains most is drawn in first."""
+    """Return edges between `largest` and `least` at which no limb penetrates the box's side;
+    greedy: the edge with the largest gain moves first."""
     edges = list(largest)
     beside = spheres[::_EVERY].copy()
     beside[beside[..., 2] > top - _LIES_M, :3] = _FAR_M
@@ -203,14 +204,14 @@ def _spheres(clip: Clip, origin: Point, yaw: float) -> NDArray[np.float64]:
 
 
 def _trunk() -> list[int]:
-    """The spheres of pelvis and torso, from the lowest up."""
+    """Indices of the spheres of pelvis and torso, lowest first."""
     wanted = (BODIES.index("pelvis"), BODIES.index("torso"))
     return [i for i, body in enumerate(clearance.BODIES.tolist()) if body in wanted]
 
 
 def _depth(spheres: NDArray[np.float64], box: Box) -> NDArray[np.float64]:
-    """[..]: how deep spheres [.., 4] are in a box that is square to the frame, m, negative for
-    clearance."""
+    """Return the penetration [..] of spheres [.., 4] into an axis-aligned box, m; negative:
+    clear."""
     beyond = np.abs(spheres[..., :3] - np.array(box.centre_m)) - np.array(box.half_m)
     outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=-1)
     return spheres[..., 3] - outside - np.minimum(beyond.max(axis=-1), 0.0)

@@ -99,12 +99,12 @@ class Deviation:
     height: Tensor
     """[n]: of its height."""
     box: Tensor
-    """[n]: of the box from where it should be: while the reference holds it relative to the root,
-    else in the world; 0 where there is none."""
+    """[n]: of the box from its reference: relative to the root while the reference holds it, else
+    in the world; 0 without a box."""
 
 
 def deviation(body: Body, target: TrackTarget) -> Deviation:
-    """The present deviations of the scenes from their references."""
+    """Return the current deviations of the scenes from their references."""
     reference, frame = target.reference, target.frame
     theirs = reference.position[frame]
     relative = (body.position - body.root[:, None]) - (theirs - theirs[:, :1])
@@ -139,6 +139,6 @@ def _in_box(body: Body, box: BoxState) -> Tensor:
 
 
 def tracked(target: Target) -> TrackTarget:
-    """The target of one who follows a clip; AssertionError where there is no reference."""
+    """Return `target` as a TrackTarget; AssertionError if it has no reference."""
     assert isinstance(target, TrackTarget), "tracking needs a reference"
     return target

@@ -159,7 +159,7 @@ def carries(generator: np.random.Generator) -> list[Clip]:
 
 
 def generate(seed: int = 0) -> list[Clip]:
-    """The whole set, a pure function of the seed: about 21 minutes of motion.
+    """The whole set, a pure function of the seed: about 23 minutes of motion.
 
     Args:
         seed: of the styles, distances, speeds and timings.
