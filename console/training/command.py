@@ -21,7 +21,7 @@ from console.run.experiment import (
     Experiment,
     check,
     differences,
-    from_json,
+    experiment_from_json,
     read_experiment,
     to_json,
     with_learner_threads,
@@ -145,7 +145,7 @@ def require_unedited(manifest: Manifest, experiment: Experiment, run: RunDirecto
     noted = manifest.notes.get("experiment")
     if noted is None:
         return  # checkpoints of earlier versions record no experiment
-    trained = from_json(Experiment, json.loads(noted), f"{run.path}'s checkpoint")
+    trained = experiment_from_json(json.loads(noted), f"{run.path}'s checkpoint")
     changed = list(differences(recorded(trained), recorded(experiment)))
     if changed:
         raise RunError(

@@ -6,16 +6,21 @@ import socket
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
 import torch
 from safetensors.torch import load_file
 
 from console.app import main
-from console.run.directory import checkpoint_folder
+from console.run.directory import RunDirectory, RunError, checkpoint_folder
+from console.run.experiment import Experiment, to_json
 from console.run.metrics import read_metrics
-from policy.checkpoints.format import read
+from console.training.command import require_unedited
+from policy.checkpoints.format import Manifest, read
 from tests.support.console.runs import SMALL, said
 from tests.support.paths import ROOT
 
@@ -168,3 +173,19 @@ def test_a_port_in_use(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
         address = f"127.0.0.1:{taken.getsockname()[1]}"
         assert main(["style", str(run), "--listen", address]) == 1
     assert address in said(capsys)
+
+
+def test_a_checkpoint_with_former_names_of_settings_is_unedited() -> None:
+    """config.json and checkpoint were written by an earlier version; an edit is still found."""
+    recorded = to_json(Experiment())
+    overlap = recorded.pop("lag")
+    recorded |= {
+        "overlap": overlap["overlap"],
+        "max_policy_lag": overlap["max_policy"],
+        "max_style_lag": overlap["max_style"],
+    }
+    manifest = cast("Manifest", SimpleNamespace(notes={"experiment": json.dumps(recorded)}))
+    run = RunDirectory(Path("run"))
+    require_unedited(manifest, Experiment(), run)
+    with pytest.raises(RunError, match=r"scenes: \d+ -> 7 \(restore"):
+        require_unedited(manifest, replace(Experiment(), scenes=7), run)
