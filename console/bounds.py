@@ -80,6 +80,10 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "quality": ((0, 1e6),),
         "seed": (_SEED,), "threads": (_THREADS,), "record_trials": ((1, 1e4),),
     },
+    "Realism": {
+        "trials": ((2, 1e5),), "folds": ((1, 100),), "noise_rad": ((0, 10),),
+        "seed": (_SEED,), "threads": (_THREADS,),
+    },
     "Report": {"trials": ((1, 1e6),), "seed": (_SEED,), "threads": (_THREADS,)},
     "Publish": {"average": ((1, 1000),)},
     "Video": {

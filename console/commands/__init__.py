@@ -8,7 +8,7 @@ from console.commands.play import Play
 from console.commands.serving import Export, Serve, Style, Synthesize
 from console.commands.teaching import TeachCarry, TeachRecord, TeachTry
 from console.commands.tools import Bench, Doctor
-from console.commands.training import Evaluate, Publish, Report, Train, Video
+from console.commands.training import Evaluate, Publish, Realism, Report, Train, Video
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,7 @@ class Entry:
 COMMANDS = (
     Entry("train", Train, "console.training.command:train"),
     Entry("evaluate", Evaluate, "console.evaluation.command:evaluate_command"),
+    Entry("realism", Realism, "console.realism.command:realism_command"),
     Entry("report", Report, "console.report.command:report_command"),
     Entry("publish", Publish, "console.serving.publish:publish_command"),
     Entry("video", Video, "console.video.command:video_command"),
@@ -76,6 +77,7 @@ __all__ = [
     "ObjectsShow",
     "Play",
     "Publish",
+    "Realism",
     "Report",
     "Serve",
     "Style",

@@ -118,6 +118,37 @@ class Evaluate:
 
 
 @dataclass(frozen=True)
+class Realism:
+    """Measure how a motion compares with mocap: each measure relative to held-out mocap, by
+    phase."""
+
+    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|RECORDING|CLIPS")]
+    """Run directory or checkpoint folder (trials are simulated), .msgpack recording, or clips: a
+    file or folder."""
+    against: tuple[Path, ...] = ()
+    """Mocap clips, files or folders; default: the policy's training clips, or the package's own."""
+    task: str = "sit"
+    """Task of clips, whose object is looked for in them: sit, lie, carry, walk, or track."""
+    trials: int = 128
+    """Number of trials of a policy, by the default protocol; failures count as well."""
+    group: Literal["recording", "folder"] = "recording"
+    """What is held out as a whole: each recording, or each folder, as where it is a subject."""
+    folds: int = 3
+    """Number of times that half of the mocap is held out."""
+    noise_rad: float = 0.0
+    """Standard deviation of noise that is added to the joint rotations before they are measured,
+    rad: a control, for which the ratios must be far from 1."""
+    seed: int = 0
+    """Seed of the trials, the halves and the classifier."""
+    threads: int | None = None
+    """Number of threads; default: the number of cores."""
+    json: Path | None = None
+    """JSON file of the figures."""
+    debug: bool = False
+    """Show the traceback of an error."""
+
+
+@dataclass(frozen=True)
 class Report:
     """Write the report of a run as one HTML file: results, replay, pictures, motion quality,
     curves."""

@@ -89,13 +89,18 @@ def positions(qpos: Tensor) -> Tensor:
 def skating(qpos: Tensor, hz: float) -> tuple[float, int]:
     """Summed horizontal speed, m/s, of sole corners while they stand on the floor, and the number
     of pairs of frames and corners in the sum."""
-    position, rotation = poses(qpos)
-    corners = torch.einsum("tfij,cj->tfci", rotation[:, _FEET], _SOLE.to(rotation))
-    corners = corners + position[:, _FEET, None]
+    corners = soles(qpos)
     low = corners[..., 2] < PLANTED_M
     planted = low[1:] & low[:-1]
     speed = (corners[1:, ..., :2] - corners[:-1, ..., :2]).norm(dim=-1) * hz
     return float(speed[planted].sum()), int(planted.sum())
+
+
+def soles(qpos: Tensor) -> Tensor:
+    """World positions of the corners of the soles [T, 2, 4, 3], right foot first, m."""
+    position, rotation = poses(qpos)
+    corners = torch.einsum("tfij,cj->tfci", rotation[:, _FEET], _SOLE.to(rotation))
+    return corners + position[:, _FEET, None]
 
 
 def jerk(position: Tensor, hz: float) -> NDArray[np.float64]:
@@ -126,6 +131,11 @@ def spectrum(
     power *= scale
     power[[0, -1]] /= 2
     return frequency, power
+
+
+def spectrum_windows(motions: Sequence[Motion]) -> int:
+    """Return the number of windows that `spectrum` averages."""
+    return sum(len(range(0, len(m.qvel) - WINDOW + 1, WINDOW // 2)) for m in motions)
 
 
 def spectral_distance_db(ours: NDArray[np.float64], theirs: NDArray[np.float64]) -> float:
