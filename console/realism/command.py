@@ -1,6 +1,5 @@
 """`inhabit realism`: motions measured relative to held-out mocap."""
 
-from dataclasses import asdict
 from typing import Any
 
 import torch
@@ -95,7 +94,7 @@ def figures(
             phase: {
                 "seconds": dict(zip(("motion", "held_out", "reference"), one.seconds, strict=True)),
                 "values": {
-                    name: asdict(value) | {"ratio": value.ratio}
+                    name: {"motion": value.motion, "mocap": value.mocap, "ratio": value.ratio}
                     for name, value in one.values.items()
                 },
             }

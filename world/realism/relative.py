@@ -36,6 +36,11 @@ MEASURES: dict[str, tuple[str, str, bool | None]] = {
 }
 
 
+#: Values of mocap that are 0 within the accuracy of a measure: retargeted feet are on the floor to
+#: a tenth of a millimetre.
+_LEAST = {"penetration": 0.2}
+
+
 @dataclass(frozen=True)
 class Value:
     """One measure of one phase; None where there is too little motion to measure."""
@@ -44,11 +49,13 @@ class Value:
     """Of the motions in question."""
     mocap: float | None
     """Of held-out mocap."""
+    least: float = 0.0
+    """Values of mocap up to this one are 0 within the accuracy of the measure."""
 
     @property
     def ratio(self) -> float | None:
         """Motion over mocap; None where either is missing, or mocap is 0."""
-        if self.motion is None or not self.mocap:
+        if self.motion is None or self.mocap is None or self.mocap <= self.least:
             return None
         return self.motion / self.mocap
 
@@ -113,6 +120,7 @@ def _mean(folds: Sequence[Phase]) -> Phase:
         name: Value(
             mean([fold.values[name].motion for fold in folds]),
             mean([fold.values[name].mocap for fold in folds]),
+            _LEAST.get(name, 0.0),
         )
         for name in MEASURES
     }
