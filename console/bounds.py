@@ -68,7 +68,8 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "batch": ((2, 1e7),), "gradient_penalty": ((0, 1e6),), "penalty_batch": ((1, 1e7),),
         "logit_regulariser": ((0, 1e6),), "weight_decay": ((0, 1e3),), "replay": ((1, 1e8),),
         "insert_probability": (_FRACTION,), "clamp": ((1e-12, 1),), "reward_scale": ((0, 1e6),),
-        "held_out": (_FRACTION,), "held_out_batch": ((1, 1e7),), "normaliser_samples": ((2, 1e8),),
+        "held_out": (_FRACTION,), "held_out_batch": ((1, 1e7),), "throttle": ((0.5, 1),),
+        "normaliser_samples": ((2, 1e8),),
     },
     "Train": {
         "samples": ((1, 1e15),), "iterations": (_COUNT,), "minutes": ((0.001, 1e6),),

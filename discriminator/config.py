@@ -39,6 +39,9 @@ class StyleConfig:
     """Held-out transitions in a measurement of the accuracy."""
     normaliser_samples: int = 20_000
     """Mocap transitions that give the mean and standard deviation of each feature."""
+    throttle: float | None = None
+    """Accuracy above which a training is skipped, on the latest rollout and on held-out mocap
+    both: a discriminator that is always right gives no gradient to learn from. None: never."""
     object_features: bool = True
     """Include the object features in the observation, as in the paper; off: the body's features
     alone."""

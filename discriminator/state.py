@@ -34,6 +34,8 @@ class Form:
     """Capacity of the replay."""
     steps: int
     """Gradient steps of each training."""
+    throttled: bool
+    """Trainings may be skipped."""
     remembered: int
     """Number of rollouts whose scores are kept."""
 
@@ -81,7 +83,7 @@ def _moments(state: Mapping[str, Tensor], form: Form, version: int) -> None:
         match = _MOMENT.fullmatch(name)
         if match is None or int(match[1]) >= len(form.parameters):
             raise _error(name[:80], "is not part of a state")
-    if not names and version == 0:
+    if not names and (version == 0 or form.throttled):
         return
     steps = version * form.steps
     for index, shape in enumerate(form.parameters):
@@ -90,8 +92,9 @@ def _moments(state: Mapping[str, Tensor], form: Form, version: int) -> None:
         if (state[f"adam/{index}/exp_avg_sq"] < 0).any():
             raise _error(f"adam/{index}/exp_avg_sq", "must be 0 or more")
         _same(state, f"adam/{index}/step", torch.float32, torch.Size(()))
-        if float(state[f"adam/{index}/step"]) != steps:
-            taken = float(state[f"adam/{index}/step"])
+        taken = float(state[f"adam/{index}/step"])
+        fewer = form.throttled and 0 < taken < steps and taken % form.steps == 0
+        if taken != steps and not fewer:
             raise _error(
                 f"adam/{index}/step", f"is {taken:g}, must be {steps} after {version} trainings"
             )

@@ -106,8 +106,8 @@ class Discriminator:
         rows = self._rows(states, end_index, end_states)
         logits = self.logits(rows)
         reward = loss.style_reward(logits, self.config.clamp, self.config.reward_scale)
-        if not valid.all():
-            keep = valid.flatten()
+        keep = None if valid.all() else valid.flatten()
+        if keep is not None:
             reward = torch.where(keep, reward, 0.0)
             logits, rows = logits[keep], rows[keep]
         self.replay.insert(rows, batch, self.config.insert_probability)
@@ -122,6 +122,9 @@ class Discriminator:
                 "style/accuracy_policy": float((logits < 0).sum()) / count,
                 "style/logit_policy": float(logits.sum()) / count,
                 "reward/style": float(reward.sum()) / count,
+                "style/reward_spread": _spread(
+                    reward.flatten()[keep] if keep is not None else reward
+                ),
             },
         )
         self._scores[batch] = scores
@@ -151,22 +154,38 @@ class Discriminator:
         held_out = self.logits(
             self._mocap_rows(self.mocap.held_out(self.config.held_out_batch, version))
         )
+        health = {"style/accuracy_mocap": float((held_out > 0).double().mean())}
+        latest = self._scores.get(self.last_batch)
+        right = 0.0
+        if latest is not None:
+            on_policy = latest.metrics
+            health["style/logit_gap"] = float(held_out.mean()) - on_policy["style/logit_policy"]
+            right = min(health["style/accuracy_mocap"], on_policy["style/accuracy_policy"])
+        bound = self.config.throttle
+        if bound is not None and right > bound:
+            health["style/skipped"] = 1.0
+        else:
+            health |= {"style/skipped": 0.0} | self._steps(version)
+        self.version = version + 1
+        self._trained = health
+        return dict(self._trained)
+
+    def _steps(self, version: int) -> dict[str, float]:
+        """Take the gradient steps of a training; return their mean figures."""
         steps = torch.stack(
             [self._step(version, i) for i in range(self.config.steps_per_iteration)]
         )
-        total, penalty, logit = steps.double().mean(0).tolist()
-        self.version = version + 1
-        self._trained = {
+        total, penalty, logit, slope = steps.double().mean(0).tolist()
+        return {
             "style/loss": total,
             "style/penalty": penalty,
             "style/logit_mocap": logit,
-            "style/accuracy_mocap": float((held_out > 0).double().mean()),
+            "style/gradient": slope,
         }
-        return dict(self._trained)
 
     def _step(self, version: int, step: int) -> Tensor:
-        """Take one gradient step; returns classification loss, weighted penalty, mean mocap logit
-        [3]."""
+        """Take one gradient step; returns classification loss, weighted penalty, mean mocap logit,
+        root mean square of the norm of the logit's gradient on mocap [4]."""
         config = self.config
         draw = np.random.default_rng((TRAINING, self.seed, version, step))
         half = config.batch // 2 if len(self._new) else 0
@@ -187,7 +206,8 @@ class Discriminator:
         self.optimiser.zero_grad(set_to_none=True)
         (classified + penalty + regular).backward()
         self.optimiser.step()
-        return torch.stack([classified, penalty, on_mocap.mean()]).detach()
+        slope = gradient.detach().float().square().sum(-1).mean().sqrt()
+        return torch.stack([classified, penalty, on_mocap.mean(), slope]).detach()
 
     def logits(self, rows: Tensor) -> Tensor:
         """Logits [n] of rows of network input [n, inputs], without gradient."""
@@ -295,6 +315,7 @@ class Discriminator:
                 inputs=self.replay.rows.shape[1],
                 capacity=self.replay.capacity,
                 steps=self.config.steps_per_iteration,
+                throttled=self.config.throttle is not None,
                 remembered=REMEMBERED,
             ),
         )
@@ -305,6 +326,11 @@ class Discriminator:
         own = sum(v.numel() * v.element_size() for v in self.state_dict(replay=False).values())
         rows = self.replay.rows
         return 2 * (own + rows.numel() * rows.element_size()) + MAX_ROLLOUT_STATE_BYTES
+
+
+def _spread(reward: Tensor) -> float:
+    """Return the standard deviation of rewards [..]; 0 for fewer than two."""
+    return float(reward.double().std()) if reward.numel() > 1 else 0.0
 
 
 def _under(state: Mapping[str, Tensor], prefix: str) -> dict[str, Tensor]:

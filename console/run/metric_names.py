@@ -64,6 +64,12 @@ METRICS = (
     Metric("style/penalty", "", "gradient penalty, mean over its steps"),
     Metric("style/logit_mocap", "", "mean logit of mocap transitions"),
     Metric("style/logit_policy", "", "mean logit of the policy's transitions"),
+    Metric(
+        "style/logit_gap", "", "mean logit of held-out mocap, less that of the policy's transitions"
+    ),
+    Metric("style/gradient", "", "rms norm of the logit's gradient on mocap"),
+    Metric("style/reward_spread", "", "standard deviation of the style reward over a rollout"),
+    Metric("style/skipped", "fraction", "trainings of the discriminator that the throttle skipped"),
     Metric("style/accuracy_mocap", "fraction", "held-out mocap transitions classified as mocap"),
     Metric("style/accuracy_policy", "fraction", "policy transitions classified as policy"),
     Metric("lag/policy", "updates", "updates between the acting policy and this one"),

@@ -68,6 +68,12 @@ def _figure(metrics: Mapping[str, float], name: str, spec: str, unit: str = "") 
     return "-" if value is None or value != value else f"{value:{spec}}{unit}"
 
 
+def _skipped(metrics: Mapping[str, float]) -> str:
+    """Return the share of the discriminator's trainings that its throttle skipped; empty for 0."""
+    share = metrics.get("style/skipped", 0.0)
+    return f"  skipped {share:.0%}" if share > 0 else ""
+
+
 PHASES = ("world", "policy", "style", "update")
 
 
@@ -99,7 +105,7 @@ def block(title: str, goal: Goal, metrics: Mapping[str, float], eta: str) -> Gro
         f"accuracy on mocap {_figure(metrics, 'style/accuracy_mocap', '.1%')}  on policy "
         f"{_figure(metrics, 'style/accuracy_policy', '.1%')}  loss "
         f"{_figure(metrics, 'style/loss', '.3f')}  penalty "
-        f"{_figure(metrics, 'style/penalty', '.3f')}",
+        f"{_figure(metrics, 'style/penalty', '.3f')}{_skipped(metrics)}",
     )
     table.add_row(
         "ppo",
@@ -185,7 +191,7 @@ def plain_line(goal: Goal, metrics: Mapping[str, float], eta: str) -> str:
         f"task {_figure(metrics, 'reward/task', '.3f')}",
         f"style {_figure(metrics, 'reward/style', '.3f')}",
         f"D mocap {_figure(metrics, 'style/accuracy_mocap', '.1%')}"
-        f" policy {_figure(metrics, 'style/accuracy_policy', '.1%')}",
+        f" policy {_figure(metrics, 'style/accuracy_policy', '.1%')}{_skipped(metrics)}",
         f"KL {_figure(metrics, 'ppo/kl', '.4f')}",
         f"explained {_figure(metrics, 'ppo/value_explained', '.2f')}",
     ]

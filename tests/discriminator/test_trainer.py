@@ -50,6 +50,47 @@ def test_it_learns_to_separate_policy_from_mocap_and_rewards_mocap_more() -> Non
     assert like.reward.mean() > 2 * scores.reward.mean()
 
 
+def test_the_throttle_skips_trainings_while_both_accuracies_are_above_it() -> None:
+    """With a bound of 0.8 each training is skipped exactly where the figures of its version say."""
+    config = replace(SMALL, gradient_penalty=0.1, learning_rate=3e-3, throttle=0.8)
+    style, free = discriminator(config), discriminator(replace(config, throttle=None))
+    skipped = []
+    for k in range(60):
+        on_policy = style.score(k, **rollout(k)).metrics["style/accuracy_policy"]
+        before = {name: value.clone() for name, value in style.network.state_dict().items()}
+        figures = style.train(k)
+        free.score(k, **rollout(k))
+        free.train(k)
+        right = min(on_policy, figures["style/accuracy_mocap"]) > 0.8
+        assert figures["style/skipped"] == float(right)
+        same = all(torch.equal(before[n], v) for n, v in style.network.state_dict().items())
+        assert same == right and ("style/loss" in figures) == (not right)
+        skipped.append(right)
+    assert 0 < sum(skipped) < 60 and style.version == 60
+    gap = free.train(59)["style/logit_gap"]
+    assert style.train(59)["style/logit_gap"] < gap  # it stays nearer to undecided
+    again = discriminator(config)
+    again.load_state_dict(style.state_dict())
+    for each in (style, again):
+        each.score(60, **rollout(60))
+    assert style.train(60) == again.train(60)
+    with pytest.raises(LayoutError, match="must be 122 after 61 trainings"):
+        discriminator(replace(config, throttle=None)).load_state_dict(style.state_dict())
+
+
+def test_health_is_measured() -> None:
+    style = discriminator()
+    scores = style.score(0, **rollout(0))
+    reward = scores.reward.flatten()
+    valid = rollout(0)["valid"].flatten()
+    spread = float(reward[valid].double().std())
+    assert scores.metrics["style/reward_spread"] == pytest.approx(spread)
+    figures = style.train(0)
+    assert figures["style/gradient"] > 0.0 and figures["style/skipped"] == 0.0
+    penalty = 0.5 * SMALL.gradient_penalty * figures["style/gradient"] ** 2
+    assert figures["style/penalty"] == pytest.approx(penalty, rel=0.1)  # the square of a mean
+
+
 def test_the_penalty_holds_the_slope_down() -> None:
     slopes = []
     for weight in (0.0, 20.0):
