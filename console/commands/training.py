@@ -199,18 +199,19 @@ class Publish:
 
 @dataclass(frozen=True)
 class Video:
-    """Render a policy or a recording as an mp4 video."""
+    """Render a policy or a recording as a film (.mp4) or an animated picture (.webp, .gif)."""
 
     source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|FILE")]
     """Run directory, checkpoint folder, or .msgpack recording."""
     out: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="OUT.mp4")] = None
-    """Video to write; optional with --sheet."""
+    """Film or animated picture to write; optional with --sheet."""
     sheet: Path | None = None
     """Filmstrip to write (PNG; one row per trial)."""
     trials: int = 4
     """Number of trials, shown one after the other."""
-    seconds: float = 12.0
-    """Length of each trial, s."""
+    seconds: float | None = None
+    """Longest duration of a trial, s; default: the task's time limit. A trial ends 2 s after its
+    success."""
     objects: str = "test"
     """Pieces: test or train."""
     near_m: float = 1.5
@@ -223,5 +224,9 @@ class Video:
     """Width of the video, pixels."""
     height: int = 480
     """Height of the video, pixels."""
+    look: Literal["body", "shapes"] = "body"
+    """Character: a rounded body, or the collision shapes of the simulation."""
+    captions: bool = True
+    """Write task, piece, time and stage on the images."""
     debug: bool = False
     """Show the traceback of an error."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import mujoco
 import numpy as np
@@ -23,6 +23,7 @@ from world.scene.box import STAND, is_box
 from world.scene.perturbations import Disturbance, Mover, Thrower
 from world.scene.target import Target
 from world.scene.target import state as state_of
+from world.tasks.task import Task
 
 #: Trials of one inference, fixed so that rounding does not depend on the batch.
 BLOCK = 64
@@ -126,7 +127,7 @@ def step_chunk(
     mover = Mover(disturbance, point, facing) if disturbance.kind == "moved" else None
     error = np.full((len(rows), steps), np.inf, np.float32)
     fell_at = np.full(len(rows), steps, np.int64)
-    reached = np.zeros((len(rows), len(task.stages)), np.bool_)
+    first = np.full((len(rows), len(task.stages)), steps, np.int64)
     broken = np.zeros(len(rows), np.bool_)
     frames = _Frames(scenes, thrower, record)
     body = scenes.body()
@@ -145,14 +146,29 @@ def step_chunk(
         broken |= ~finite & (fell_at == steps)
         ended = task.fell(body, target).numpy() | ~finite
         fell_at[ended & (fell_at == steps)] = step
-        reached |= task.stage(body, target).numpy() & (fell_at == steps)[:, None]
+        stages = task.stage(body, target).numpy() & (fell_at == steps)[:, None]
+        first[stages & (first == steps)] = step
         if (fell_at < steps).all():
             break
     tracks = [
-        frames.track(i, pieces[i], trials, rows[i], error[i], fell_at[i]) for i in range(record)
+        frames.track(
+            i, pieces[i], trials, rows[i], error[i], fell_at[i], _events(task, error[i], first[i])
+        )
+        for i in range(record)
     ]
     disturbed = _disturbed(disturbance, mover, fell_at)
-    return ChunkResults(error, fell_at, reached, disturbed, broken, tracks)
+    return ChunkResults(error, fell_at, first < steps, disturbed, broken, tracks)
+
+
+def _events(task: Task, error_m: NDArray[np.float32], first: NDArray[np.int64]) -> dict[str, Any]:
+    """Return the first control step of each stage, and of success, of a trial for its take."""
+    reached = {
+        name: int(step)
+        for name, step in zip(task.stages, first, strict=True)
+        if step < len(error_m)
+    }
+    good = np.flatnonzero(error_m <= task.success_m)
+    return {"stages": reached, "success_at_step": int(good[0]) if len(good) else None}
 
 
 def _targets(trials: Trials, rows: range) -> tuple[Tensor, Tensor]:
@@ -201,8 +217,10 @@ class _Frames:
         trial: int,
         error_m: NDArray[np.float32],
         fell_at: np.int64,
+        events: dict[str, Any],
     ) -> Track:
-        """Return the i-th scene as a track, which ends a second after the fall."""
+        """Return the i-th scene as a track, which ends a second after the fall; `events` are
+        added to the take's meta."""
         steps = min(len(self._rows), int(fell_at) + 1)
         length = min(len(self._rows), steps + character.CONTROL_HZ)
 
@@ -214,6 +232,7 @@ class _Frames:
             "trial": trial,
             "distance_m": float(trials.distance_m[trial]),
             "fell_at_step": steps - 1 if fell_at < len(self._rows) else None,
+            **events,
         }
         cargo = is_box(piece)
         take = Take(

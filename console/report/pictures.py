@@ -2,20 +2,19 @@
 
 import base64
 import io
+from dataclasses import replace
 
 import imageio.v3 as imageio
 import mujoco
 import numpy as np
 
 from console.evaluation.stepping import Track
-from console.video import rendering
-from console.video.rendering import Image, Look
+from console.video import rendering, stage
+from console.video.rendering import STILL, Image
 from world.furniture.piece import Piece
 from world.scene.model import compile_scene
 
 _QUALITY = 82
-#: Colour of the sky, which MuJoCo leaves black.
-_SKY = (244, 245, 247)
 
 
 def can_draw() -> bool:
@@ -29,40 +28,35 @@ def can_draw() -> bool:
 
 def of_piece(piece: Piece, width: int = 200, height: int = 160) -> str:
     """Return a picture of the piece alone, from its front and side, as a data URI."""
-    model = compile_scene(piece)
-    model.vis.headlight.ambient[:] = 0.45
+    model = stage.stage(compile_scene(piece), piece.name)
+    model.vis.quality.offsamples = STILL.samples
     data = mujoco.MjData(model)
-    data.qpos[2] = -50.0
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_camlight(model, data)
+    data.qpos[2] = -50.0  # the character is out of the picture
     low, high = piece.bounds()
+    centre = (low + high) / 2
+    mujoco.mj_kinematics(model, data)
+    stage.light_at(model, centre)
+    mujoco.mj_camlight(model, data)
     camera = mujoco.MjvCamera()
-    camera.lookat[:] = (low + high) / 2
+    camera.lookat[:] = centre
     camera.distance = 1.6 * float(np.linalg.norm(high - low))
     camera.azimuth, camera.elevation = 215.0, -22.0
     renderer = mujoco.Renderer(model, height, width)
+    renderer.scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = 1
     try:
-        renderer.update_scene(data, camera)
-        return data_uri(with_sky(renderer.render()))
+        renderer.update_scene(data, camera, stage.options())
+        return data_uri(renderer.render())
     finally:
         renderer.close()
 
 
 def filmstrip(track: Track, columns: int = 8, size: int = 200) -> str:
     """Return evenly spaced frames of a trial, side by side, as a data URI."""
-    look = Look(width=size, height=size, distance_m=3.4)
+    look = replace(STILL, width=size, height=size, captions=False)
     last = min(len(track.take), track.steps + 15) - 1
     moments = np.linspace(0, last, columns).round().astype(int).tolist()
-    drawn = rendering.draw(track.take, look, moments, 1.0, track.model)
-    images = [with_sky(image) for image in drawn]
+    images = list(rendering.draw(track.take, look, moments.tolist(), track.model))
     return data_uri(np.concatenate(images, axis=1))
-
-
-def with_sky(image: Image) -> Image:
-    """Return the image with a light sky."""
-    image = image.copy()
-    image[(image == 0).all(axis=2)] = _SKY
-    return image
 
 
 def data_uri(image: Image) -> str:

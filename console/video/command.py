@@ -1,11 +1,14 @@
 """`inhabit video`: a recording, or a run's policy in a few trials, as mp4 and filmstrip."""
 
+from rich.progress import Progress
+
 from console.commands import Video
 from console.evaluation import tracking, trials
 from console.evaluation.command import objects_of
 from console.recording import format as recording
 from console.recording.format import Recording
 from console.run import assembly, machine
+from console.terminal import screen
 from console.video import rendering
 from world import tasks
 from world.character.model import CONTROL_HZ
@@ -16,8 +19,8 @@ def video_command(command: Video) -> int:
     """Write the video, the filmstrip or both; return the exit code."""
     if command.out is None and command.sheet is None:
         raise ConfigError("nothing to write: give OUT.mp4, or a filmstrip by --sheet FILE.png")
-    if command.trials < 1 or command.seconds <= 0:
-        raise ConfigError("--trials must be at least 1, --seconds above 0")
+    if command.trials < 1:
+        raise ConfigError("--trials must be at least 1")
     rendering.require_gl()
     if command.source.is_file():
         found = recording.read(command.source)
@@ -25,8 +28,13 @@ def video_command(command: Video) -> int:
     else:
         found = played(command)
     if command.out is not None:
-        look = rendering.Look(width=command.width, height=command.height)
-        frames = rendering.write_video(found, command.out, look)
+        look = rendering.Look(command.width, command.height, command.look, command.captions)
+        output = screen()
+        with Progress(console=output, transient=True, disable=not output.is_terminal) as bar:
+            row = bar.add_task("images", total=rendering.image_count(found))
+            frames = rendering.write_video(
+                found, command.out, look, progress=lambda done: bar.update(row, completed=done)
+            )
         print(f"{command.out}: {frames} frames, {len(found.takes)} trials")
     if command.sheet is not None:
         rendering.write_filmstrip(found, command.sheet)
@@ -39,6 +47,7 @@ def played(command: Video) -> Recording:
     source = assembly.trained(command.source)
     if tasks.make(source.task).affordance.follows_clips:
         return tracking.shown(source, command.trials, machine.cores())
+    limit_s = command.seconds or tasks.make(source.task).evaluation.limit_s
     chosen = trials.manifest(
         objects_of(source, command.objects, command.trials, command.seed),
         command.trials,
@@ -51,7 +60,7 @@ def played(command: Video) -> Recording:
         source.experiment.world,
         source.weights,
         chosen,
-        round(command.seconds * CONTROL_HZ),
+        round(limit_s * CONTROL_HZ),
         machine.cores(),
         record=command.trials,
     )

@@ -1,11 +1,11 @@
-"""Rendering of recordings as mp4 and filmstrips, offscreen by MuJoCo, with a following camera."""
+"""Rendering of recordings as films, animated pictures and filmstrips, offscreen by MuJoCo."""
 
 import importlib
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import mujoco
@@ -13,12 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from console.recording.format import Recording, Take, model_of, pose
-from world.character import model as character
+from console.video import camera, caption, stage
+from console.video.stage import Shapes
 from world.character.model import CONTROL_HZ
 from world.errors import InhabitError
 
 Image = NDArray[np.uint8]
-#: Colour of a character that is followed.
+#: Endings of animated pictures, drawn at every second control step; their quality, of 100.
+ANIMATED, _HALF, _WEBP_QUALITY = (".webp", ".gif"), 2, 60
+#: Colour of a reference.
 GHOST_RGBA = (0.95, 0.75, 0.35, 0.35)
 
 _PROBE = (
@@ -33,14 +36,20 @@ class VideoError(InhabitError):
 
 @dataclass(frozen=True)
 class Look:
-    """Size and camera of a video."""
+    """Size and appearance of a film or picture."""
 
     width: int = 640
     height: int = 480
-    distance_m: float = 4.2
-    """Distance from the camera to its look-at point, m."""
-    elevation_deg: float = -18.0
-    azimuth_deg: float = 125.0
+    shapes: Shapes = "body"
+    """body: a rounded character; shapes: its collision shapes."""
+    captions: bool = True
+    """Write task, piece, time and stage on each image."""
+    samples: int = 0
+    """Samples of a pixel, against jagged edges; each doubles the time of an image."""
+
+
+STILL = Look(samples=4)
+"""Appearance of single pictures."""
 
 
 def choose_gl() -> str | None:
@@ -80,45 +89,45 @@ def draw(
     take: Take,
     look: Look,
     frames: Sequence[int],
-    follow: float,
     model: mujoco.MjModel | None = None,
+    task: str = "",
 ) -> Iterator[Image]:
     """Yield images [height, width, 3] of the given control steps of one take.
 
-    follow: fraction of the distance to the character that the camera moves per image (1: centred).
-    model: of the take's scene, if available; its drawing settings are changed.
+    model: of the take's scene, if available. task: name in the captions.
     """
-    model = model_of(take) if model is None else model
-    _dress(model, look)
-    data = mujoco.MjData(model)
-    ghost = _Ghost() if len(take.ghost) else None
-    camera = mujoco.MjvCamera()
-    camera.distance, camera.elevation = look.distance_m, look.elevation_deg
-    camera.azimuth = look.azimuth_deg
-    renderer = mujoco.Renderer(model, look.height, look.width)
+    shown = stage.stage(model_of(take) if model is None else model, take.piece, look.shapes)
+    shown.vis.quality.offsamples = look.samples
+    shown.vis.global_.offwidth = max(look.width, shown.vis.global_.offwidth)
+    shown.vis.global_.offheight = max(look.height, shown.vis.global_.offheight)
+    data = mujoco.MjData(shown)
+    ghost = _Ghost(look.shapes) if len(take.ghost) else None
+    path = camera.plan(take, shown)
+    view, options = mujoco.MjvCamera(), stage.options()
+    renderer = mujoco.Renderer(shown, look.height, look.width)
+    renderer.scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = 1
     try:
-        centre = None
         for frame in frames:
-            pose(model, data, take, frame)
-            mujoco.mj_camlight(model, data)
-            root = np.array([data.qpos[0], data.qpos[1], 0.75])
-            # a smoothed camera follows the walk, not each step
-            centre = root if centre is None else centre + follow * (root - centre)
-            camera.lookat[:] = centre
-            renderer.update_scene(data, camera)
+            pose(shown, data, take, frame)
+            stage.light_at(shown, path.lookat[frame])
+            mujoco.mj_camlight(shown, data)
+            path.apply(view, frame)
+            renderer.update_scene(data, view, options)
             if ghost is not None:
                 ghost.add(renderer.scene, take.ghost[frame])
-            yield renderer.render().copy()
+            image = renderer.render().copy()
+            yield caption.drawn(image, caption.text_of(take, frame, task) if look.captions else "")
     finally:
         renderer.close()
 
 
 class _Ghost:
-    """The character that is followed, drawn through whatever is there."""
+    """The reference character, translucent."""
 
-    def __init__(self) -> None:
-        self._model = character.spec().compile()
+    def __init__(self, shapes: Shapes) -> None:
+        self._model = stage.character_alone(shapes)
         self._data = mujoco.MjData(self._model)
+        self._options = stage.options()
 
     def add(self, scene: mujoco.MjvScene, qpos: NDArray[np.float64]) -> None:
         """Add it to a scene, in the pose qpos [43]."""
@@ -128,7 +137,7 @@ class _Ghost:
         mujoco.mjv_addGeoms(
             self._model,
             self._data,
-            mujoco.MjvOption(),
+            self._options,
             mujoco.MjvPerturb(),
             int(mujoco.mjtCatBit.mjCAT_DYNAMIC),
             scene,
@@ -137,35 +146,32 @@ class _Ghost:
             scene.geoms[index].rgba[:] = GHOST_RGBA
 
 
-def _dress(model: mujoco.MjModel, look: Look) -> None:
-    """Set light and a large enough image buffer; the physics of the model does not change."""
-    model.vis.global_.offwidth = max(look.width, model.vis.global_.offwidth)
-    model.vis.global_.offheight = max(look.height, model.vis.global_.offheight)
-    model.vis.headlight.ambient[:] = 0.45
-    model.vis.headlight.diffuse[:] = 0.5
-    model.vis.headlight.specular[:] = 0.1
-
-
 def write_video(
     recording: Recording,
     out: Path,
     look: Look = Look(),
     model: mujoco.MjModel | None = None,
+    progress: Callable[[int], None] = lambda done: None,
 ) -> int:
-    """Write all takes in turn as mp4 at the control rate; return the number of frames.
+    """Write all takes in turn as a film at the control rate; return the number of frames.
 
-    model: of the takes' scene, if available.
+    The ending of `out` gives the form: .mp4, or .webp and .gif at half the rate, without sound of
+    course. A take ends two seconds after its success. model: of the takes' scene, if available.
+    progress: called with the number of finished images.
     """
     require_gl()
     out.parent.mkdir(parents=True, exist_ok=True)
     rate = recording.meta.get("control_hz", CONTROL_HZ)
     temporary = out.with_name(f".{out.stem}.part{out.suffix or '.mp4'}")
     try:
-        try:
-            count = _encode(recording, temporary, rate, look, model)
-        except _EncoderError:
-            # On a machine under load the encoder once ended without an error: try once more.
-            count = _encode(recording, temporary, rate, look, model)
+        if out.suffix.lower() in ANIMATED:
+            count = _animate(recording, temporary, rate, look, model, progress)
+        else:
+            try:
+                count = _encode(recording, temporary, rate, look, model, progress)
+            except _EncoderError:
+                # On a machine under load the encoder once ended without an error: try once more.
+                count = _encode(recording, temporary, rate, look, model, progress)
         temporary.replace(out)
     except OSError as error:
         raise VideoError(f"cannot write {out}: {error}") from error
@@ -178,8 +184,55 @@ class _EncoderError(OSError):
     """An encoder process that ended before it had all images."""
 
 
+def images(
+    recording: Recording, look: Look, model: mujoco.MjModel | None = None, every: int = 1
+) -> Iterator[Image]:
+    """Yield every so many images of all takes in turn."""
+    task = str(recording.meta.get("task", ""))
+    for take in recording.takes:
+        yield from draw(take, look, camera.frames_of(take)[::every], model, task)
+
+
+def image_count(recording: Recording) -> int:
+    """Return the number of images of a film."""
+    return sum(len(camera.frames_of(take)) for take in recording.takes)
+
+
+def _animate(
+    recording: Recording,
+    out: Path,
+    rate: int,
+    look: Look,
+    model: mujoco.MjModel | None,
+    progress: Callable[[int], None],
+) -> int:
+    """Write an animated picture at half the rate; return the number of images."""
+    from PIL import Image as pictures
+
+    found = []
+    for image in images(recording, look, model, _HALF):
+        found.append(pictures.fromarray(image))
+        progress(_HALF * len(found))
+    found[0].save(
+        out,
+        format=out.suffix[1:].upper(),
+        save_all=True,
+        append_images=found[1:],
+        duration=round(1000 * _HALF / rate),
+        loop=0,
+        quality=_WEBP_QUALITY,
+        method=4,
+    )
+    return len(found)
+
+
 def _encode(
-    recording: Recording, out: Path, rate: int, look: Look, model: mujoco.MjModel | None
+    recording: Recording,
+    out: Path,
+    rate: int,
+    look: Look,
+    model: mujoco.MjModel | None,
+    progress: Callable[[int], None],
 ) -> int:
     """Draw and encode all takes; return the number of images."""
     import imageio_ffmpeg
@@ -195,13 +248,13 @@ def _encode(
     )
     writer.send(None)
     count = 0
-    for take in recording.takes:
-        for image in draw(take, look, range(len(take)), 0.15, model):
-            try:
-                writer.send(np.ascontiguousarray(image))
-            except OSError as error:
-                raise _EncoderError(*error.args) from error
-            count += 1
+    for image in images(recording, look, model):
+        try:
+            writer.send(np.ascontiguousarray(image))
+        except OSError as error:
+            raise _EncoderError(*error.args) from error
+        count += 1
+        progress(count)
     writer.close()
     return count
 
@@ -213,11 +266,14 @@ def write_filmstrip(
     import imageio.v3 as imageio
 
     require_gl()
-    look = look or Look(width=240, height=240)
+    look = look or replace(STILL, width=280, height=240)
+    task = str(recording.meta.get("task", ""))
     rows = []
     for take in recording.takes:
-        moments = np.linspace(0, len(take) - 1, columns).round().astype(int).tolist()
-        rows.append(np.concatenate(list(draw(take, look, moments, 1.0)), axis=1))
+        moments = np.linspace(0, len(camera.frames_of(take)) - 1, columns).round()
+        rows.append(
+            np.concatenate(list(draw(take, look, moments.astype(int).tolist(), None, task)), axis=1)
+        )
     out.parent.mkdir(parents=True, exist_ok=True)
     try:
         imageio.imwrite(out, np.concatenate(rows, axis=0))

@@ -1,4 +1,4 @@
-"""Pictures in the page: JPEGs of pieces, with a light sky."""
+"""Pictures in the page: JPEGs of pieces."""
 
 import base64
 import io
@@ -18,14 +18,6 @@ def test_a_picture_comes_back_from_its_uri() -> None:
     assert kind == "data:image/jpeg;base64"
     back = imageio.imread(io.BytesIO(base64.b64decode(data)))
     assert back.shape == image.shape and np.abs(back.astype(int) - image).max() < 12
-
-
-def test_only_black_is_sky() -> None:
-    image = np.zeros((2, 2, 3), np.uint8)
-    image[0, 0] = 0, 0, 9
-    found = pictures.with_sky(image)
-    assert found[0, 0].tolist() == [0, 0, 9] and found[1, 1].tolist() == [244, 245, 247]
-    assert not image[1, 1].any(), "the image itself is left alone"
 
 
 def test_pieces_look_like_themselves_alone() -> None:

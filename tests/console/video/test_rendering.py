@@ -7,7 +7,7 @@ import imageio_ffmpeg
 import numpy as np
 import pytest
 
-from console.recording.format import Recording
+from console.recording.format import Recording, Take
 from console.video import rendering
 from tests.support.console.recordings import take
 
@@ -20,8 +20,46 @@ def test_a_video_shows_a_chair_and_a_character(tmp_path: Path) -> None:
     assert imageio.imread(film, index=0).shape == (128, 160, 3)
     rendering.write_filmstrip(Recording([take(5)], {}), strip, 3)
     image = imageio.imread(strip)
-    assert image.shape == (240, 720, 3)
+    assert image.shape == (240, 840, 3)
     assert len(np.unique(image.reshape(-1, 3), axis=0)) > 20
+
+
+@pytest.mark.skipif(rendering.choose_gl() is None, reason="nothing draws offscreen here")
+def test_an_animated_picture_has_every_second_step_and_repeats(tmp_path: Path) -> None:
+    from PIL import Image
+
+    look, counted = rendering.Look(width=160, height=128), []
+    for name, kind in (("a.webp", "WEBP"), ("a.gif", "GIF")):
+        film = tmp_path / name
+        count = rendering.write_video(
+            Recording([moving(5)], {}), film, look, progress=counted.append
+        )
+        with Image.open(film) as found:
+            assert (found.format, getattr(found, "n_frames", 1)) == (kind, count) == (kind, 3)
+            assert found.size == (160, 128) and found.info["loop"] == 0
+    assert counted == [2, 4, 6] * 2
+
+
+@pytest.mark.skipif(rendering.choose_gl() is None, reason="nothing draws offscreen here")
+def test_both_looks_show_the_character_and_captions_cover_their_corner() -> None:
+    one = take(2)
+    size = {"width": 160, "height": 120, "captions": False}
+    (body,), (shapes,) = (
+        rendering.draw(one, rendering.Look(**size, shapes=shape), [0])  # pyright: ignore
+        for shape in ("body", "shapes")
+    )
+    assert (body != shapes).any(axis=2).mean() > 0.01
+    (captioned,) = rendering.draw(one, rendering.Look(160, 120), [0], task="sit")
+    rows, columns = np.nonzero((captioned != body).any(axis=2))
+    assert len(rows) and rows.min() > 90 and columns.min() < 10
+    # the sky is light and the floor is not black: no part of a picture is unlit
+    assert body[:20].mean() > 180 and body.min(axis=2).max() > 150 and (body.max(axis=2) > 20).all()
+
+
+def moving(steps: int) -> Take:
+    one = take(steps)
+    one.qpos[:, 0] = np.linspace(0.0, 0.2, steps)
+    return one
 
 
 @pytest.mark.parametrize("broken", [1, 2])
