@@ -13,7 +13,7 @@ from setuptools import find_packages
 
 from tests.support.paths import ROOT
 
-ROOMS = ["world", "rpc", "policy", "actors", "discriminator", "learner", "console"]
+ROOMS = ["pretrained", "world", "rpc", "policy", "actors", "discriminator", "learner", "console"]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 SOURCES = sorted(p for room in ROOMS for p in (ROOT / room).rglob("*.py"))
 #: Files at the top of a folder, and the share of modules that have a test of their name.

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+import pretrained
 from console.commands import Doctor
 from console.doctor.finding import Finding
 from console.run.machine import cores, memory_gb, versions
@@ -79,14 +80,11 @@ def check_motions(paths: tuple[Path, ...] = ()) -> Finding:
 
 
 def check_policies() -> Finding:
-    """Report trained policies beside the package or in this folder."""
-    root = Path(__file__).resolve().parents[2]
-    found = sorted(
-        {p.parent for d in {root, Path.cwd()} for p in d.glob("pretrained/*/manifest.json")}
-    )
+    """Report the policies that commands find by name."""
+    found = pretrained.names()
     if not found:
         return Finding("policies", "mind", "none here: `inhabit train sit` trains one")
-    return Finding("policies", "ok", "trained: " + ", ".join(str(path) for path in found))
+    return Finding("policies", "ok", f"by name (`inhabit play NAME`): {', '.join(found)}")
 
 
 def check_rendering() -> Finding:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
+import pretrained
 from console.commands import Evaluate, Realism
 from console.evaluation import command as evaluation
 from console.evaluation import tracking
@@ -30,7 +31,9 @@ RECORDING_SUFFIX = ".msgpack"
 
 
 def is_policy(source: Path) -> bool:
-    """Return whether a path is a run directory or a checkpoint folder."""
+    """Return whether a path is a run directory, a checkpoint folder, or a policy's name."""
+    if not source.exists():
+        return pretrained.folder(str(source)) is not None
     return source.is_dir() and any(
         (source / name).exists() for name in ("config.json", "manifest.json", "checkpoints")
     )

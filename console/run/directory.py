@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import pretrained
 from world.errors import InhabitError
 
 RUNS = Path("runs")
@@ -140,13 +141,21 @@ def new_run(task: str, root: Path = RUNS, today: datetime.date | None = None) ->
 
 
 def checkpoint_folder(where: Path) -> Path:
-    """Return the checkpoint of a run directory, of a checkpoint folder, or of `latest`/`best`.
+    """Return the checkpoint of a run directory, of a checkpoint folder, of `latest`/`best`, or of
+    a policy's name.
 
     A run stands for its latest checkpoint. A folder with a manifest.json, such as
-    `pretrained/TASK`, is a checkpoint itself. Raises RunError without a checkpoint.
+    `pretrained/TASK`, is a checkpoint itself. A path that does not exist may be the name of a
+    policy of the package. Raises RunError without a checkpoint.
     """
     if not where.exists():
-        raise RunError(f"{where} does not exist: give a run directory or a checkpoint folder")
+        named = pretrained.folder(str(where))
+        if named is None:
+            raise RunError(
+                f"{where} does not exist: give a run directory, a checkpoint folder, or the name of"
+                f" a policy: {', '.join(pretrained.names())}"
+            )
+        return named
     if (where / "manifest.json").exists():
         return where.resolve()
     checkpoints = where / "checkpoints" if (where / "checkpoints").is_dir() else where

@@ -1,0 +1,46 @@
+"""Policies by name; the package ships those that anyone may use, within its size."""
+
+import fnmatch
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import pretrained
+from console.app import main
+from console.run.directory import RunError, checkpoint_folder
+from policy.checkpoints.format import read_manifest
+from tests.support.paths import ROOT
+
+
+def test_a_name_is_its_folder_unless_a_path_has_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert checkpoint_folder(Path("sit")) == ROOT / "pretrained" / "sit"
+    (tmp_path / "sit").mkdir()
+    with pytest.raises(RunError, match="sit holds no checkpoint"):
+        checkpoint_folder(Path("sit"))
+    with pytest.raises(RunError, match=r"juggle does not exist: .* the name of a policy: carry, "):
+        checkpoint_folder(Path("juggle"))
+    with pytest.raises(RunError, match="does not exist"):
+        checkpoint_folder(Path("../pretrained"))
+
+
+def test_installed_policies_are_free_and_small() -> None:
+    build = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
+    shipped = [pattern.removesuffix("/*") for pattern in build["package-data"]["pretrained"]]
+    assert shipped and all(name in pretrained.names() for name in shipped)
+    assert any(fnmatch.fnmatch("pretrained", p) for p in build["packages"]["find"]["include"])
+    for name in pretrained.names():
+        licence = read_manifest(pretrained.ROOT / name).notes["licence"]
+        assert (name in shipped) == ("research" not in licence), (name, licence)
+    sizes = [path.stat().st_size for name in shipped for path in (pretrained.ROOT / name).iterdir()]
+    assert sum(sizes) < 25e6
+
+
+def test_commands_take_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    words = ["evaluate", "sit", "--trials", "2", "--quality", "0", "--json", "a.json"]
+    assert main(words) == 0
+    assert (tmp_path / "a.json").exists()
