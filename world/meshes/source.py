@@ -1,16 +1,14 @@
 """Reader of mesh files with bounded size; unreadable ones are refused in one line."""
 
 import io
-import json
-import struct
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from world.errors import ChoiceError, PieceError
+from world.meshes import gltf, obj, stl
 from world.refusals import refusing
 
 SUFFIXES = (".obj", ".glb", ".gltf", ".stl", ".ply")
@@ -89,92 +87,50 @@ def _too_many(file_name: str, count: int) -> str:
 def _load(
     content: bytes, file_name: str, suffix: str, folder: Path | None
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], str]:
-    """Vertices, faces and credit, as trimesh reads them."""
-    import trimesh
-    from trimesh.resolvers import FilePathResolver
-
-    resolver = None
-    if suffix == ".gltf" and folder is not None:
-        _no_way_out(content, file_name)
-        resolver = FilePathResolver(str(folder))
-    options: dict[str, Any] = {"skip_materials": True} if suffix == ".obj" else {}
+    """Vertices, triangles and the stated author. Raises PieceError."""
     try:
-        scene = trimesh.load_scene(
-            io.BytesIO(content),
-            file_type=suffix[1:],
-            resolver=resolver,
-            process=False,
-            **options,
-        )
-        parts = [g for g in scene.dump() if isinstance(g, trimesh.Trimesh)]
-        credit = str(scene.metadata.get("copyright") or "")
-    except MemoryError:
-        raise  # not a fault of the file
+        match suffix:
+            case ".obj":
+                return *obj.read(content, file_name), ""
+            case ".stl":
+                return *stl.read(content, file_name), ""
+            case ".ply":
+                return *_ply(content), ""
+            case _:
+                return gltf.read(content, file_name, suffix, folder)
+    except (MemoryError, PieceError):
+        raise  # the first is not a fault of the file
     except Exception as error:
         detail = " ".join(str(error).split())[:120] or type(error).__name__
         raise PieceError(f"{file_name}: not a readable {suffix} file ({detail})") from error
-    vertices = [np.asarray(part.vertices, dtype=np.float64) for part in parts]
-    starts = np.cumsum([0, *(len(v) for v in vertices)])
-    faces = [
-        np.asarray(part.faces, dtype=np.int64) + start
-        for part, start in zip(parts, starts[:-1], strict=True)
-    ]
-    if not faces:
-        return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64), credit
-    return np.concatenate(vertices), np.concatenate(faces), credit
 
 
-def _no_way_out(content: bytes, file_name: str) -> None:
-    """Refuse a .gltf that refers to files outside its folder."""
-    try:
-        named = json.loads(content)
-        uris = [e.get("uri", "") for k in ("buffers", "images") for e in named.get(k, [])]
-    except (ValueError, AttributeError) as error:
-        raise PieceError(f"{file_name}: not a readable .gltf file ({error})") from error
-    for uri in uris:
-        if uri.startswith("data:"):
-            continue
-        if Path(uri).is_absolute() or ".." in Path(uri).parts or "://" in uri:
-            raise PieceError(f"{file_name}: it names a file outside its folder: {uri[:80]}")
+def _ply(content: bytes) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    import trimesh
+
+    # comments name textures, which trimesh would look for
+    header, end, body = content.partition(b"end_header")
+    lines = header.splitlines(keepends=True)
+    plain = b"".join(line for line in lines if not line.lstrip().startswith(b"comment"))
+    found = trimesh.load_mesh(io.BytesIO(plain + end + body), file_type="ply", process=False)
+    if not isinstance(found, trimesh.Trimesh):
+        return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
+    return (
+        np.asarray(found.vertices, dtype=np.float64).reshape(-1, 3),
+        np.asarray(found.faces, dtype=np.int64).reshape(-1, 3),
+    )
 
 
 def _announced(content: bytes, suffix: str) -> int:
     """Number of triangles that the file states, before they are read; 0 where that is expensive."""
     if suffix == ".obj":
-        return content.count(b"\nf ") + content.startswith(b"f ")
+        return sum(content.count(b"\nf" + gap) for gap in (b" ", b"\t"))
     if suffix == ".stl":
-        return _stl_triangles(content)
+        return stl.announced(content)
     if suffix == ".ply":
         for line in content[:4096].split(b"\n"):
             words = line.split()
             if words[:2] == [b"element", b"face"] and len(words) == 3 and words[2].isdigit():
                 return int(words[2])
         return 0
-    return _gltf_triangles(content, suffix)
-
-
-def _stl_triangles(content: bytes) -> int:
-    if len(content) >= 84:
-        (count,) = struct.unpack("<I", content[80:84])
-        if len(content) == 84 + 50 * count:
-            return int(count)
-    return content.count(b"endfacet")
-
-
-def _gltf_triangles(content: bytes, suffix: str) -> int:
-    """Triangles of all primitives, counted once for each node that uses the mesh."""
-    try:
-        text = content
-        if suffix == ".glb":
-            (length,) = struct.unpack("<I", content[12:16])
-            text = content[20 : 20 + length]
-        named = json.loads(text)
-        shown = [n["mesh"] for n in named.get("nodes", []) if "mesh" in n]
-        total = 0
-        for mesh in shown:
-            for primitive in named["meshes"][mesh]["primitives"]:
-                key = primitive.get("indices", primitive["attributes"]["POSITION"])
-                total += named["accessors"][key]["count"] // 3
-        return total
-    except (ValueError, KeyError, IndexError, TypeError, struct.error):
-        return 0
+    return gltf.announced(content, suffix)
