@@ -35,14 +35,16 @@ class Meshes:
     height: float | None = None
     """Height to scale the piece to, m, instead of a unit."""
     category: str | None = None
-    """chair, armchair, low-stool, high-stool, sofa, bed or table; default: by the name of the
-    folder or file, else by the shape."""
+    """chair, armchair, low-stool, high-stool, sofa, bed or table; default: by the shape, and by the
+    name of the folder or file among the classes that the shape allows."""
     licence: str = "unknown"
     """Licence of meshes whose files state none."""
     credit: str = ""
     """Author of meshes whose files state none."""
     sit: str | None = None
     """X,Y,Z,YAW (m, degrees; piece frame) of the seat, instead of detection."""
+    force: bool = False
+    """Import pieces off which their own drop test throws the ragdoll, too."""
     threads: int | None = None
     """Pieces processed in parallel; default: the number of cores."""
 

@@ -20,8 +20,8 @@ from world.furniture.catalogue import REGISTRY
 from world.furniture.piece import Piece
 from world.meshes import collection, importing, store
 from world.meshes.build import ImportOptions
+from world.meshes.frame import Frame
 from world.meshes.importing import Outcome
-from world.meshes.upright import Frame
 
 Command = ObjectsImport | ObjectsList | ObjectsCheck | ObjectsShow
 
@@ -116,7 +116,14 @@ def options(mesh: Meshes) -> ImportOptions:
     if mesh.up and mesh.front and mesh.up[1] == mesh.front[1]:
         raise ConfigError(f"--up {mesh.up} --front {mesh.front}: choose two different axes")
     frame = Frame(mesh.up, mesh.front, mesh.unit, mesh.height)
-    return ImportOptions(frame, mesh.category, mesh.licence, mesh.credit, seat_of(mesh.sit))
+    return ImportOptions(
+        frame,
+        mesh.category,
+        licence=mesh.licence,
+        credit=mesh.credit,
+        sit=seat_of(mesh.sit),
+        force=mesh.force,
+    )
 
 
 def seat_of(text: str | None) -> tuple[float, float, float, float] | None:
@@ -186,6 +193,11 @@ def report(rows: list[dict[str, Any]], as_json: bool) -> None:
         for place in row["sit"]:
             if place["slips_at"]:
                 scales = ", ".join(f"{scale:g}" for scale in place["slips_at"])
-                output.print(f"{row['piece']}: a ragdoll does not stay seated at scale {scales}")
+                output.print(
+                    f"{row['piece']}: a ragdoll does not stay seated at scale {scales}",
+                    markup=False,
+                )
+        for note in row["notes"]:
+            output.print(f"{row['piece']}: {note}", markup=False)
         if row["refused"]:
             output.print(f"refused: {row['refused']}", markup=False)

@@ -13,7 +13,8 @@ def outcome_row(outcome: Outcome) -> dict[str, Any]:
     """Return the row of an imported or refused mesh."""
     piece = outcome.piece()
     if piece is not None:
-        return listed(piece)
+        notes = (outcome.document or {}).get("notes", [])
+        return listed(piece) | {"notes": [str(note) for note in notes]}
     return {
         "piece": outcome.name,
         "category": None,
@@ -21,6 +22,7 @@ def outcome_row(outcome: Outcome) -> dict[str, Any]:
         "hulls": 0,
         "sit": [],
         "lie": [],
+        "notes": [],
         "refused": outcome.refused,
     }
 
@@ -54,5 +56,6 @@ def listed(piece: Piece) -> dict[str, Any]:
         "mass_kg": round(piece.mass_kg, 2),
         "licence": piece.licence,
         "credit": piece.credit,
+        "notes": [],
         "refused": None,
     }

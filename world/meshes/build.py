@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 from world.errors import PieceError
 from world.furniture import affordance
 from world.furniture.affordance import lying, seats
-from world.furniture.affordance.relief import Relief, relief
+from world.furniture.affordance.relief import Relief, relief, sheltered
 from world.furniture.affordance.seats import Zone, zone_heights
 from world.furniture.piece import Hull, Lying, Piece, SeatTarget
-from world.meshes import decompose, resting
-from world.meshes.classes import DENSITY_KG_M3, category_of
+from world.meshes import decompose, hints, resting
+from world.meshes.classes import CLASSES, DENSITY_KG_M3, category_of, shape_of
+from world.meshes.frame import Frame
 from world.meshes.source import Source
-from world.meshes.upright import Frame, upright
+from world.meshes.upright import placed
 from world.objects.drop_test import slips_at
 
 MOST_OFF_M = 0.05
@@ -35,8 +36,8 @@ ROOM, CARRYING = Zone((-0.14, 0.10), (-0.12, 0.12)), Zone((0.04, 0.20), (-0.12, 
 STEP_M, RISEN_M, UNEVEN_M = 0.02, 0.045, 0.025
 """Step of such a shift; height above the seat that blocks; tolerance of a carrying surface."""
 
-_SAT_ON = ("chair", "armchair", "low-stool", "high-stool", "sofa", "bed")
-_LAIN_ON = ("sofa", "bed")
+_NEEDS_SEAT = ("chair", "armchair", "low-stool", "high-stool", "sofa", "bed")
+_LAIN_ON = ("sofa", "bed", "table")
 
 
 @dataclass(frozen=True)
@@ -46,11 +47,15 @@ class ImportOptions:
     frame: Frame = field(default_factory=Frame)
     """Axes and size."""
     category: str | None = None
-    """A class, or `stool`; None: by the piece's shape."""
+    """A class, whatever the shape; None: by the piece's shape and name."""
+    named: str | None = None
+    """A class that the name states, or `stool`; None without one."""
     licence: str = "unknown"
     credit: str = ""
     sit: tuple[float, float, float, float] | None = None
     """x, y, z (m) and yaw (degrees) of the seat target; None: found from the geometry."""
+    force: bool = False
+    """Whether a piece off which its own drop test throws the ragdoll is imported."""
 
 
 @dataclass(frozen=True)
@@ -64,34 +69,61 @@ class Built:
     """[3, 3], about the centre of mass."""
     seat_error_m: float | None
     """Height of the hulls above the mesh at the first seat target; None without one."""
+    notes: tuple[str, ...] = ()
+    """Remarks for the user: what was left out, or decided against the name."""
+
+
+@dataclass(frozen=True)
+class Places:
+    """The class of a mesh and the targets found on it."""
+
+    category: str
+    sit: tuple[SeatTarget, ...]
+    lie: Lying | None
+    roofed: bool
+    """Whether the targets are below a roof."""
+    notes: tuple[str, ...] = ()
 
 
 def build(source: Source, options: ImportOptions) -> Built:
     """The piece of a mesh. Raises PieceError where it is no furniture or has no target."""
-    triangles = upright(source, options.frame)
-    piece, error = _cut(source.name, triangles, options, decompose.VOXELS)
+    triangles, notes = placed(source, options.frame)
+    try:
+        found = places(source.name, triangles, options)
+    except PieceError as error:
+        flags = hints.flags(source, options.frame, options.category or options.named)
+        if not flags:
+            raise
+        raise PieceError(f"{error}; with {flags} it is ordinary furniture") from error
+    piece, error = _cut(source.name, triangles, options, found, decompose.VOXELS)
     if _faults(piece, error):
         # a hull bulges over the seat, or a ragdoll slides off: more voxels often help
-        fine = _cut(source.name, triangles, options, FINER * decompose.VOXELS)
-        found = [(piece, error), fine]
-        piece, error = min(found, key=lambda cut: (_faults(*cut), abs(cut[1] or 0.0)))
-    if options.sit is None:
-        resting.require(piece)
+        fine = _cut(source.name, triangles, options, found, FINER * decompose.VOXELS)
+        cuts = [(piece, error), fine]
+        piece, error = min(cuts, key=lambda cut: (_faults(*cut), abs(cut[1] or 0.0)))
+    if not options.force:
+        piece = resting.required(piece)
+    odd = hints.remark(source, options.frame, triangles, options.category or options.named)
     density = DENSITY_KG_M3[piece.category]
     mass, centre, inertia = decompose.mass_properties(piece.hulls, density)
-    return Built(replace(piece, mass_kg=mass), centre, inertia, error)
+    said = (*notes, *found.notes, *((odd,) if odd is not None else ()))
+    return Built(replace(piece, mass_kg=mass), centre, inertia, error, said)
 
 
 def _cut(
-    name: str, triangles_m: NDArray[np.float64], options: ImportOptions, voxels: int
+    name: str,
+    triangles_m: NDArray[np.float64],
+    options: ImportOptions,
+    found: Places,
+    voxels: int,
 ) -> tuple[Piece, float | None]:
     """The piece decomposed with so many voxels and drop-tested, and the upward shift of its first
     seat by the decomposition, m."""
     parts = decompose.hulls(triangles_m, name, voxels)
-    piece, error = located(name, triangles_m, parts, options)
+    piece, error = located(name, parts, options, found)
     if options.sit is not None:
         return resting.tested(piece), error
-    return resting.confirmed(piece, _solid(piece.hulls)), error
+    return resting.confirmed(piece, _solid(piece.hulls, found.roofed)), error
 
 
 def _faults(piece: Piece, error: float | None) -> int:
@@ -101,54 +133,73 @@ def _faults(piece: Piece, error: float | None) -> int:
     return missed + int(error is not None and abs(error) > COARSE_M)
 
 
-def located(
-    name: str, triangles_m: NDArray[np.float64], parts: tuple[Hull, ...], options: ImportOptions
-) -> tuple[Piece, float | None]:
-    """The piece of these hulls with the targets of its mesh (triangles [m, 3, 3] m), moved onto the
-    surface of the hulls, and the upward shift of the first seat by that, m."""
-    surface = relief(triangles_m)
-    open_class = options.category not in DENSITY_KG_M3
-    sit = seats.find(surface) if open_class or options.category in _SAT_ON else ()
-    lie = lying.find(surface) if open_class or options.category in _LAIN_ON else None
+def places(name: str, triangles_m: NDArray[np.float64], options: ImportOptions) -> Places:
+    """The class and the targets of triangles [m, 3, 3] m: under open space, else below a roof.
+
+    Raises PieceError for what is no furniture of the class.
+    """
+    surface, roofed = relief(triangles_m), False
+    sit, lie = seats.find(surface), lying.find(surface)
+    if not sit and lie is None:
+        surface, roofed = sheltered(triangles_m), True
+        sit, lie = seats.find(surface), lying.find(surface)
     low, high = triangles_m.min(axis=(0, 1)), triangles_m.max(axis=(0, 1))
     size = decompose.vector(high - low)
-    category = category_of(options.category, size, sit, lie)
+    category, remark = options.category, ""
+    if category is None:
+        category, remark = category_of(options.named, shape_of(size, surface, sit, lie))
+    shown = f"({' x '.join(f'{x:.2f}' for x in size)} m)"
+    if category is None:
+        if options.sit is None:
+            raise PieceError(
+                f"{name}: no place to sit or lie and no table's top in it {shown}; check --up, "
+                "--unit, or give --category and --sit"
+            )
+        category = options.named if options.named in CLASSES else "chair"
     if category not in DENSITY_KG_M3:
         raise PieceError(f"{name}: unknown class '{category}'; choose {', '.join(DENSITY_KG_M3)}")
-    if category == "bed" and lie is not None:
+    lie = lie if category in _LAIN_ON else None
+    if lie is not None and category != "sofa":
         sit = lying.edges(surface, lie) or sit
     if options.sit is not None:
         x, y, z, yaw = options.sit
         sit = (SeatTarget((x, y, z), math.radians(yaw)),)
-    elif category not in _SAT_ON:
-        sit = ()
-    elif not sit:
+    elif not sit and category in _NEEDS_SEAT:
         raise PieceError(
-            f"{name}: no place to sit on this {category} "
-            f"({' x '.join(f'{x:.2f}' for x in size)} m); check --up, --unit, or give --sit"
+            f"{name}: no place to sit on this {category} {shown}; check --up, --unit, or give --sit"
         )
+    return Places(category, sit, lie, roofed, (remark,) if remark else ())
+
+
+def located(
+    name: str, parts: tuple[Hull, ...], options: ImportOptions, found: Places
+) -> tuple[Piece, float | None]:
+    """The piece of these hulls with the targets of its mesh moved onto the surface of the hulls,
+    and the upward shift of the first seat by that, m."""
+    sit, lie = found.sit, found.lie
     if options.sit is None:
         parts = _levelled(parts, sit)
-    solid = _solid(parts)
+    solid = _solid(parts, found.roofed)
     levelled_sit = tuple(_onto(solid, target) for target in _fitting(solid, sit))
     error = levelled_sit[0].point_m[2] - sit[0].point_m[2] if sit else None
     piece = Piece(
         name,
-        category,
+        found.category,
         tuple(decompose.around(hull) for hull in parts),
         levelled_sit if options.sit is None else sit,
         1.0,
         licence=options.licence,
-        lie=None if lie is None or category not in _LAIN_ON else _lying_onto(solid, lie),
+        lie=None if lie is None else _lying_onto(solid, lie),
         hulls=parts,
         credit=options.credit,
     )
     return piece, error
 
 
-def _solid(parts: tuple[Hull, ...]) -> Relief:
+def _solid(parts: tuple[Hull, ...], roofed: bool = False) -> Relief:
     """The relief of hulls."""
-    return relief(np.array([np.array(h.vertices_m)[list(f)] for h in parts for f in h.faces]))
+    corners = np.array([np.array(h.vertices_m)[list(f)] for h in parts for f in h.faces])
+    return sheltered(corners) if roofed else relief(corners)
 
 
 def _levelled(parts: tuple[Hull, ...], sit: tuple[SeatTarget, ...]) -> tuple[Hull, ...]:
@@ -186,7 +237,7 @@ def _moved(solid: Relief, target: SeatTarget) -> SeatTarget | None:
     steps = round(SHIFTED_M / STEP_M)
     for step in sorted(range(-steps, steps + 1), key=lambda k: (abs(k), -k)):
         point = (x + STEP_M * step * cos, y + STEP_M * step * sin)
-        height = affordance.level(solid, point, target.facing_rad, z)
+        height = seats.carrying(solid, point, target.facing_rad, z)
         at = np.array([point])
         behind = zone_heights(solid, at, ROOM, target.facing_rad)[0] - height
         below = zone_heights(solid, at, CARRYING, target.facing_rad)[0] - height
@@ -199,7 +250,7 @@ def _moved(solid: Relief, target: SeatTarget) -> SeatTarget | None:
 def _onto(solid: Relief, target: SeatTarget) -> SeatTarget:
     """The target at the height of the hulls' surface, where that is near."""
     x, y, z = target.point_m
-    level = affordance.level(solid, (x, y), target.facing_rad, z)
+    level = seats.carrying(solid, (x, y), target.facing_rad, z)
     return replace(target, point_m=(x, y, level if abs(level - z) <= MOST_OFF_M else z))
 
 

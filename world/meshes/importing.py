@@ -25,7 +25,7 @@ WALL_S = 600
 MEMORY_BYTES = 8 * 1024**3
 """Greatest address space of one piece."""
 ADVICE = "repair or decimate the mesh"
-MAKER = 4
+MAKER = 5
 """Version of the build; a new one invalidates cached pieces."""
 
 
@@ -130,10 +130,10 @@ def _of_file(path: Path, options: ImportOptions, note: Note) -> list[Job]:
         with refusing(PieceError, path, "library of furniture"):
             return _of_library(path, options)
     folder = path.parent.name.replace("_", "-").lower()
-    category = options.category or (folder if folder in CLASSES else category_of_names(path.stem))
+    named = folder if folder in CLASSES else category_of_names(path.stem)
     licence = note.licence or options.licence
     credit = options.credit or note.credit
-    own = replace(options, category=category, licence=licence, credit=credit)
+    own = replace(options, named=named, licence=licence, credit=credit)
     return [Job(_tidy(path.stem), path.name, own, path)]
 
 
@@ -141,16 +141,14 @@ def _of_library(path: Path, options: ImportOptions) -> list[Job]:
     """The jobs of a library's furniture; other objects (a lamp, a door) are left out."""
     found = []
     for entry in sweethome.entries(path):
-        category = (
-            options.category or category_of_names(entry.title) or category_of_names(entry.name)
-        )
-        if category is None:
+        named = category_of_names(entry.title) or category_of_names(entry.name)
+        if options.category is None and named is None:
             continue
         licence = options.licence if options.licence != "unknown" else entry.licence or "unknown"
         own = replace(
             options,
             frame=entry.frame,
-            category=category,
+            named=named,
             licence=licence,
             credit=options.credit or entry.credit,
         )

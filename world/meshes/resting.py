@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from world.errors import PieceError
-from world.furniture import affordance
+from world.furniture.affordance import seats
 from world.furniture.affordance.relief import Relief
 from world.furniture.piece import Piece, SeatTarget
 from world.objects.drop_test import rests_at, slips_at
@@ -26,14 +26,20 @@ def confirmed(piece: Piece, solid: Relief) -> Piece:
     return replace(piece, sit=tuple(whole or best))
 
 
-def require(piece: Piece) -> None:
-    """Raise PieceError where the ragdoll rests on no seat target at any scale, and there is no
-    lying target."""
-    if piece.sit and piece.lie is None and not any(target.rests_at for target in piece.sit):
-        raise PieceError(
-            f"{piece.name}: a seated ragdoll slides or tips off this {piece.category} at every "
-            "scale, so that it has no place to sit; give --sit for another"
-        )
+def required(piece: Piece) -> Piece:
+    """The piece, without seat targets on which the ragdoll rests at no scale where they are not its
+    use: of a table, or of a bed with a lying target.
+
+    Raises PieceError for another piece whose seat targets all throw the ragdoll off.
+    """
+    if not piece.sit or any(target.rests_at for target in piece.sit):
+        return piece
+    if piece.category == "table" or (piece.category == "bed" and piece.lie is not None):
+        return replace(piece, sit=())
+    raise PieceError(
+        f"{piece.name}: a seated ragdoll slides or tips off this {piece.category} at every "
+        "scale, so that it has no place to sit; give --sit for another, or --force"
+    )
 
 
 def tested(piece: Piece) -> Piece:
@@ -62,7 +68,7 @@ def _moves(solid: Relief, target: SeatTarget) -> Iterator[SeatTarget]:
     for step in MOVES_M:
         for along, across in ((step, 0.0), (-step, 0.0), (0.0, step), (0.0, -step)):
             point = (x + along * cos - across * sin, y + along * sin + across * cos)
-            height = affordance.level(solid, point, target.facing_rad, z)
+            height = seats.carrying(solid, point, target.facing_rad, z)
             if abs(height - z) <= SAME_SEAT_M:
                 yield replace(target, point_m=(*point, height))
 

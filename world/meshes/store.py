@@ -44,6 +44,7 @@ def document(built: Built, digest: str, file_name: str) -> dict[str, Any]:
         if piece.lie is None
         else {"hip_m": piece.lie.hip_m, "head_m": piece.lie.head_m},
         "seat_error_m": built.seat_error_m,
+        "notes": list(built.notes),
         "source": {"file": file_name, "sha256": digest},
         "hulls": [{"vertices_m": h.vertices_m, "faces": h.faces} for h in piece.hulls],
     }

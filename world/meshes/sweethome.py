@@ -13,8 +13,8 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from world.errors import ChoiceError, PieceError
+from world.meshes.frame import Frame
 from world.meshes.source import SUFFIXES, Source, parse
-from world.meshes.upright import Frame
 from world.refusals import refusing
 
 CATALOGUE = "PluginFurnitureCatalog.properties"

@@ -1,46 +1,45 @@
-"""Normalisation of a mesh: metres, z up, +x front, origin on the floor below the centre;
-implausible sizes are refused."""
-
-from dataclasses import dataclass
-from typing import Literal
+"""Normalisation of a mesh: metres, z up, +x front, origin on the floor below the centre; a ground
+plane is left out, and implausible sizes are refused."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from world.errors import ConfigError, PieceError
+from world.errors import PieceError
+from world.meshes import frame as frames
+from world.meshes import hints
+from world.meshes.frame import METRES, Frame
 from world.meshes.source import Source
 
-Axis = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
-Unit = Literal["m", "cm", "mm", "in", "ft"]
-
-METRES: dict[Unit, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
-HEIGHTS_M = (0.10, 2.60)
-WIDEST_M = 4.5
-"""Sizes beyond these are not furniture for one person's use."""
-NARROWEST_M = 0.05
 GAP_M = 0.08
 """Parts farther apart than this belong to different objects."""
 PART_SHARE = 0.3
 """Detached parts smaller than this fraction of the largest are its feet or cushions."""
 MOST_PARTS = 1500
 
+THIN, FLAT = 0.06, 0.004
+"""Greatest thickness of a ground slab and of a ground plane, as fractions of the height of all."""
+SLAB_AREA, PLANE_AREA = 2.0, 1.05
+"""Least area of their bounding rectangles, as multiples of that of the rest."""
+COVERED = 0.5
+"""Least fraction of its bounding rectangle that a ground covers: feet do not."""
 
-@dataclass(frozen=True)
-class Frame:
-    """Axes and size of a file's mesh; None: the format's convention."""
-
-    up: Axis | None = None
-    front: Axis | None = None
-    unit: Unit | None = None
-    height_m: float | None = None
-    """Scale to this height instead of by a unit."""
-    size_m: tuple[float, float, float] | None = None
-    """Scale to this box (x, y, z in the piece's frame), from a catalogue."""
+Triangles = NDArray[np.float64]
 
 
-def upright(source: Source, frame: Frame) -> NDArray[np.float64]:
+def upright(source: Source, frame: Frame) -> Triangles:
     """Triangles [m, 3, 3] in the piece's frame. Raises PieceError, ConfigError."""
-    triangles = source.triangles() @ _turn(source.suffix, frame).T
+    return placed(source, frame)[0]
+
+
+def placed(source: Source, frame: Frame) -> tuple[Triangles, tuple[str, ...]]:
+    """Triangles [m, 3, 3] in the piece's frame, and remarks. Raises PieceError, ConfigError."""
+    triangles = source.triangles() @ frames.turn(source.suffix, frame).T
+    # a catalogue states the size of all that the file holds
+    ground = None if frame.size_m is not None else _ground(triangles)
+    plane = np.zeros(3)
+    if ground is not None:
+        plane = np.ptp(triangles[ground].reshape(-1, 3), axis=0)
+        triangles = triangles[~ground]
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
     extent = high - low
     if float(extent.max()) <= 0.0:
@@ -58,45 +57,48 @@ def upright(source: Source, frame: Frame) -> NDArray[np.float64]:
     count = _pieces(triangles)
     if count > 1:
         raise PieceError(f"{source.name}: a scene of {count} objects; export one piece a file")
-    _plausible(source.name, extent * scale)
-    return triangles
+    if not hints.fits(extent * scale):
+        shown = " x ".join(f"{x:.3g}" for x in extent * scale)
+        flags = hints.flags(source, frame) or "--unit, --height or --up"
+        raise PieceError(f"{source.name}: {shown} m (x, y, z) is no furniture; give {flags}")
+    if ground is None:
+        return triangles, ()
+    x, y, _ = plane * scale
+    return triangles, (f"a ground plane of {x:.2f} x {y:.2f} m is left out",)
 
 
-def _turn(suffix: str, frame: Frame) -> NDArray[np.float64]:
-    """Rotation [3, 3] from the file's axes to the piece's."""
-    y_up = suffix in (".glb", ".gltf")
-    up = frame.up or ("+y" if y_up else "+z")
-    # glTF defines +z as the front; it is the convention of other formats with y up, too
-    front = frame.front or ("+z" if up[1] == "y" else "+x" if up[1] == "z" else "+y")
-    if up[1] == front[1]:
-        raise ConfigError(f"--up {up} --front {front}: choose two different axes")
-    x, z = _axis(front), _axis(up)
-    return np.stack((x, np.cross(z, x), z))
+def _ground(triangles: Triangles) -> NDArray[np.bool_] | None:
+    """[m]: the triangles of a ground plane or slab below all else and beyond it on every side; None
+    without one. Any unit, z up."""
+    bottom, top = triangles[..., 2].min(), triangles[..., 2].max()
+    highest = triangles[..., 2].max(axis=1)
+    for thickness, area in ((FLAT, PLANE_AREA), (THIN, SLAB_AREA)):
+        ground = highest <= bottom + thickness * (top - bottom)
+        if not ground.any() or ground.all():
+            continue
+        below, rest = (triangles[which, :, :2].reshape(-1, 2) for which in (ground, ~ground))
+        margin = 0.005 * np.ptp(rest, axis=0)
+        beyond = (below.min(axis=0) < rest.min(axis=0) - margin).all() and (
+            below.max(axis=0) > rest.max(axis=0) + margin
+        ).all()
+        rectangle = float(np.ptp(below, axis=0).prod())
+        a, b, c = (triangles[ground, k, :2] for k in range(3))
+        covered = 0.5 * float(np.abs(_crossed(b - a, c - a)).sum())
+        if (
+            beyond
+            and rectangle >= area * float(np.ptp(rest, axis=0).prod())
+            and covered >= COVERED * rectangle
+        ):
+            return ground
+    return None
 
 
-def _axis(name: str) -> NDArray[np.float64]:
-    axis = np.zeros(3)
-    axis["xyz".index(name[1])] = 1.0 if name[0] == "+" else -1.0
-    return axis
+def _crossed(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """[n]: cross products of vectors [n, 2]."""
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
-def _plausible(name: str, size_m: NDArray[np.float64]) -> None:
-    """Raise PieceError for an implausible size, with the unit that gives a plausible one."""
-    if _fits(size_m):
-        return
-    shown = " x ".join(f"{x:.3g}" for x in size_m)
-    units = [u for u, factor in METRES.items() if factor != 1.0 and _fits(size_m * factor)]
-    hint = f"--unit {units[0]}" if units else "--unit, --height or --up"
-    raise PieceError(f"{name}: {shown} m (x, y, z) is no furniture; give {hint}")
-
-
-def _fits(size_m: NDArray[np.float64]) -> bool:
-    x, y, z = size_m
-    low, high = HEIGHTS_M
-    return bool(low <= z <= high and min(x, y) >= NARROWEST_M and max(x, y) <= WIDEST_M)
-
-
-def _pieces(triangles: NDArray[np.float64]) -> int:
+def _pieces(triangles: Triangles) -> int:
     """Number of separate objects: groups of parts whose bounding rectangles on the floor are at
     least GAP_M apart (in proportion, for any unit); small ones do not count."""
     from scipy.sparse import coo_matrix
@@ -121,7 +123,7 @@ def _pieces(triangles: NDArray[np.float64]) -> int:
         low, high = low[kept], high[kept]
     apart = np.maximum(low[:, None, :2] - high[None, :, :2], low[None, :, :2] - high[:, None, :2])
     # furniture in metres; other units in proportion to a piece of 1.5 m
-    grain = 1.0 if extent < WIDEST_M else extent / 6.0
+    grain = 1.0 if extent < hints.WIDEST_M else extent / 6.0
     near = apart.max(axis=2) < GAP_M * grain
     groups, group = connected_components(coo_matrix(near), directed=False)
     sizes = [

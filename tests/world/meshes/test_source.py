@@ -11,7 +11,8 @@ import pytest
 from tests.support.world.meshes import TRIANGLES, written, y_up
 from world.errors import ChoiceError, PieceError
 from world.meshes import source
-from world.meshes.upright import Frame, upright
+from world.meshes.frame import Frame
+from world.meshes.upright import upright
 
 
 @pytest.mark.parametrize("suffix", [".obj", ".stl", ".ply"])

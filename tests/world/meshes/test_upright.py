@@ -9,7 +9,8 @@ from tests.support.world.meshes import TRIANGLES, written, y_up
 from world.errors import ConfigError
 from world.furniture.catalogue import find
 from world.meshes import source
-from world.meshes.upright import Frame, upright
+from world.meshes.frame import Frame
+from world.meshes.upright import upright
 
 CHAIR = find("chair-train-000")
 

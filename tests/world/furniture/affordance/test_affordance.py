@@ -9,7 +9,8 @@ from tests.support.paths import SHARED
 from world.furniture.affordance import lying, seats
 from world.furniture.affordance.relief import relief
 from world.meshes import source
-from world.meshes.upright import Frame, upright
+from world.meshes.frame import Frame
+from world.meshes.upright import upright
 
 FOLDER = SHARED / "objects"
 

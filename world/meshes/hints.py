@@ -1,0 +1,133 @@
+"""What to do about a mesh of an implausible size or without a place to sit: the unit and the axis
+with which it is furniture."""
+
+import math
+from typing import get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from world.furniture.affordance import relief as reliefs
+from world.furniture.affordance import seats
+from world.meshes import frame as frames
+from world.meshes.frame import METRES, Axis, Frame, Unit
+from world.meshes.source import Source
+
+HEIGHTS_M = (0.10, 2.60)
+WIDEST_M = 4.5
+"""Sizes beyond these are not furniture for one person's use."""
+NARROWEST_M = 0.05
+
+Range = tuple[float, float]
+ORDINARY_M: dict[str, tuple[Range, Range, Range, Range]] = {
+    "chair": ((0.36, 0.52), (0.68, 1.20), (0.36, 0.75), (0.34, 0.68)),
+    "armchair": ((0.32, 0.52), (0.60, 1.25), (0.60, 1.25), (0.50, 1.10)),
+    "low-stool": ((0.25, 0.52), (0.25, 0.90), (0.28, 1.90), (0.25, 0.70)),
+    "high-stool": ((0.55, 0.88), (0.55, 1.30), (0.28, 0.65), (0.25, 0.65)),
+    "sofa": ((0.28, 0.55), (0.55, 1.20), (1.15, 3.40), (0.65, 2.20)),
+    "bed": ((0.12, 0.80), (0.15, 1.80), (1.75, 2.45), (0.65, 2.20)),
+    "table": ((0.33, 0.80), (0.33, 1.10), (0.40, 2.80), (0.35, 1.60)),
+}
+"""Ordinary height of the seat (of a table, its top), height, longer and shorter side of the floor
+area by class: ours, around the ranges of the package's own pieces."""
+OTHER_CLASS = 0.5
+"""Surcharge of a class other than that of the name."""
+TOP_SHARE = 0.35
+"""Least fraction of the floor area that a table's top covers."""
+ODD, MUCH_BETTER = 0.35, 0.10
+"""Unlikeness from which a piece is odd, and up to which another frame is better."""
+
+Triangles = NDArray[np.float64]
+
+
+def fits(size_m: NDArray[np.float64]) -> bool:
+    """Whether furniture can have the size x, y, z m."""
+    x, y, z = size_m
+    low, high = HEIGHTS_M
+    return bool(low <= z <= high and min(x, y) >= NARROWEST_M and max(x, y) <= WIDEST_M)
+
+
+def flags(source: Source, frame: Frame, named: str | None = None) -> str:
+    """The flags that make ordinary furniture of a mesh, of every unit and upward axis; empty where
+    none does. named: a class that its name states."""
+    found = _best(source, frame, named)
+    return found[1] if found is not None and found[0] < ODD else ""
+
+
+def remark(
+    source: Source, frame: Frame, triangles_m: Triangles, named: str | None = None
+) -> str | None:
+    """A remark on a piece of an odd size that other flags make ordinary; None for ordinary ones,
+    and where a catalogue states the size."""
+    if frame.size_m is not None or unlikeness(triangles_m, named) < ODD:
+        return None
+    found = _best(source, frame, named)
+    if found is None or found[0] > MUCH_BETTER or not found[1]:
+        return None
+    return f"of an odd size; with {found[1]} it is ordinary furniture"
+
+
+def unlikeness(triangles_m: Triangles, named: str | None = None) -> float:
+    """Distance from ordinary furniture: sum of the logarithmic excesses over the ranges of the
+    nearest class; infinite without a seat or a table's top."""
+    size = triangles_m.max(axis=(0, 1)) - triangles_m.min(axis=(0, 1))
+    if not fits(size):
+        return math.inf
+    surface = reliefs.relief(triangles_m)
+    found = seats.find(surface) or seats.find(reliefs.sheltered(triangles_m))
+    top, share = reliefs.main_level(surface)
+    values = {"table": top if share >= TOP_SHARE else None}
+    long, short = float(max(size[:2])), float(min(size[:2]))
+    best = math.inf
+    for name, ranges in ORDINARY_M.items():
+        level = values.get(name, found[0].point_m[2] if found else None)
+        if level is None:
+            continue
+        measures = (level, float(size[2]), long, short)
+        excess = sum(_excess(x, r) for x, r in zip(measures, ranges, strict=True))
+        other = named is not None and name != named and not (named == "stool" and "stool" in name)
+        best = min(best, excess + OTHER_CLASS * other)
+    return best
+
+
+def _excess(value: float, bounds: Range) -> float:
+    low, high = bounds
+    return max(0.0, math.log(low / max(value, 1e-3)), math.log(max(value, 1e-3) / high))
+
+
+def _best(source: Source, frame: Frame, named: str | None) -> tuple[float, str] | None:
+    """The least unlikeness of the other units and upward axes, with their flags; of equals, the one
+    of fewest changes."""
+    up_now = frame.up or frames.default_up(source.suffix)
+    triangles = source.triangles()
+    found: list[tuple[float, int, str]] = []
+    # a height stands for the unit
+    units: tuple[Unit | None, ...] = (None,) if frame.height_m is not None else tuple(METRES)
+    unit_now = frame.unit or "m"
+    for up in _axes(up_now):
+        front = frame.front if up == up_now else None
+        turned = triangles @ frames.turn(source.suffix, Frame(up, front)).T
+        low, high = turned.min(axis=(0, 1)), turned.max(axis=(0, 1))
+        for unit in units:
+            factor = METRES[unit] if unit is not None else 0.0
+            if unit is None:
+                factor = (frame.height_m or 0.0) / max(float(high[2] - low[2]), 1e-9)
+            if (up, unit) in ((up_now, unit_now), (up_now, None)) or not fits(
+                (high - low) * factor
+            ):
+                continue
+            scaled = (turned - (low + high) / 2) * factor
+            scaled[..., 2] -= scaled[..., 2].min()
+            words = [f"--unit {unit}"] if unit not in (None, unit_now) else []
+            words += [f"--up {up}"] if up != up_now else []
+            found.append((round(unlikeness(scaled, named), 2), len(words), " ".join(words)))
+    if not found:
+        return None
+    best = min(found, key=lambda one: one[:2])
+    return best[0], best[2]
+
+
+def _axes(first: Axis) -> tuple[Axis, ...]:
+    """All axes, the given one first, then the likely ones."""
+    likely: tuple[Axis, ...] = ("+y", "+z")
+    return tuple(dict.fromkeys((first, *likely, *get_args(Axis))))
