@@ -35,6 +35,8 @@ _AGENT_PORTS = (
 )
 #: Processes that Ray cannot run without; its monitors may end.
 _REQUIRED = (ray_constants.PROCESS_TYPE_GCS_SERVER, ray_constants.PROCESS_TYPE_RAYLET)
+SESSION_BYTES = 36
+"""Greatest length of the folder of a session: its sockets have up to 70 bytes more, of 107."""
 START_S = 180.0
 """Longest wait for a node to register, s."""
 STORE_S = 60.0
@@ -61,12 +63,13 @@ def ray_session(
         return
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
     os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
-    address = address or os.environ.get("RAY_ADDRESS")
+    inherited = None if address else os.environ.get("RAY_ADDRESS")
+    address = address or inherited
     try:
-        if address is None:
+        if not address:
             _start(cpus, object_store_bytes)
         else:
-            require_listener(address)
+            require_listener(address, inherited is not None)
             ray.init(address=address, **_OPTIONS)
     except ClusterError:
         raise
@@ -74,6 +77,7 @@ def ray_session(
     except Exception as error:
         ray.shutdown()
         where = f"join Ray at {address}" if address else "start Ray on this machine"
+        where += " (from RAY_ADDRESS; unset it to use this machine)" if inherited else ""
         reason = next(iter(str(error).strip().splitlines()), type(error).__name__)
         raise ClusterError(f"could not {where}: {reason}") from error
     try:
@@ -87,6 +91,7 @@ def _start(cpus: int, object_store_bytes: int) -> None:
     for last in (False, False, True):
         with (
             _importable(),
+            _short_session(),
             on_loopback(),
             _agents_with_ports(),
             _record_processes() as processes,
@@ -273,6 +278,19 @@ def _importable() -> Iterator[None]:
 
 
 @contextmanager
+def _short_session() -> Iterator[None]:
+    """Put the session of a Ray that is started inside where the paths of its sockets are short
+    enough."""
+    given = os.environ.get("RAY_TMPDIR") or os.environ.get("TMPDIR") or ""
+    short = next((f for f in ("/tmp", "/var/tmp") if os.access(f, os.W_OK | os.X_OK)), None)
+    if len(os.fsencode(given)) <= SESSION_BYTES or short is None:
+        yield
+        return
+    with _environment("RAY_TMPDIR", short):
+        yield
+
+
+@contextmanager
 def _environment(name: str, value: str) -> Iterator[None]:
     """Set an environment variable."""
     before = os.environ.get(name)
@@ -286,8 +304,11 @@ def _environment(name: str, value: str) -> Iterator[None]:
             os.environ[name] = before
 
 
-def require_listener(address: str) -> None:
-    """Raise ClusterError where nothing listens at a Ray address; Ray itself retries for minutes."""
+def require_listener(address: str, inherited: bool = False) -> None:
+    """Raise ClusterError where nothing listens at a Ray address; Ray itself retries for minutes.
+
+    inherited: whether the address is that of RAY_ADDRESS, for the message.
+    """
     host, colon, port = address.removeprefix("ray://").rpartition(":")
     if not colon:
         return
@@ -296,7 +317,9 @@ def require_listener(address: str) -> None:
     try:
         socket.create_connection((host.strip("[]"), int(port)), timeout=5).close()
     except OSError as error:
+        given = f"RAY_ADDRESS={address}" if inherited else address
+        other = "unset RAY_ADDRESS" if inherited else "leave --address out"
         raise ClusterError(
-            f"no Ray answers at {address} ({error.strerror or error}): start one with"
-            f" 'ray start --head --port {port}', or leave --address out to use this machine"
+            f"no Ray answers at {given} ({error.strerror or error}): start one with"
+            f" 'ray start --head --port {port}', or {other} to use this machine"
         ) from error

@@ -11,6 +11,7 @@ from operator import or_
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from world import surroundings
 from world.errors import ChoiceError, ConfigError, InhabitError
 
 if TYPE_CHECKING:
@@ -148,7 +149,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        return run(parse(words))
+        command = parse(words)
+        if surroundings.missing_gl is not None and words[:1] != ["doctor"]:
+            print(f"inhabit: {surroundings.missing_gl}: ignored", file=sys.stderr, flush=True)
+        return run(command)
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else DONE if stop.code is None else FAILED
     except KeyboardInterrupt:

@@ -19,6 +19,7 @@ from typing import Any
 
 from world.errors import InhabitError
 from world.refusals import one_line
+from world.surroundings import settle_sockets
 
 MAX_ANSWER_BYTES = 1 << 28
 LOOK_S = 0.2
@@ -85,6 +86,7 @@ def run(
         stopped: called several times a second; true ends all running tasks, without results.
     Running tasks are ended when the iterator is closed, or by Ctrl-C.
     """
+    settle_sockets()
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload([work.__module__, *preload])
     running: dict[Any, _Running] = {}
@@ -162,8 +164,10 @@ def _child(end: Connection, work: Callable[..., Any], task: Task, advice: str) -
     # Ctrl-C is handled by the parent, which then ends this process
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     limit(task.bounds)
-    # libraries print their progress; only the parent writes the command's output
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    # libraries print their progress and tracebacks; only the parent writes the command's output
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.dup2(nowhere, 2)
     value: Any = None
     try:
         value, refused = json.dumps(work(*task.arguments)), ""

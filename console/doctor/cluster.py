@@ -10,6 +10,7 @@ from pathlib import Path
 from console.doctor.finding import Finding
 from rpc.channel import ChannelConfig
 from rpc.probe import check_health
+from world.surroundings import home
 
 JOIN_S = 120.0
 #: Joins the cluster in a process of its own, because Ray fixes its authentication at import.
@@ -27,12 +28,13 @@ print(json.dumps({"nodes": len(nodes), "cpus": int(found.get("CPU", 0)),
 def find_ray(address: str | None = None) -> Finding:
     """Check the local Ray and, with an address, the cluster and its authentication."""
     version = f"{importlib.metadata.version('ray')}, {token()}"
-    address = address or os.environ.get("RAY_ADDRESS")
+    inherited = None if address else os.environ.get("RAY_ADDRESS")
+    address = address or inherited
     if not address:
         return Finding("ray", "ok", f"{version}; no --address: a training starts its own")
     from actors.cluster import require_listener
 
-    require_listener(address)
+    require_listener(address, inherited is not None)
     found, why = cluster_size(address, {})
     if found is None:
         return Finding("ray", "bad", f"{version}; {address}: {why}")
@@ -55,8 +57,9 @@ def token() -> str:
     if os.environ.get("RAY_AUTH_TOKEN"):
         return "token from RAY_AUTH_TOKEN"
     named = os.environ.get("RAY_AUTH_TOKEN_PATH")
-    file = Path(named) if named else Path.home() / ".ray" / "auth_token"
-    if file.exists():
+    own = home()
+    file = Path(named) if named else None if own is None else own / ".ray" / "auth_token"
+    if file is not None and file.exists():
         return f"token from {file}"
     return "no token (`ray get-auth-token --generate` makes one)"
 

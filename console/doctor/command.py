@@ -15,6 +15,7 @@ from console.commands import Doctor
 from console.doctor.finding import Finding
 from console.run.machine import cores, memory_gb, versions
 from rpc.credentials import read_token
+from world import surroundings
 
 
 def check_python() -> Finding:
@@ -61,6 +62,8 @@ def check_simulator() -> Finding:
     import mujoco
     from mujoco.batch import Batch
 
+    import world.quiet  # noqa: F401  # pyright: ignore[reportUnusedImport]
+
     xml = "<mujoco><worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>"
     batch = Batch(mujoco.MjModel.from_xml_string(xml), 2, 1)
     batch.step()
@@ -89,11 +92,16 @@ def check_policies() -> Finding:
 
 def check_rendering() -> Finding:
     """Check offscreen rendering."""
-    from console.video.rendering import choose_gl
+    from console.video.rendering import choose_gl, gl_problem
 
     backend = choose_gl()
+    set_to = surroundings.missing_gl or os.environ.get("MUJOCO_GL")
     if backend is None:
-        return Finding("rendering", "mind", "no OpenGL: for `video`, apt-get install libosmesa6")
+        why = f"{gl_problem()}: " if set_to else "no OpenGL: "
+        return Finding("rendering", "mind", f"{why}for `video`, apt-get install libosmesa6")
+    if surroundings.missing_gl is not None:
+        detail = f"{surroundings.missing_gl}; `video` uses {backend}: unset MUJOCO_GL"
+        return Finding("rendering", "mind", detail)
     return Finding("rendering", "ok", f"MUJOCO_GL={backend}")
 
 

@@ -9,7 +9,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 from console.commands import MotionsPlay
-from console.listening import address_of, is_loopback
+from console.listening import address_of, family, is_loopback, joined
 from console.motions.page import page
 from world.errors import ClipError, ConfigError
 from world.motions import load
@@ -27,7 +27,7 @@ def play_command(command: MotionsPlay) -> int:
         return 0
     with server(command.listen, text) as running:
         host, port = running.server_address[:2]
-        address = f"http://{host if isinstance(host, str) else host.decode()}:{port}/"
+        address = f"http://{joined(host if isinstance(host, str) else host.decode(), port)}/"
         print(f"{len(chosen)} clips at {address} (Ctrl-C ends)", flush=True)
         if command.open:
             webbrowser.open(address)
@@ -83,7 +83,11 @@ def server(listen: str, text: str) -> ThreadingHTTPServer:
     host, port = address_of(listen)
     if not is_loopback(host):
         raise ConfigError(f"--listen {listen}: the page has no authentication; use 127.0.0.1")
+
+    class Server(ThreadingHTTPServer):
+        address_family = family(host)
+
     try:
-        return ThreadingHTTPServer((host, port), Page)
+        return Server((host, port), Page)
     except (OSError, ValueError, OverflowError) as error:
         raise ConfigError(f"cannot listen on '{listen}' (HOST:PORT): {error}") from error

@@ -10,12 +10,14 @@ from rich.console import Console
 
 from world.furniture.piece import TEST_SCALES, Piece
 from world.objects.drop_test import drop, scales
+from world.surroundings import settle_sockets
 
 
 def drops(pieces: Sequence[Piece], seconds: float, workers: int) -> list[list[dict[str, Any]]]:
     """Return for each piece its drops, one per scale and seat; empty for a piece without seats."""
     if workers == 1:
         return [_of(piece, seconds) for piece in pieces]
+    settle_sockets()
     with ProcessPoolExecutor(workers, get_context("forkserver")) as pool:
         return list(pool.map(_of, pieces, [seconds] * len(pieces), chunksize=4))
 

@@ -8,6 +8,7 @@ import torch
 
 from console.commands.play import Play
 from console.evaluation.tracking import shown
+from console.listening import joined
 from console.play import recorded, server, stock
 from console.play.browser.controls import Controls
 from console.play.browser.ghost import Ghost
@@ -33,7 +34,7 @@ def play_command(command: Play) -> int:
     if files and len(command.sources) > 1:
         raise ConfigError(f"'{files[0]}' is a file: play one file, or runs")
     view = of_file(command, Path(files[0])) if files else of_runs(command)
-    address = f"http://{view.server.get_host()}:{view.server.get_port()}/"
+    address = f"http://{joined(view.server.get_host(), view.server.get_port())}/"
     print(f"{view.title} at {address} (Ctrl-C ends)", flush=True)
     if command.open:
         webbrowser.open(address)

@@ -5,7 +5,7 @@ import socket
 import rich
 import viser
 
-from console.listening import address_of, is_loopback
+from console.listening import address_of, family, is_loopback
 from world.errors import ConfigError
 
 
@@ -31,7 +31,7 @@ def start(listen: str, allow_remote: bool = False) -> Server:
         )
     try:
         # viser silently takes the next free port
-        with socket.create_server((host, port)):
+        with socket.create_server((host, port), family=family(host)):
             pass
     except (OSError, OverflowError) as error:
         raise ConfigError(f"cannot listen on '{listen}' (HOST:PORT): {error}") from error

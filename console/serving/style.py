@@ -15,7 +15,10 @@ from discriminator.process import build
 from discriminator.service import start
 from discriminator.trainer import Discriminator
 from policy.checkpoints.format import State, read
+from rpc.address import split_address
+from rpc.errors import RpcError
 from rpc.server import ServerConfig
+from world.errors import ConfigError
 
 
 def style_command(command: Style) -> int:
@@ -67,7 +70,14 @@ def restore(style: Discriminator, saved: State, journal: Journal | None) -> None
 
 
 def listening(command: Style | Serve) -> ServerConfig:
-    """Return the server configuration of the flags."""
+    """Return the server configuration of the flags; ConfigError for what is no address."""
+    named = {"--listen": command.listen, "--metrics": command.metrics, "--health": command.health}
+    for flag, address in named.items():
+        if address and not (address.startswith("unix:") and flag != "--metrics"):
+            try:
+                split_address(address)
+            except RpcError as error:
+                raise ConfigError(f"{flag}: {error}") from None
     return ServerConfig(
         listen=command.listen,
         tls_cert=_text(command.tls_cert),

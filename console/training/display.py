@@ -11,6 +11,8 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
+from console.terminal import plain
+
 PLAIN_EVERY_S = 10.0
 
 
@@ -200,7 +202,7 @@ def plain_line(goal: Goal, metrics: Mapping[str, float], eta: str) -> str:
 
 def open_display(title: str, goal: Goal, console: Console | None = None) -> Display:
     """Return a live display on a terminal, a plain one elsewhere."""
-    console = console or Console()
+    console = console or plain()
     if console.is_terminal:
         return LiveDisplay(title, goal, console)
     return PlainDisplay(title, goal, console)

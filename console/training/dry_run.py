@@ -3,10 +3,10 @@
 import io
 import json
 
-from rich.console import Console
 from rich.table import Table
 
 from console.run.experiment import Experiment, to_json
+from console.terminal import plain
 from world import tasks
 from world.character.features import STATE
 from world.character.features import Table as Features
@@ -14,7 +14,7 @@ from world.character.features import Table as Features
 
 def describe(experiment: Experiment, width: int = 100) -> str:
     """Return all tables of an experiment as text of `width` columns."""
-    console = Console(width=width, record=True, file=io.StringIO())
+    console = plain(io.StringIO(), width, record=True)
     task = tasks.make(experiment.world.task)
     console.print_json(json.dumps(to_json(experiment)), indent=2)
     console.print(features(STATE, "state"))

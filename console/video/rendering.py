@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from console.recording.format import Recording, Take, model_of, pose
 from console.video import camera, caption, stage
 from console.video.stage import Shapes
+from world import surroundings
 from world.character.model import CONTROL_HZ
 from world.errors import InhabitError
 
@@ -72,13 +73,21 @@ def choose_gl() -> str | None:
     return None
 
 
+def gl_problem() -> str:
+    """Return what is missing where `choose_gl` finds no backend."""
+    wanted = os.environ.get("MUJOCO_GL")
+    if wanted:
+        return f"MUJOCO_GL={wanted} cannot render offscreen; unset it to try egl and osmesa"
+    given = surroundings.missing_gl
+    return f"{'' if given is None else f'{given}; '}neither egl nor osmesa can render offscreen"
+
+
 def require_gl() -> None:
     """Choose a backend for this process before a Renderer is created; VideoError without any."""
     backend = choose_gl()
     if backend is None:
         raise VideoError(
-            "no backend can render offscreen (tried MUJOCO_GL=egl and osmesa): "
-            "install one, for instance with apt-get install libosmesa6"
+            f"{gl_problem()}: install a backend, for instance with apt-get install libosmesa6"
         )
     os.environ["MUJOCO_GL"] = backend
     # MuJoCo read the variable at its first import.

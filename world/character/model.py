@@ -10,6 +10,8 @@ from importlib import resources
 import mujoco
 import numpy as np
 
+import world.quiet  # noqa: F401  # pyright: ignore[reportUnusedImport]
+
 CONTROL_HZ = 30
 SUBSTEPS = 4
 TIMESTEP_S = 1.0 / (CONTROL_HZ * SUBSTEPS)

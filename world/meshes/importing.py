@@ -3,13 +3,12 @@
 import contextlib
 import hashlib
 import json
-import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from world import bounded
+from world import bounded, surroundings
 from world.errors import PieceError
 from world.furniture.piece import Piece
 from world.meshes import notes, source, store, sweethome
@@ -59,10 +58,10 @@ class Outcome:
         return None if self.document is None else store.piece_of(self.document, self.name)
 
 
-def cache_folder() -> Path:
-    """$XDG_CACHE_HOME/inhabit/objects, or .cache/inhabit/objects in the user's home."""
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "inhabit" / "objects"
+def cache_folder() -> Path | None:
+    """The folder of cached pieces; None for a user without a home."""
+    folder = surroundings.cache_folder()
+    return None if folder is None else folder / "objects"
 
 
 def jobs(paths: Sequence[Path], options: ImportOptions) -> list[Job]:
@@ -189,16 +188,13 @@ def _cached_outcome(job: Job) -> tuple[Outcome | None, str]:
         return Outcome(job.name, None, f"cannot read {job.path}: {error.strerror}"), ""
     content = digest.hexdigest()
     digest.update(json.dumps([MAKER, job.name, asdict(job.options)], default=str).encode())
-    try:
-        kept = store.read_document(_cached(digest.hexdigest()))
-        store.piece_of(kept, job.name)
-        return Outcome(job.name, kept, "", cached=True), ""
-    except PieceError:
-        return None, f"{digest.hexdigest()}:{content}"
-
-
-def _cached(key: str) -> Path:
-    return cache_folder() / f"{key}.json"
+    folder, key = cache_folder(), digest.hexdigest()
+    with contextlib.suppress(PieceError):
+        if folder is not None:
+            kept = store.read_document(folder / f"{key}.json")
+            store.piece_of(kept, job.name)
+            return Outcome(job.name, kept, "", cached=True), ""
+    return None, f"{key}:{content}"
 
 
 def _processes(
@@ -207,7 +203,7 @@ def _processes(
     """Outcomes of the jobs as they end, each made in its own process."""
     bounds = bounded.Bounds(CPU_S, WALL_S, MEMORY_BYTES)
     # the folder is named here: the server that forks the processes keeps its first environment
-    kept = str(cache_folder())
+    kept = cache_folder()
     tasks = [bounded.Task(job.name, (job, digest, kept), bounds) for _, job, digest in waiting]
     libraries = ("trimesh", "vhacdx", "scipy.spatial")
     for position, result in bounded.run(tasks, _made, workers, ADVICE, libraries, stopped):
@@ -215,13 +211,15 @@ def _processes(
         yield index, Outcome(job.name, result.value, result.refused)
 
 
-def _made(job: Job, digest: str, kept: str) -> dict[str, Any]:
-    """In the process of a job: make the piece's document and cache it in the folder `kept`."""
+def _made(job: Job, digest: str, kept: Path | None) -> dict[str, Any]:
+    """In the process of a job: make the piece's document, and cache it in the folder
+    `kept` if there is one."""
     key, content = digest.split(":")
     # a JSON round trip, so that new and cached pieces are the same
     with refusing(PieceError, Path(job.name), "mesh"):
         document = json.loads(json.dumps(make(job, content)))
     # with a read-only home pieces are made again each time
     with contextlib.suppress(PieceError):
-        store.write(Path(kept) / f"{key}.json", document)
+        if kept is not None:
+            store.write(kept / f"{key}.json", document)
     return document

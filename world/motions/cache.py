@@ -5,7 +5,6 @@ The key is the digest of the code that makes them, so that a change of it makes 
 
 import contextlib
 import hashlib
-import os
 from collections.abc import Callable, Sequence
 from importlib import resources
 from pathlib import Path
@@ -16,12 +15,7 @@ from world.errors import ClipError
 from world.motions import clip_file, npz
 from world.motions.clip import Clip, validate
 from world.refusals import refusing
-
-
-def folder() -> Path:
-    """The cache folder: $XDG_CACHE_HOME/inhabit, or .cache/inhabit in the user's home."""
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "inhabit"
+from world.surroundings import cache_folder
 
 
 def code_digest(package: str) -> str:
@@ -35,7 +29,10 @@ def code_digest(package: str) -> str:
 
 def cached(key: str, make: Callable[[], Sequence[Clip]]) -> tuple[Clip, ...]:
     """The clips under `key`; they are made where the cache is missing or damaged."""
-    path = folder() / f"clips-{key}.npz"
+    folder = cache_folder()
+    if folder is None:
+        return tuple(make())
+    path = folder / f"clips-{key}.npz"
     try:
         return read(path)
     except ClipError:
