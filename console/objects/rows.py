@@ -38,7 +38,7 @@ def listed(piece: Piece) -> dict[str, Any]:
         "sit": [
             {
                 "point_m": [round(x, 4) for x in place.point_m],
-                "height_m": round(place.point_m[2], 4),
+                "height_m": round(place.point_m[2] if place.seat_m is None else place.seat_m, 4),
                 "facing_deg": round(float(np.rad2deg(place.facing_rad)), 2),
                 "rests_at": place.rests_at,
                 "slips_at": slips_at(place),

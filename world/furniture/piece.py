@@ -62,6 +62,9 @@ class SeatTarget:
     """Point on the seat's surface below the pelvis; piece frame."""
     facing_rad: float = 0.0
     """Heading of a seated character about +z; 0 is +x, the piece's front."""
+    seat_m: float | None = None
+    """Height of the seat where it is above the point: the upper part of a seat that slopes or sags,
+    as furniture is measured; None: that of the point."""
     rests_at: tuple[float, ...] | None = None
     """The TEST_SCALES at which a dropped ragdoll rests here; None: not tested, as for the package's
     own pieces, whose unit tests do that."""
@@ -143,7 +146,7 @@ class Piece:
                 Box(_vector(scale * _of(b.centre_m)), _vector(scale * _of(b.half_m)), b.quat)
                 for b in self.boxes
             ),
-            sit=tuple(SeatTarget(_vector(scale * _of(p.point_m)), p.facing_rad) for p in self.sit),
+            sit=tuple(_seat_scaled(p, scale) for p in self.sit),
             lie=None if self.lie is None else _lying_scaled(self.lie, scale),
             hulls=tuple(
                 replace(h, vertices_m=tuple(_vector(scale * _of(v)) for v in h.vertices_m))
@@ -193,12 +196,25 @@ def moved(piece: Piece, offset_m: NDArray[np.float64]) -> Piece:
     return replace(
         piece,
         boxes=tuple(replace(b, centre_m=shifted(b.centre_m)) for b in piece.boxes),
-        sit=tuple(replace(p, point_m=shifted(p.point_m)) for p in piece.sit),
+        sit=tuple(
+            replace(
+                p,
+                point_m=shifted(p.point_m),
+                seat_m=None if p.seat_m is None else p.seat_m + float(offset_m[2]),
+            )
+            for p in piece.sit
+        ),
         lie=None if lie is None else Lying(shifted(lie.hip_m), shifted(lie.head_m)),
         hulls=tuple(
             replace(h, vertices_m=tuple(shifted(v) for v in h.vertices_m)) for h in piece.hulls
         ),
     )
+
+
+def _seat_scaled(target: SeatTarget, scale: float) -> SeatTarget:
+    """The target of a scaled piece, not tested."""
+    seat = None if target.seat_m is None else scale * target.seat_m
+    return SeatTarget(_vector(scale * _of(target.point_m)), target.facing_rad, seat)
 
 
 def _lying_scaled(lie: Lying, scale: float) -> Lying:

@@ -38,6 +38,8 @@ STEP_M, RISEN_M, UNEVEN_M = 0.02, 0.045, 0.025
 
 _NEEDS_SEAT = ("chair", "armchair", "low-stool", "high-stool", "sofa", "bed")
 _LAIN_ON = ("sofa", "bed", "table")
+LONG_M, DEEP_M = 1.50, 0.60
+"""Least size of a table that one lies on: its top carries head, trunk and most of the legs."""
 
 
 @dataclass(frozen=True)
@@ -87,14 +89,17 @@ class Places:
 
 def build(source: Source, options: ImportOptions) -> Built:
     """The piece of a mesh. Raises PieceError where it is no furniture or has no target."""
-    triangles, notes = placed(source, options.frame)
+    named = options.category or options.named
+    triangles, notes = placed(source, options.frame, named)
     try:
         found = places(source.name, triangles, options)
     except PieceError as error:
-        flags = hints.flags(source, options.frame, options.category or options.named)
+        flags = hints.flags(source, options.frame, named, hints.ORDINARY)
         if not flags:
             raise
         raise PieceError(f"{error}; with {flags} it is ordinary furniture") from error
+    if not options.force and options.sit is None:
+        hints.require_ordinary(source, options.frame, triangles, named)
     piece, error = _cut(source.name, triangles, options, found, decompose.VOXELS)
     if _faults(piece, error):
         # a hull bulges over the seat, or a ragdoll slides off: more voxels often help
@@ -103,11 +108,9 @@ def build(source: Source, options: ImportOptions) -> Built:
         piece, error = min(cuts, key=lambda cut: (_faults(*cut), abs(cut[1] or 0.0)))
     if not options.force:
         piece = resting.required(piece)
-    odd = hints.remark(source, options.frame, triangles, options.category or options.named)
     density = DENSITY_KG_M3[piece.category]
     mass, centre, inertia = decompose.mass_properties(piece.hulls, density)
-    said = (*notes, *found.notes, *((odd,) if odd is not None else ()))
-    return Built(replace(piece, mass_kg=mass), centre, inertia, error, said)
+    return Built(replace(piece, mass_kg=mass), centre, inertia, error, (*notes, *found.notes))
 
 
 def _cut(
@@ -158,7 +161,8 @@ def places(name: str, triangles_m: NDArray[np.float64], options: ImportOptions) 
         category = options.named if options.named in CLASSES else "chair"
     if category not in DENSITY_KG_M3:
         raise PieceError(f"{name}: unknown class '{category}'; choose {', '.join(DENSITY_KG_M3)}")
-    lie = lie if category in _LAIN_ON else None
+    small = category == "table" and (max(size[:2]) < LONG_M or min(size[:2]) < DEEP_M)
+    lie = lie if category in _LAIN_ON and not small else None
     if lie is not None and category != "sofa":
         sit = lying.edges(surface, lie) or sit
     if options.sit is not None:

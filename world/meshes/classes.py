@@ -154,8 +154,8 @@ def possible(shape: Shape) -> tuple[str, ...]:
     else:
         found += ["low-stool", "table"] if long <= 1.0 or short <= 0.5 else ["table", "low-stool"]
         found += ["sofa"] if long >= _FOR_TWO_M and short >= 0.5 else []
-        # shells, and chairs whose back no pelvis touches
-        found += ["chair", "armchair"] if shape.size_m[2] > shape.seat_m + 0.15 else []
+        # shells, folding chairs, and chairs whose back no pelvis touches
+        found += ["chair", "armchair"] if long <= _FOR_ONE_M else []
     if bed:
         found.append("bed")
     return tuple(dict.fromkeys(found))

@@ -7,9 +7,11 @@ from typing import get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from world.errors import PieceError
 from world.furniture.affordance import relief as reliefs
 from world.furniture.affordance import seats
 from world.meshes import frame as frames
+from world.meshes import ground
 from world.meshes.frame import METRES, Axis, Frame, Unit
 from world.meshes.source import Source
 
@@ -20,22 +22,26 @@ NARROWEST_M = 0.05
 
 Range = tuple[float, float]
 ORDINARY_M: dict[str, tuple[Range, Range, Range, Range]] = {
-    "chair": ((0.36, 0.52), (0.68, 1.20), (0.36, 0.75), (0.34, 0.68)),
-    "armchair": ((0.32, 0.52), (0.60, 1.25), (0.60, 1.25), (0.50, 1.10)),
-    "low-stool": ((0.25, 0.52), (0.25, 0.90), (0.28, 1.90), (0.25, 0.70)),
-    "high-stool": ((0.55, 0.88), (0.55, 1.30), (0.28, 0.65), (0.25, 0.65)),
-    "sofa": ((0.28, 0.55), (0.55, 1.20), (1.15, 3.40), (0.65, 2.20)),
-    "bed": ((0.12, 0.80), (0.15, 1.80), (1.75, 2.45), (0.65, 2.20)),
-    "table": ((0.33, 0.80), (0.33, 1.10), (0.40, 2.80), (0.35, 1.60)),
+    "chair": ((0.36, 0.52), (0.25, 0.75), (0.36, 0.75), (0.34, 0.68)),
+    "armchair": ((0.32, 0.52), (0.22, 0.80), (0.60, 1.25), (0.50, 1.10)),
+    "low-stool": ((0.25, 0.52), (0.00, 0.08), (0.28, 1.90), (0.25, 0.70)),
+    "high-stool": ((0.55, 0.88), (0.00, 0.50), (0.28, 0.65), (0.25, 0.65)),
+    "sofa": ((0.28, 0.55), (0.18, 0.75), (1.15, 3.40), (0.65, 2.20)),
+    "bed": ((0.12, 0.80), (0.00, 1.20), (1.75, 2.45), (0.65, 2.20)),
+    "table": ((0.33, 0.80), (0.00, 0.30), (0.40, 2.80), (0.35, 1.60)),
 }
-"""Ordinary height of the seat (of a table, its top), height, longer and shorter side of the floor
-area by class: ours, around the ranges of the package's own pieces."""
+"""Ordinary height of the seat (of a table, its top), height above it, longer and shorter side of
+the floor area by class: ours, around the ranges of the package's own pieces."""
+ABOVE_M = 0.3
+"""Excess of the height above the seat that counts as one."""
+CENTRAL = 0.03
+"""Weight of the distance from the middle of the ranges, which decides between equals."""
 OTHER_CLASS = 0.5
 """Surcharge of a class other than that of the name."""
 TOP_SHARE = 0.35
 """Least fraction of the floor area that a table's top covers."""
-ODD, MUCH_BETTER = 0.35, 0.10
-"""Unlikeness from which a piece is odd, and up to which another frame is better."""
+ODD, ORDINARY = 0.40, 0.15
+"""Unlikeness from which a piece is odd, and up to which it is ordinary."""
 
 Triangles = NDArray[np.float64]
 
@@ -47,24 +53,33 @@ def fits(size_m: NDArray[np.float64]) -> bool:
     return bool(low <= z <= high and min(x, y) >= NARROWEST_M and max(x, y) <= WIDEST_M)
 
 
-def flags(source: Source, frame: Frame, named: str | None = None) -> str:
+def flags(source: Source, frame: Frame, named: str | None = None, within: float = ODD) -> str:
     """The flags that make ordinary furniture of a mesh, of every unit and upward axis; empty where
-    none does. named: a class that its name states."""
+    none does.
+
+    named: a class that its name states. within: greatest unlikeness.
+    """
     found = _best(source, frame, named)
-    return found[1] if found is not None and found[0] < ODD else ""
+    return found[1] if found is not None and found[0] <= within else ""
 
 
-def remark(
+def require_ordinary(
     source: Source, frame: Frame, triangles_m: Triangles, named: str | None = None
-) -> str | None:
-    """A remark on a piece of an odd size that other flags make ordinary; None for ordinary ones,
-    and where a catalogue states the size."""
-    if frame.size_m is not None or unlikeness(triangles_m, named) < ODD:
-        return None
-    found = _best(source, frame, named)
-    if found is None or found[0] > MUCH_BETTER or not found[1]:
-        return None
-    return f"of an odd size; with {found[1]} it is ordinary furniture"
+) -> None:
+    """Raise PieceError for a piece of an odd size that other flags make ordinary, unless the flags
+    or a catalogue state size and axis."""
+    stated = frame.unit is not None or frame.height_m is not None
+    if frame.size_m is not None or (stated and frame.up is not None):
+        return
+    if unlikeness(triangles_m) < ODD:
+        return
+    better = flags(source, frame, named, ORDINARY)
+    if better:
+        size = " x ".join(f"{x:.2f}" for x in np.ptp(triangles_m.reshape(-1, 3), axis=0))
+        raise PieceError(
+            f"{source.name}: {size} m (x, y, z) is odd, and with {better} it is ordinary "
+            "furniture; give that, or --force to keep it"
+        )
 
 
 def unlikeness(triangles_m: Triangles, named: str | None = None) -> float:
@@ -83,8 +98,12 @@ def unlikeness(triangles_m: Triangles, named: str | None = None) -> float:
         level = values.get(name, found[0].point_m[2] if found else None)
         if level is None:
             continue
-        measures = (level, float(size[2]), long, short)
-        excess = sum(_excess(x, r) for x, r in zip(measures, ranges, strict=True))
+        excess = sum(
+            _excess(x, r)
+            for x, r in zip((level, long, short), (ranges[0], *ranges[2:]), strict=True)
+        )
+        above, (least, most) = float(size[2]) - level, ranges[1]
+        excess += max(0.0, least - above - 0.02, above - most) / ABOVE_M
         other = named is not None and name != named and not (named == "stool" and "stool" in name)
         best = min(best, excess + OTHER_CLASS * other)
     return best
@@ -92,7 +111,9 @@ def unlikeness(triangles_m: Triangles, named: str | None = None) -> float:
 
 def _excess(value: float, bounds: Range) -> float:
     low, high = bounds
-    return max(0.0, math.log(low / max(value, 1e-3)), math.log(max(value, 1e-3) / high))
+    value = max(value, 1e-3)
+    middle = CENTRAL * abs(math.log(value / math.sqrt(low * high)))
+    return max(0.0, math.log(low / value), math.log(value / high)) + middle
 
 
 def _best(source: Source, frame: Frame, named: str | None) -> tuple[float, str] | None:
@@ -107,6 +128,8 @@ def _best(source: Source, frame: Frame, named: str | None) -> tuple[float, str] 
     for up in _axes(up_now):
         front = frame.front if up == up_now else None
         turned = triangles @ frames.turn(source.suffix, Frame(up, front)).T
+        below = ground.plane(turned)
+        turned = turned if below is None else turned[~below]
         low, high = turned.min(axis=(0, 1)), turned.max(axis=(0, 1))
         for unit in units:
             factor = METRES[unit] if unit is not None else 0.0
@@ -120,7 +143,7 @@ def _best(source: Source, frame: Frame, named: str | None) -> tuple[float, str] 
             scaled[..., 2] -= scaled[..., 2].min()
             words = [f"--unit {unit}"] if unit not in (None, unit_now) else []
             words += [f"--up {up}"] if up != up_now else []
-            found.append((round(unlikeness(scaled, named), 2), len(words), " ".join(words)))
+            found.append((round(unlikeness(scaled, named), 3), len(words), " ".join(words)))
     if not found:
         return None
     best = min(found, key=lambda one: one[:2])

@@ -204,7 +204,7 @@ def _processes(
     bounds = bounded.Bounds(CPU_S, WALL_S, MEMORY_BYTES)
     # the folder is named here: the server that forks the processes keeps its first environment
     kept = cache_folder()
-    tasks = [bounded.Task(job.name, (job, digest, kept), bounds) for _, job, digest in waiting]
+    tasks = [bounded.Task(_shown(job), (job, digest, kept), bounds) for _, job, digest in waiting]
     libraries = ("trimesh", "vhacdx", "scipy.spatial")
     for position, result in bounded.run(tasks, _made, workers, ADVICE, libraries, stopped):
         index, job, _ = waiting[position]
@@ -216,10 +216,19 @@ def _made(job: Job, digest: str, kept: Path | None) -> dict[str, Any]:
     `kept` if there is one."""
     key, content = digest.split(":")
     # a JSON round trip, so that new and cached pieces are the same
-    with refusing(PieceError, Path(job.name), "mesh"):
-        document = json.loads(json.dumps(make(job, content)))
+    with refusing(PieceError, Path(_shown(job)), "mesh"):
+        try:
+            document = json.loads(json.dumps(make(job, content)))
+        except PieceError as error:
+            # the file as the user named it, instead of the piece
+            raise PieceError(str(error).removeprefix(f"{job.name}: ")) from error
     # with a read-only home pieces are made again each time
     with contextlib.suppress(PieceError):
         if kept is not None:
             store.write(kept / f"{key}.json", document)
     return document
+
+
+def _shown(job: Job) -> str:
+    """The name of a job in messages: its file, or its entry of a library."""
+    return job.name if job.entry is not None else job.file_name

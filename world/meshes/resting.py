@@ -9,10 +9,12 @@ from world.errors import PieceError
 from world.furniture.affordance import seats
 from world.furniture.affordance.relief import Relief
 from world.furniture.piece import Piece, SeatTarget
-from world.objects.drop_test import rests_at, slips_at
+from world.objects.drop_test import rests_at, sinks_m, slips_at
 
 MOVES_M = (0.03, 0.06, 0.09, 0.12)
 """Shifts of a target on which the ragdoll does not rest, along its facing or to a side."""
+MOST_SUNK_M = 0.06
+"""Greatest distance of a resting ragdoll below the seat's height."""
 SAME_SEAT_M = 0.04
 """A shift that changes the height by more leaves the seat."""
 
@@ -54,10 +56,24 @@ def _settled(piece: Piece, solid: Relief, target: SeatTarget) -> SeatTarget:
         found = _dropped(piece, moved)
         if not slips_at(found):
             return found
+        if best is None and (lowered := _lowered(piece, moved)) is not None:
+            return lowered
         if best is None or len(slips_at(found)) < len(slips_at(best)):
             best = found
     assert best is not None  # _moves yields at least the target itself
     return best
+
+
+def _lowered(piece: Piece, target: SeatTarget) -> SeatTarget | None:
+    """The target where the ragdoll sinks below a seat that slopes or sags, with the seat's own
+    height; None where it does not rest there either."""
+    sinks = sinks_m(piece, target)
+    if sinks is None or not -MOST_SUNK_M <= sinks < 0.0:
+        return None
+    x, y, z = target.point_m
+    lowered = replace(target, point_m=(x, y, z + sinks), seat_m=z)
+    found = _dropped(piece, lowered)
+    return None if slips_at(found) else found
 
 
 def _moves(solid: Relief, target: SeatTarget) -> Iterator[SeatTarget]:

@@ -37,7 +37,12 @@ def document(built: Built, digest: str, file_name: str) -> dict[str, Any]:
         "licence": piece.licence,
         "credit": piece.credit,
         "sit": [
-            {"point_m": p.point_m, "facing_rad": p.facing_rad, "rests_at": p.rests_at}
+            {
+                "point_m": p.point_m,
+                "facing_rad": p.facing_rad,
+                "seat_m": p.seat_m,
+                "rests_at": p.rests_at,
+            }
             for p in piece.sit
         ],
         "lie": None
@@ -143,7 +148,10 @@ def pieces(path: Path) -> tuple[Piece, ...]:
 def _place(values: Any) -> SeatTarget:
     tested = values.get("rests_at")  # absent in older files
     rests_at = None if tested is None else tuple(float(scale) for scale in tested)
-    return SeatTarget(_vector(values["point_m"]), float(values["facing_rad"]), rests_at)
+    seat = None if values.get("seat_m") is None else float(values["seat_m"])
+    if seat is not None and not abs(seat) <= MAX_REACH_M:
+        raise ValueError(f"a seat at {seat} m")
+    return SeatTarget(_vector(values["point_m"]), float(values["facing_rad"]), seat, rests_at)
 
 
 def _vector(values: Any) -> Vector:

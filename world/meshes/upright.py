@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from world.errors import PieceError
 from world.meshes import frame as frames
-from world.meshes import hints
+from world.meshes import ground, hints
 from world.meshes.frame import METRES, Frame
 from world.meshes.source import Source
 
@@ -16,13 +16,6 @@ PART_SHARE = 0.3
 """Detached parts smaller than this fraction of the largest are its feet or cushions."""
 MOST_PARTS = 1500
 
-THIN, FLAT = 0.06, 0.004
-"""Greatest thickness of a ground slab and of a ground plane, as fractions of the height of all."""
-SLAB_AREA, PLANE_AREA = 2.0, 1.05
-"""Least area of their bounding rectangles, as multiples of that of the rest."""
-COVERED = 0.5
-"""Least fraction of its bounding rectangle that a ground covers: feet do not."""
-
 Triangles = NDArray[np.float64]
 
 
@@ -31,15 +24,20 @@ def upright(source: Source, frame: Frame) -> Triangles:
     return placed(source, frame)[0]
 
 
-def placed(source: Source, frame: Frame) -> tuple[Triangles, tuple[str, ...]]:
-    """Triangles [m, 3, 3] in the piece's frame, and remarks. Raises PieceError, ConfigError."""
+def placed(
+    source: Source, frame: Frame, named: str | None = None
+) -> tuple[Triangles, tuple[str, ...]]:
+    """Triangles [m, 3, 3] in the piece's frame, and remarks. Raises PieceError, ConfigError.
+
+    named: a class that the name states, for the hint.
+    """
     triangles = source.triangles() @ frames.turn(source.suffix, frame).T
     # a catalogue states the size of all that the file holds
-    ground = None if frame.size_m is not None else _ground(triangles)
+    below = None if frame.size_m is not None else ground.plane(triangles)
     plane = np.zeros(3)
-    if ground is not None:
-        plane = np.ptp(triangles[ground].reshape(-1, 3), axis=0)
-        triangles = triangles[~ground]
+    if below is not None:
+        plane = np.ptp(triangles[below].reshape(-1, 3), axis=0)
+        triangles = triangles[~below]
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
     extent = high - low
     if float(extent.max()) <= 0.0:
@@ -59,43 +57,12 @@ def placed(source: Source, frame: Frame) -> tuple[Triangles, tuple[str, ...]]:
         raise PieceError(f"{source.name}: a scene of {count} objects; export one piece a file")
     if not hints.fits(extent * scale):
         shown = " x ".join(f"{x:.3g}" for x in extent * scale)
-        flags = hints.flags(source, frame) or "--unit, --height or --up"
+        flags = hints.flags(source, frame, named) or "--unit, --height or --up"
         raise PieceError(f"{source.name}: {shown} m (x, y, z) is no furniture; give {flags}")
-    if ground is None:
+    if below is None:
         return triangles, ()
     x, y, _ = plane * scale
     return triangles, (f"a ground plane of {x:.2f} x {y:.2f} m is left out",)
-
-
-def _ground(triangles: Triangles) -> NDArray[np.bool_] | None:
-    """[m]: the triangles of a ground plane or slab below all else and beyond it on every side; None
-    without one. Any unit, z up."""
-    bottom, top = triangles[..., 2].min(), triangles[..., 2].max()
-    highest = triangles[..., 2].max(axis=1)
-    for thickness, area in ((FLAT, PLANE_AREA), (THIN, SLAB_AREA)):
-        ground = highest <= bottom + thickness * (top - bottom)
-        if not ground.any() or ground.all():
-            continue
-        below, rest = (triangles[which, :, :2].reshape(-1, 2) for which in (ground, ~ground))
-        margin = 0.005 * np.ptp(rest, axis=0)
-        beyond = (below.min(axis=0) < rest.min(axis=0) - margin).all() and (
-            below.max(axis=0) > rest.max(axis=0) + margin
-        ).all()
-        rectangle = float(np.ptp(below, axis=0).prod())
-        a, b, c = (triangles[ground, k, :2] for k in range(3))
-        covered = 0.5 * float(np.abs(_crossed(b - a, c - a)).sum())
-        if (
-            beyond
-            and rectangle >= area * float(np.ptp(rest, axis=0).prod())
-            and covered >= COVERED * rectangle
-        ):
-            return ground
-    return None
-
-
-def _crossed(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """[n]: cross products of vectors [n, 2]."""
-    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
 def _pieces(triangles: Triangles) -> int:

@@ -14,6 +14,8 @@ from world.scene.model import FURNITURE_BODY, compile_scene
 _FREE_M = 0.005
 #: Wanted distance of the centre of mass ahead of the hips, m: above the thighs, behind any edge.
 _BALANCED_M = 0.075
+_SPARE_M = 0.004
+"""Part of the tolerance of the height that `sinks_m` leaves."""
 HIGHEST_M = 0.90
 """Greatest height of a scaled seat that is tested: training shrinks higher ones."""
 #: Durations after which a ragdoll must be at rest, s: on some seats it creeps or sways off later.
@@ -70,6 +72,21 @@ def rests_at(piece: Piece, target: SeatTarget) -> tuple[float, ...]:
         if all(drop(sized, seconds).rests for seconds in (_SOON_S, _LONG_S)):
             found.append(scale)
     return tuple(found)
+
+
+def sinks_m(piece: Piece, target: SeatTarget) -> float | None:
+    """The least change of a target's height, m, with which the ragdoll rests on it at every scale;
+    None where it is not its height alone that is wrong."""
+    low, high = -np.inf, np.inf
+    for scale in scales(target):
+        sized = replace(piece, sit=(target,)).scaled(scale)
+        rests = [drop(sized, seconds) for seconds in (_SOON_S, _LONG_S)]
+        if not all(replace(rest, height_error_m=0.0).rests for rest in rests):
+            return None
+        within = RAISED_M - _SPARE_M
+        low = max(low, *((rest.height_error_m - within) / scale for rest in rests))
+        high = min(high, *((rest.height_error_m + within) / scale for rest in rests))
+    return None if low > high else float(np.clip(0.0, low, high))
 
 
 def drop(piece: Piece, seconds: float = 3.0, above_m: float = 0.02, which: int = 0) -> Rest:
