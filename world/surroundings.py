@@ -2,7 +2,7 @@
 folder with a long name, a user without a home."""
 
 import atexit
-import multiprocessing
+import multiprocessing.process
 import os
 import shutil
 import sys

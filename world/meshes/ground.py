@@ -36,8 +36,32 @@ def plane(triangles: Triangles) -> NDArray[np.bool_] | None:
             and rectangle >= area * float(np.ptp(rest, axis=0).prod())
             and covered >= COVERED * rectangle
         ):
-            return ground
+            return _reaching_out(triangles, ground, rest)
     return None
+
+
+def _reaching_out(
+    triangles: Triangles, ground: NDArray[np.bool_], rest: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """[m]: of the lowest triangles the connected ones that reach beyond the rest [k, 2]: the
+    undersides of feet belong to the piece."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    corners = triangles[ground].reshape(-1, 3)
+    grain = float(np.ptp(corners, axis=0).max()) * 1e-6
+    _, number = np.unique((corners / grain).round(), axis=0, return_inverse=True)
+    number = number.reshape(-1, 3)
+    count = int(number.max()) + 1
+    pairs = np.concatenate((number[:, :2], number[:, 1:]))
+    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), (count, count))
+    _, label = connected_components(graph, directed=False)
+    part = label[number[:, 0]]
+    flat = triangles[ground, :, :2]
+    out = (flat < rest.min(axis=0)).any(axis=(1, 2)) | (flat > rest.max(axis=0)).any(axis=(1, 2))
+    result = ground.copy()
+    result[ground] = np.isin(part, np.unique(part[out]))
+    return result
 
 
 def _crossed(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -36,11 +36,10 @@ def read(content: bytes, file_name: str) -> tuple[NDArray[np.float64], NDArray[n
             raise PieceError(f"{file_name}: {len(corners)} corners, no multiple of 3; is it cut?")
     else:
         count = announced(content)
-        there = (len(content) - _HEADER) // _FACET
+        there = max(0, (len(content) - _HEADER) // _FACET)
         if there < count:
             raise PieceError(
-                f"{file_name}: it states {count} triangles and holds {max(0, there)}; is it cut "
-                "short?"
+                f"{file_name}: it states {count} triangles and holds {there}; is it cut short?"
             )
         facet = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
         facets = np.frombuffer(content, facet, count, _HEADER) if count else np.zeros(0, facet)

@@ -11,7 +11,7 @@ from world.furniture.catalogue import find
 from world.furniture.piece import Piece
 from world.furniture.surface import triangles
 from world.meshes import decompose, store, sweethome
-from world.meshes.build import Built, ImportOptions, located
+from world.meshes.build import Built, ImportOptions, located, places
 
 CHAIR = find("chair-train-000")
 TRIANGLES = triangles(CHAIR)
@@ -89,7 +89,8 @@ height#5=75
 def built(sit: tuple[float, float, float, float] | None = None) -> Built:
     """The chair from its own boxes as hulls, cut by no decomposition."""
     parts = tuple(h for b in CHAIR.boxes if (h := decompose.closed(b.corners())) is not None)
-    piece, error = located("mine", TRIANGLES, parts, ImportOptions(category="chair", sit=sit))
+    options = ImportOptions(category="chair", sit=sit)
+    piece, error = located("mine", parts, options, places("mine", TRIANGLES, options))
     return Built(piece, np.zeros(3), np.eye(3), error)
 
 

@@ -16,7 +16,7 @@ def test_names_are_tidy_and_distinct(tmp_path: Path) -> None:
         (tmp_path / name).write_bytes(b"")
     found = importing.jobs([tmp_path], ImportOptions())
     assert [job.name for job in found] == ["my-chair-2", "my-chair-2-2", "x"]
-    assert [job.options.category for job in found] == ["chair", "chair", "sofa"]
+    assert [job.options.named for job in found] == ["chair", "chair", "sofa"]
     assert [job.file_name for job in found] == ["my-chair-2.stl", "My Chair (2).obj", "x.ply"]
 
 

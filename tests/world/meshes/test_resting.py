@@ -50,14 +50,28 @@ def test_of_several_places_those_that_hold_are_kept() -> None:
     assert [p.point_m for p in resting.confirmed(both, solid(BENCH)).sit] == [(0.0, 0.0, 0.45)]
 
 
-def test_where_nobody_stays_is_refused_but_for_those_one_lies_on() -> None:
+def test_where_nobody_stays_is_refused_but_for_tables_and_beds() -> None:
     nowhere = replace(BENCH, sit=(at(0.45),))
     found = resting.confirmed(nowhere, solid(BENCH))
     assert found.sit[0].rests_at == ()
-    with pytest.raises(PieceError, match=r"bench: a seated ragdoll slides or tips off .* --sit"):
-        resting.require(found)
-    resting.require(replace(found, lie=Lying((0.0, 0.0, 0.45), (0.0, 0.6, 0.45))))
-    resting.require(replace(found, sit=()))
+    says = r"bench: a seated ragdoll slides or tips off .* --sit .*--force"
+    lie = Lying((0.0, 0.0, 0.45), (0.0, 0.6, 0.45))
+    for thrown in (found, replace(found, category="sofa", lie=lie)):
+        with pytest.raises(PieceError, match=says):
+            resting.required(thrown)
+    bed = replace(found, category="bed", lie=lie)
+    assert resting.required(bed) == replace(bed, sit=())
+    assert resting.required(replace(found, category="table")).sit == ()
+    assert resting.required(replace(found, sit=())).sit == ()
+
+
+def test_where_the_ragdoll_sinks_below_the_seat_both_heights_are_kept() -> None:
+    """A target 4 cm above the slab: the ragdoll rests on the slab, within its tolerance."""
+    high = SeatTarget((0.0, 0.0, 0.49))
+    (place,) = resting.confirmed(replace(BENCH, sit=(high,)), solid(BENCH)).sit
+    assert place.rests_at == TEST_SCALES
+    assert place.seat_m == 0.49
+    assert 0.45 < place.point_m[2] < 0.49 and place.point_m[:2] == (0.0, 0.0)
 
 
 def test_seats_that_a_scale_makes_too_high_are_not_tried() -> None:

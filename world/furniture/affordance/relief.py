@@ -151,10 +151,12 @@ def _reached(surface: Points, places: Points) -> NDArray[np.bool_]:
     solid = np.zeros(tuple(int(n) for n in shape), dtype=bool)
     at = np.floor((surface - low) / VOXEL_M).astype(np.int64)
     solid[tuple(at.T)] = True
-    narrow = ndimage.binary_dilation(solid, np.ones((3, 3, 3)))
-    spaces, _ = ndimage.label(~narrow)
+    cube = np.ones((3, 3, 3), dtype=bool)
+    narrow: NDArray[np.bool_] = np.asarray(ndimage.binary_dilation(solid, cube), dtype=bool)
+    spaces = np.zeros(solid.shape, dtype=np.int32)
+    ndimage.label(~narrow, output=spaces)
     outside = spaces == spaces[-1, -1, -1]  # a corner of the margin
-    outside = ndimage.binary_dilation(outside, iterations=2, mask=~solid)
+    outside = np.asarray(ndimage.binary_dilation(outside, iterations=2, mask=~solid), dtype=bool)
     index = np.floor((places - low) / VOXEL_M).astype(np.int64)
     index = index.clip(0, np.array(solid.shape) - 1)
     return outside[tuple(index.T)]

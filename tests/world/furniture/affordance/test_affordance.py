@@ -31,7 +31,7 @@ def surface(row: dict[str, str]):
 
 
 def test_seats_of_real_pieces() -> None:
-    """Nine of ten; docs/results/furniture.md names those that miss."""
+    """Heights of 19 in 20, headings of 9 in 10; docs/results/furniture.md names those that miss."""
     chosen = rows("chair", "armchair", "low_stool", "high_stool", "sofa")
     stated = high = facing = 0
     for row in chosen:
@@ -40,7 +40,7 @@ def test_seats_of_real_pieces() -> None:
         if row["top_elevation_m"]:
             stated += 1
             high += abs(place.point_m[2] - float(row["top_elevation_m"])) <= 0.03
-    assert high >= 0.9 * stated
+    assert high >= 0.95 * stated
     assert facing >= 0.9 * len(chosen)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from world.furniture.affordance import seats
-from world.furniture.affordance.relief import HEADROOM_M, relief, sheltered
+from world.furniture.affordance.relief import HEADROOM_M, relief
 from world.furniture.catalogue import find
 from world.furniture.piece import Box, Piece
 from world.furniture.surface import triangles
