@@ -89,6 +89,14 @@ def home() -> Path | None:
         return None
 
 
+def expanded(path: Path) -> Path:
+    """A path with `~` replaced by the home; as it is for a user without one."""
+    try:
+        return path.expanduser()
+    except RuntimeError:
+        return path
+
+
 def cache_folder() -> Path | None:
     """$XDG_CACHE_HOME/inhabit, or .cache/inhabit in the user's home; None without either."""
     base = os.environ.get("XDG_CACHE_HOME")

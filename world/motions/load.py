@@ -12,13 +12,14 @@ from world.motions.clip_file import SUFFIX, read
 from world.motions.library import MotionLibrary
 from world.motions.uses.seat import SEAT
 from world.motions.uses.use import ClipUse
+from world.surroundings import expanded
 
 
 def find(paths: Sequence[str]) -> list[Path]:
     """The clip files of files and folders, sorted. Raises ClipError for a path without any."""
     found: list[Path] = []
     for text in paths:
-        path = Path(text).expanduser()
+        path = expanded(Path(text))
         if path.is_dir():
             here = sorted(p for p in path.rglob("*") if p.suffix.lower() == SUFFIX)
         elif path.is_file():

@@ -23,6 +23,7 @@ from world.motions.formats import (
 )
 from world.motions.formats.recording import Recording, validate
 from world.refusals import refusing
+from world.surroundings import expanded
 
 MAX_FILE_BYTES = 1 << 29
 """Greatest size of a motion file: hours of motion."""
@@ -109,7 +110,7 @@ def find(paths: list[Path], name: str | None = None) -> list[Path]:
         raise ChoiceError("format", name, list(FORMATS))
     suffixes = FORMATS[name].suffixes if name else SUFFIXES
     found: list[Path] = []
-    for path in (p.expanduser() for p in paths):
+    for path in map(expanded, paths):
         if path.is_dir():
             here = sorted(p for p in path.rglob("*") if _may_be(p, suffixes))
         elif path.is_file():
