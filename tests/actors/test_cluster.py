@@ -14,6 +14,7 @@ import pytest
 import ray
 from ray._private import services
 
+from actors import cluster
 from actors.cluster import ClusterError, ray_session
 from console.run.machine import process_tree
 from tests.support.paths import ROOT
@@ -36,6 +37,19 @@ def test_every_port_is_on_the_loopback(monkeypatch: pytest.MonkeyPatch) -> None:
         assert len(addresses) >= 5, "the control store, the node's two ports, agents, a worker"
         assert [a for a in addresses if not a.is_loopback] == []
     assert "RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER" not in os.environ
+
+
+def test_a_long_name_of_the_temporary_folder_is_left_for_the_sockets(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.delenv("RAY_TMPDIR", raising=False)
+    monkeypatch.setenv("TMPDIR", str(tmp_path / ("x" * 100)))
+    with cluster._short_session():
+        assert os.environ["RAY_TMPDIR"] == "/tmp"
+    assert "RAY_TMPDIR" not in os.environ
+    monkeypatch.setenv("TMPDIR", "/tmp")
+    with cluster._short_session():
+        assert "RAY_TMPDIR" not in os.environ
 
 
 #: Seconds; Ray's node waits 15 for agents that choose their own ports.

@@ -1,5 +1,6 @@
 """The command line's own rules: what a run begins from, exit codes, and one line for an error."""
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -7,6 +8,7 @@ import pytest
 
 from console import app
 from rpc.errors import RpcError
+from world import surroundings
 from world.errors import ChoiceError, ConfigError, InhabitError
 
 
@@ -49,3 +51,13 @@ def test_a_resumed_run_goes_on_with_its_own_settings(tmp_path: Path) -> None:
     assert app.starting_point(["train", "--preset", "none"]).ppo.hidden == (512, 256)
     missing = ["train", "sit", "--resume", "--run", str(tmp_path)]
     assert app.starting_point(missing).ppo.hidden == (512, 256)
+
+
+def test_an_opengl_that_is_not_there_is_said_once(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(surroundings, "missing_gl", surroundings.MissingGl("glx", "no display"))
+    assert app.main(["objects", "list", "test", "--json"]) == 0
+    captured = capsys.readouterr()
+    assert captured.err == "inhabit: MUJOCO_GL=glx is not there (no display): ignored\n"
+    assert json.loads(captured.out)

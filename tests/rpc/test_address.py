@@ -2,7 +2,7 @@
 
 import pytest
 
-from rpc.address import is_local, split_address
+from rpc.address import is_local, joined, split_address
 from rpc.errors import RpcError
 
 
@@ -23,3 +23,15 @@ def test_only_the_loopback_and_sockets_are_local() -> None:
         assert is_local(address), address
     for address in ("0.0.0.0:1", "[::]:1", "10.0.0.1:1", "localhost.evil.org:1"):
         assert not is_local(address), address
+
+
+@pytest.mark.parametrize("wrong", ["::1:8080", "[::1:8080", "::1]:8080", "fe80::1:1"])
+def test_ipv6_is_in_brackets(wrong: str) -> None:
+    with pytest.raises(RpcError, match=r"write IPv6 in brackets, as \[::1\]:"):
+        split_address(wrong)
+
+
+def test_joined_is_split_again() -> None:
+    for address in ("127.0.0.1:1", "[::1]:50051", "a.b:0"):
+        assert joined(*split_address(address)) == address
+    assert is_local("[::ffff:127.0.0.1]:1") and not is_local("[::ffff:10.0.0.1]:1")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from world.errors import ChoiceError, PieceError
-from world.meshes import gltf, obj, stl
+from world.meshes.formats import gltf, obj, stl
 from world.refusals import refusing
 
 SUFFIXES = (".obj", ".glb", ".gltf", ".stl", ".ply")

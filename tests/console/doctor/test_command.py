@@ -1,18 +1,21 @@
 """`inhabit doctor`: services asked for their health, Ray for its reach, and the line to type."""
 
+import socket
 from pathlib import Path
 
 import pytest
 
+from actors.cluster import ClusterError
 from console.app import parse
 from console.doctor import command as doctor
-from console.doctor.cluster import token
+from console.doctor.cluster import find_ray, token
 from console.doctor.finding import Finding
 from discriminator.service import start
 from discriminator.trainer import Discriminator
 from rpc.server import ServerConfig
 from tests.support.console.doctors import found
 from tests.support.style_cases import SMALL, Mocap
+from world import surroundings
 
 
 def test_services_that_answer_and_one_that_does_not(
@@ -57,3 +60,23 @@ def test_the_token_is_named_and_never_shown(
     assert token() == "token from RAY_AUTH_TOKEN"
     monkeypatch.setenv("RAY_AUTH_MODE", "disabled")
     assert "no token is sent" in token()
+
+
+def test_an_opengl_that_is_not_there_is_a_remark(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(surroundings, "missing_gl", surroundings.MissingGl("x", "no such"))
+    monkeypatch.setattr("console.video.rendering.choose_gl", lambda: "egl")
+    finding = doctor.check_rendering()
+    assert finding.verdict == "mind"
+    assert finding.detail == "MUJOCO_GL=x is not there (no such); `video` uses egl: unset MUJOCO_GL"
+    monkeypatch.setattr("console.video.rendering.choose_gl", lambda: None)
+    assert "MUJOCO_GL=x is not there (no such); neither egl nor" in doctor.check_rendering().detail
+
+
+def test_a_stale_address_of_ray_is_named_by_its_variable(monkeypatch: pytest.MonkeyPatch) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as closed:
+        address = f"127.0.0.1:{closed.getsockname()[1]}"
+    monkeypatch.setenv("RAY_ADDRESS", address)
+    with pytest.raises(ClusterError, match=rf"RAY_ADDRESS={address} .*unset RAY_ADDRESS"):
+        find_ray()
+    with pytest.raises(ClusterError, match=rf"answers at {address} .*leave --address out"):
+        find_ray(address)

@@ -41,6 +41,18 @@ def test_the_page_is_served_and_nothing_else() -> None:
             play.server(wrong, "")
 
 
+def test_the_page_is_served_by_ipv6() -> None:
+    with play.server("[::1]:0", "page") as running:
+        threading.Thread(target=running.serve_forever, daemon=True).start()
+        address = f"http://[::1]:{running.server_address[1]}/"
+        direct = urllib.request.build_opener(urllib.request.ProxyHandler({}))
+        with direct.open(address, timeout=10) as answer:
+            assert answer.read() == b"page"
+        running.shutdown()
+    with pytest.raises(ConfigError, match=r"write IPv6 in brackets, as \[::1\]:8080"):
+        play.server("::1:8080", "")
+
+
 def test_the_commands_by_hand(
     tmp_path: Path, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -4,12 +4,13 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from console.app import main
 from console.commands import Meshes
 from console.objects.command import options, seat_of
-from tests.support.world.meshes import mesh, written
+from tests.support.world.meshes import TRIANGLES, mesh, written
 from world.errors import ChoiceError, ConfigError
 from world.meshes import collection, importing, notes, store
 from world.meshes.notes import Note
@@ -69,7 +70,7 @@ def test_a_file_that_is_gone_is_refused(tmp_path: Path) -> None:
     ("bound", "value", "says"),
     [
         ("CPU_S", 1, "not done after 1 s of processor time; repair or decimate the mesh"),
-        ("MEMORY_BYTES", 200 << 20, "needs more than 0.2 GiB; repair or decimate the mesh"),
+        ("MEMORY_BYTES", 100 << 20, "needs more than 0.098 GiB; repair or decimate the mesh"),
     ],
 )
 def test_a_mesh_that_costs_too_much_is_ended(
@@ -158,3 +159,52 @@ def test_place_of() -> None:
             seat_of(bad)
     with pytest.raises(ChoiceError):
         options(Meshes(category="throne"))
+
+
+def test_what_was_decided_is_said_and_brackets_are_kept(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A chair named a table, on a ground plane, in a file whose licence looks like markup."""
+    half = 2.0
+    a, b, c, d = (
+        [x, y, 0.0] for x, y in ((-half, -half), (half, -half), (half, half), (-half, half))
+    )
+    corners = np.concatenate((TRIANGLES, np.array([[a, b, c], [a, c, d]])))
+    path = written(tmp_path, ".stl", corners).rename(tmp_path / "desk [red]table.stl")
+    out = tmp_path / "out"
+    words = ["objects", "import", str(path), "--out", str(out), "--licence", "CC0 [bold] :smile:"]
+    assert main(words) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "CC0 [bold] :smile:" in said
+    assert "a ground plane of 4.00 x 4.00 m is left out" in said
+    assert "named a table, imported as a chair by its shape" in said
+    assert main([*words, "--json"]) == 0
+    (row,) = json.loads(capsys.readouterr().out)
+    assert row["category"] == "chair" and len(row["notes"]) == 2
+    assert row["size_m"][0] < 1.0
+
+
+def test_a_refusal_names_the_file_as_given(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = written(tmp_path, ".stl", TRIANGLES / 0.0254).rename(tmp_path / "My [inch] Chair.stl")
+    assert main(["objects", "import", str(path), "--out", str(tmp_path / "out")]) == 1
+    said = " ".join(capsys.readouterr().out.split())
+    assert "refused: My [inch] Chair.stl: " in said and "give --unit in" in said
+
+
+def test_a_piece_that_throws_the_ragdoll_off_is_imported_by_force_alone(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A seat stated in the air, 0.2 m in front of the chair."""
+    path = written(tmp_path, ".stl")
+    out = tmp_path / "out"
+    words = ["objects", "import", str(path), "--out", str(out), "--sit", "0.5,0,0.45,0"]
+    assert main(words) == 1
+    assert "slides or tips off this chair at every scale" in " ".join(
+        capsys.readouterr().out.split()
+    )
+    assert not out.exists()
+    assert main([*words, "--force"]) == 0
+    assert "does not stay seated at scale 0.8, 1, 1.2" in capsys.readouterr().out
+    assert len(list(out.iterdir())) == 1

@@ -100,3 +100,17 @@ def test_a_gltf_that_names_files_elsewhere_is_refused(tmp_path: Path) -> None:
     (folder / "chair.gltf").write_text(json.dumps(document))
     with pytest.raises(PieceError, match="names a file outside its folder"):
         source.read(folder / "chair.gltf")
+
+
+def test_comments_of_a_ply_are_passed_over(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """trimesh looks for the texture that a comment names, and prints a traceback without it."""
+    path = written(tmp_path, ".ply")
+    text = path.read_bytes().replace(b"ply\n", b"ply\ncomment TextureFile gone.png\n", 1)
+    # exporters put comments after the format line
+    first, second, rest = text.split(b"\n", 2)
+    kind, body = rest.split(b"\n", 1)
+    path.write_bytes(b"\n".join((first, kind, second, body)))
+    assert np.allclose(upright(source.read(path), Frame()), TRIANGLES, atol=1e-5)
+    assert capfd.readouterr() == ("", "")

@@ -7,7 +7,7 @@ import pytest
 
 from tests.support.world.meshes import TRIANGLES, mesh
 from world.errors import PieceError
-from world.meshes import stl
+from world.meshes.formats import stl
 
 BINARY: bytes = mesh().export(file_type="stl")  # pyright: ignore[reportAssignmentType]
 TEXT: str = mesh().export(file_type="stl_ascii")  # pyright: ignore[reportAssignmentType]

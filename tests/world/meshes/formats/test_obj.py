@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from world.errors import PieceError
-from world.meshes import obj
+from world.meshes.formats import obj
 
 VERTICES = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
 

@@ -1,0 +1,1 @@
+"""Readers of mesh files that a library reads wrongly."""
