@@ -43,23 +43,33 @@ def settle_gl() -> None:
     wanted = os.environ.get(GL)
     if not wanted or "mujoco" in sys.modules:
         return
+    reason = _why_missing(wanted.lower().strip())
+    if reason is not None:
+        missing_gl = MissingGl(wanted, reason)
+        del os.environ[GL]
+        os.environ[_PASSED_ON] = f"{missing_gl.value}\n{missing_gl.reason}"
+
+
+def _why_missing(backend: str) -> str | None:
+    """Why a backend is not there; None where MuJoCo is imported with it."""
+    displays = ("DISPLAY", "WAYLAND_DISPLAY")
+    if backend in ("glfw", "glx") and sys.platform == "linux" and not any(map(os.getenv, displays)):
+        return "no display"
     try:
         import mujoco  # noqa: F401  # pyright: ignore[reportUnusedImport]
     except Exception as error:  # a backend fails in its own way
-        found = " ".join(str(error).split())[:120]
-        invalid = "invalid value" in found
-        missing_gl = MissingGl(
-            wanted, "choose egl, osmesa or glfw" if invalid else f"{type(error).__name__}: {found}"
-        )
-        del os.environ[GL]
-        os.environ[_PASSED_ON] = f"{missing_gl.value}\n{missing_gl.reason}"
         for name in list(sys.modules):
             package, _, part = name.partition(".")
             # compiled modules cannot be imported twice
             if package == "OpenGL" or (package == "mujoco" and not part.startswith("_")):
                 del sys.modules[name]
-        if wanted.lower().strip() == os.environ.get("PYOPENGL_PLATFORM"):  # set by MuJoCo
+        if os.environ.get("PYOPENGL_PLATFORM") == backend:  # set by MuJoCo
             del os.environ["PYOPENGL_PLATFORM"]
+        found = " ".join(str(error).split())[:120]
+        if "invalid value" in found:
+            return "choose egl, osmesa or glfw"
+        return f"{type(error).__name__}: {found}"
+    return None
 
 
 def short_folder() -> str | None:

@@ -38,6 +38,9 @@ def test_the_simulator_steps_whatever_opengl_is_asked_for() -> None:
     said, value = json.loads(python(STEPS, MUJOCO_GL="nothing"))
     assert said == "MUJOCO_GL=nothing is not there (choose egl, osmesa or glfw)"
     assert value is None
+    no_display = {"DISPLAY": "", "WAYLAND_DISPLAY": ""}
+    said, value = json.loads(python(STEPS, MUJOCO_GL="glfw", **no_display))
+    assert (said, value) == ("MUJOCO_GL=glfw is not there (no display)", None)
     assert json.loads(python(STEPS)) == ["None", None]
     assert json.loads(python(STEPS, MUJOCO_GL="disable")) == ["None", "disable"]
 

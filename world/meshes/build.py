@@ -110,7 +110,11 @@ def build(source: Source, options: ImportOptions) -> Built:
         piece = resting.required(piece)
     density = DENSITY_KG_M3[piece.category]
     mass, centre, inertia = decompose.mass_properties(piece.hulls, density)
-    return Built(replace(piece, mass_kg=mass), centre, inertia, error, (*notes, *found.notes))
+    said = [*notes, *found.notes]
+    if error is not None and abs(error) > COARSE_M:
+        where = "above" if error > 0.0 else "below"
+        said.append(f"its hulls are {100 * abs(error):.0f} cm {where} the mesh at the seat")
+    return Built(replace(piece, mass_kg=mass), centre, inertia, error, tuple(said))
 
 
 def _cut(
