@@ -63,6 +63,7 @@ def test_the_token_is_named_and_never_shown(
 
 
 def test_an_opengl_that_is_not_there_is_a_remark(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("MUJOCO_GL", raising=False)
     monkeypatch.setattr(surroundings, "missing_gl", surroundings.MissingGl("x", "no such"))
     monkeypatch.setattr("console.video.rendering.choose_gl", lambda: "egl")
     finding = doctor.check_rendering()

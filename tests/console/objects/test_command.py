@@ -70,7 +70,7 @@ def test_a_file_that_is_gone_is_refused(tmp_path: Path) -> None:
     ("bound", "value", "says"),
     [
         ("CPU_S", 1, "not done after 1 s of processor time; repair or decimate the mesh"),
-        ("MEMORY_BYTES", 100 << 20, "needs more than 0.098 GiB; repair or decimate the mesh"),
+        ("MEMORY_BYTES", 50 << 20, "needs more than 0.049 GiB; repair or decimate the mesh"),
     ],
 )
 def test_a_mesh_that_costs_too_much_is_ended(
