@@ -62,7 +62,8 @@ PIECE = Format(
             "sit",
             "list",
             "seats, each with point_m [3], facing_rad, seat_m (height of the seat where it is above"
-            " the point, else null), and rests_at: the scales at which a ragdoll comes to rest there",
+            " the point, else null), and rests_at: the scales at which a ragdoll comes to rest"
+            " there",
         ),
         ("lie", "object or null", "lying place: hip_m [3] and head_m [3] on the surface"),
         ("seat_error_m", "number or null", "height of the hulls against the mesh at the seat"),
