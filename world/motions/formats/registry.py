@@ -5,7 +5,7 @@ makes clips of the others.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from world.errors import ChoiceError, ClipError
@@ -21,7 +21,8 @@ from world.motions.formats import (
     safe_pickle,
     samp_pickle,
 )
-from world.motions.formats.recording import Recording, validate
+from world.motions.formats.recording import RateMissingError, Recording, validate
+from world.placeholders import placeholder
 from world.refusals import refusing
 
 MAX_FILE_BYTES = 1 << 29
@@ -53,11 +54,16 @@ FORMATS = {
     "mimickit": Format(mimickit.SUFFIXES, mimickit.read, (mimickit.KEYS,)),
     "poselib": Format(poselib.SUFFIXES, poselib.read),
 }
+#: Fields of a person's shape, and fields of any motion.
+_SHAPE = frozenset(("betas", "gender"))
+_MOTION = frozenset(
+    ("trans", "poses", "root_orient", "pose_body", "root_position_m", "local_rotation_wxyz")
+)
 SUFFIXES = tuple(sorted({suffix for f in FORMATS.values() for suffix in f.suffixes}))
 
 
-def read(path: Path, name: str | None = None) -> Recording:
-    """The motion in a file, of the named or the detected format.
+def read(path: Path, name: str | None = None, fps: float | None = None) -> Recording:
+    """The motion in a file, of the named or the detected format, at a given rate if any.
 
     Raises ClipError where it has no usable motion, ChoiceError for an unknown format.
     """
@@ -65,7 +71,16 @@ def read(path: Path, name: str | None = None) -> Recording:
         raise ChoiceError("format", name, list(FORMATS))
     with refusing(ClipError, path, "motion"):
         _bounded(path)
-        return validate(FORMATS[name or detected(path)].read(path))
+        what = placeholder(path)
+        if what:
+            raise ClipError(f"{path}: {what}")
+        try:
+            found = FORMATS[name or detected(path)].read(path)
+        except RateMissingError as error:
+            if fps is None:
+                raise
+            found = error.recording
+        return validate(found if fps is None else replace(found, fps=fps, fps_assumed=False))
 
 
 def _bounded(path: Path) -> None:
@@ -101,6 +116,21 @@ def _fields(path: Path) -> tuple[str, ...]:
         with refusing(ClipError, path, ".npz file"), npz.opened(path) as file:
             return tuple(file)
     return safe_pickle.keys(safe_pickle.load(path), path)
+
+
+def is_companion(path: Path) -> bool:
+    """Whether a file lies among motions and holds none: AMASS keeps shapes and fits beside them.
+
+    A damaged file is none of these.
+    """
+    if path.suffix.lower() != ".npz":
+        return False
+    try:
+        with npz.opened(path) as file:
+            fields = frozenset(file)
+    except Exception:  # a damaged file raises any exception: its reader says so
+        return False
+    return bool(fields & _SHAPE) and not fields & _MOTION
 
 
 def find(paths: list[Path], name: str | None = None) -> list[Path]:

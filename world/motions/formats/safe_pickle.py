@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from world.errors import ClipError
+from world.motions import npz
 
 #: Number types of arrays and scalars, numpy's names without byte order.
 NUMBERS = frozenset(
@@ -296,11 +297,8 @@ def numbers(value: Any) -> np.ndarray:
 
 
 def number(value: Any) -> float:
-    """One number of a pickle. Raises ValueError otherwise."""
-    found = numbers(value)
-    if found.size != 1:
-        raise ValueError(f"{found.size} numbers in place of one")
-    return float(found.reshape(()))
+    """One number of a pickle, of any shape. Raises ValueError otherwise."""
+    return npz.scalar(numbers(value))
 
 
 def _counted(value: list | tuple, left: list[int], depth: int) -> None:

@@ -91,12 +91,16 @@ def scaled(recording: Recording, joint: Mapping[str, int], fps: int) -> Scaled:
     """The recording at our size, upright, at `fps`. Raises ClipError for implausible units."""
     position, rotation = _z_up(recording, joint)
     leg = _leg(position, joint)
-    unit = recording.unit_m or infer_unit_m(recording.name, leg)
     low, high = _LEGS_M
+    unit = recording.unit_m
+    if unit is None and low <= leg * (recording.likely_unit_m or 0.0) <= high:
+        unit = recording.likely_unit_m
+    if unit is None:
+        unit = infer_unit_m(recording.name, leg)
     if not low <= leg * unit <= high:
         raise ClipError(
             f"{recording.name}: absurd units: legs of {leg * unit:.3g} m from hip to ankle,"
-            f" expected {low} to {high}; say the length unit with unit_m in a --map file"
+            f" expected {low} to {high}; say the length unit with --unit, or unit_m in a --map file"
         )
     scale = LEG_M / leg
     position, rotation = resampled(position * scale, rotation, recording.fps, fps)
@@ -170,7 +174,7 @@ def infer_unit_m(name: str, leg: float) -> float:
             return unit
     raise ClipError(
         f"{name}: absurd units: legs of {leg:.4g} units from hip to ankle are a person's neither in"
-        " m, cm, mm, inches nor CMU's unit; say the length unit with unit_m in a --map file"
+        " m, cm, mm, inches nor CMU's unit; say the length unit with --unit, or unit_m in a --map file"
     )
 
 
