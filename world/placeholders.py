@@ -26,8 +26,6 @@ def placeholder(path: Path) -> str | None:
     """
     with path.open("rb") as file:
         head = file.read(_HEAD_BYTES)
-    if not head:
-        return "an empty file: copy or download it again"
     start = head.removeprefix(b"\xef\xbb\xbf").lstrip().lower()
     for first, what, remedy in _KINDS:
         if start.startswith(first):
@@ -39,6 +37,6 @@ def placeholder(path: Path) -> str | None:
         return "an XML document, such as a server's error, not the data: download the file again"
     if start.startswith(_ZIP) and path.suffix.lower() not in ZIPPED:
         return "a ZIP archive: unpack it first"
-    if not head.strip(b"\0"):
+    if head and not head.strip(b"\0"):
         return "nothing but zeros: copy or download it again"
     return None

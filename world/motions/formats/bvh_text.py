@@ -61,6 +61,8 @@ class Motion:
 def parsed(text: str) -> Motion:
     """The content of a file's text. Raises ValueError, which says what is wrong and where."""
     text = re.sub(r"^[ \t]*(?:#|//).*$", "", text, flags=re.MULTILINE)
+    if not text.strip():
+        raise ValueError("it is empty")
     if not re.match(r"\s*HIERARCHY\b", text, re.IGNORECASE):
         raise ValueError("it does not begin with HIERARCHY")
     parts = re.split(r"^[ \t}]*MOTION\b", text, maxsplit=1, flags=re.IGNORECASE | re.MULTILINE)
