@@ -12,6 +12,18 @@ RATES_HZ = (1.0, 1000.0)
 
 
 @dataclass(frozen=True)
+class RecordedBox:
+    """A box that was tracked with the motion, in the file's world."""
+
+    position: np.ndarray
+    """[T, 3]: its centre."""
+    rotation: np.ndarray
+    """[T, 3, 3]: its axes, along its edges."""
+    size_m: tuple[float, float, float]
+    """Lengths of its edges along its axes."""
+
+
+@dataclass(frozen=True)
 class Recording:
     """A motion on the recorded skeleton: T frames of J joints."""
 
@@ -46,6 +58,9 @@ class Recording:
     approximated: tuple[str, ...] = ()
     """Assumptions of the reader, in words."""
 
+    box: RecordedBox | None = None
+    """The tracked box, if any."""
+
     @property
     def remarks(self) -> tuple[str, ...]:
         """What was assumed and corrected, in words."""
@@ -58,7 +73,17 @@ class Recording:
 
     def part(self, start: int, stop: int) -> "Recording":
         """The frames from `start` to one before `stop`."""
-        return replace(self, position=self.position[start:stop], rotation=self.rotation[start:stop])
+        box = self.box
+        if box is not None:
+            box = replace(
+                box, position=box.position[start:stop], rotation=box.rotation[start:stop]
+            )
+        return replace(
+            self,
+            position=self.position[start:stop],
+            rotation=self.rotation[start:stop],
+            box=box,
+        )
 
 
 class RateMissingError(ClipError):
@@ -85,6 +110,10 @@ def validate(recording: Recording) -> Recording:
     finite = np.isfinite(recording.position).all((1, 2)) & np.isfinite(recording.rotation).all(
         (1, 2, 3)
     )
+    if recording.box is not None and not (
+        np.isfinite(recording.box.position).all() and np.isfinite(recording.box.rotation).all()
+    ):
+        raise ClipError(f"{name}: its box holds non-finite values")
     if not finite.all():
         raise ClipError(f"{name}: holds non-finite values, first in frame {finite.argmin()}")
     return recording

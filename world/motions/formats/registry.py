@@ -16,6 +16,7 @@ from world.motions.formats import (
     bvh,
     deepmimic,
     mimickit,
+    omomo,
     own,
     poselib,
     safe_pickle,
@@ -52,6 +53,7 @@ FORMATS = {
     ),
     "samp": Format(samp_pickle.SUFFIXES, samp_pickle.read, (samp_pickle.KEYS,)),
     "mimickit": Format(mimickit.SUFFIXES, mimickit.read, (mimickit.KEYS,)),
+    "omomo": Format(omomo.SUFFIXES, omomo.read),
     "poselib": Format(poselib.SUFFIXES, poselib.read),
 }
 #: Fields of a person's shape, and fields of any motion.

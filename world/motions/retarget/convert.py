@@ -12,7 +12,7 @@ from world.motions.formats import landmarks, recording
 from world.motions.formats.landmarks import Map
 from world.motions.formats.recording import Recording
 from world.motions.objects import Skeleton
-from world.motions.retarget import body, contacts, solve
+from world.motions.retarget import body, contacts, solve, tracked
 from world.refusals import refusing
 
 
@@ -64,6 +64,7 @@ def _retargeted(source: Recording, given: Map) -> Clip:
             local_rotation=local,
             source=source.source,
             licence=source.licence,
+            box=tracked.track(scaled.box, target, drop) if scaled.box else None,
             ghost=ghost,
         )
     )
