@@ -31,9 +31,9 @@ _SURE_STEPS = 4
 #: The steps are found on a curve through the points at this multiple of their rate: steps at four
 #: times a person's are three points apart at 30 Hz.
 _FINER = 4
-#: Step length over step frequency, m s: people keep it at all speeds of walking (Sekiya et al. 1996,
-#: "The invariant relationship between step length and step rate during free walking"). Median of
-#: 86 walks of CMU, ACCAD and SAMP by `longest_walk`, which measures steps between the ankles.
+#: Step length over step frequency, m s: people keep it at all speeds of walking (Sekiya et al.
+#: 1996, "The invariant relationship between step length and step rate during free walking").
+#: Median of 150 walks of CMU, ACCAD and SAMP by `longest_walk`, which measures between the ankles.
 WALK_RATIO_MS = 0.34
 #: A walk is at another rate where it is beyond these multiples of human step frequency.
 _FAST, _SLOW = 1.6, 0.45

@@ -230,9 +230,7 @@ def _header(text: str) -> Header:
     return Header(fps, degrees)
 
 
-def _frames(
-    text: str, skeleton: Skeleton, unmoved: set[str]
-) -> Iterator[dict[str, list[float]]]:
+def _frames(text: str, skeleton: Skeleton, unmoved: set[str]) -> Iterator[dict[str, list[float]]]:
     """Values by bone of each frame; ValueError where a frame lacks a bone or a value.
 
     Rows of bones without freedom, which some programs write, move nothing; `unmoved` collects

@@ -47,13 +47,16 @@ _COMMON = 0.7
 #: Other words that a single lower-case word may hold behind its side.
 _SIDED_ALONE = _WORDS | {"clavicle", "collar", "buttock", "eye", "thumb"}
 #: A joint with one of these is a helper of the rig, a tip, a finger, or something held.
-_HELPERS = frozenset(
-    """twist twst roll ik fk pole target goal ctrl control controller end nub tip site top helper
-    share sharebone corrective weapon prop socket attach holder marker mesh geo thumb index middle
-    mid ring pinky pinkie little finger fingers metacarpal carpal tongue eye eyes jaw hair breast
-    brow lip teeth sec skirt bust rib ribs big tweak mch org vis mechanism pivot offset heel
-    virtual aim dummy null locator pad swing orient back bck fwd ponytail""".split()
-)
+_HELPERS = frozenset((
+    "twist", "twst", "roll", "ik", "fk", "pole", "target", "goal", "ctrl", "control", "controller",
+    "end", "nub", "tip", "site", "top", "helper", "share", "sharebone", "corrective", "weapon",
+    "prop", "socket", "attach", "holder", "marker", "mesh", "geo", "thumb", "index", "middle",
+    "mid", "ring", "pinky", "pinkie", "little", "finger", "fingers", "metacarpal", "carpal",
+    "tongue", "eye", "eyes", "jaw", "hair", "breast", "brow", "lip", "teeth", "sec", "skirt",
+    "bust", "rib", "ribs", "big", "tweak", "mch", "org", "vis", "mechanism", "pivot", "offset",
+    "heel", "virtual", "aim", "dummy", "null", "locator", "pad", "swing", "orient", "back", "bck",
+    "fwd", "ponytail",
+))  # fmt: skip
 _SIDES = {
     "l": "left", "left": "left", "lft": "left", "lt": "left",
     "r": "right", "right": "right", "rgt": "right", "rt": "right",

@@ -22,7 +22,9 @@ from world.motions.licences import licence
 SUFFIXES = (".pt",)
 COLUMNS = 591
 RATE_HZ = 30.0
-_FINGERS = tuple(f"{f}{i}" for f in ("Index", "Middle", "Pinky", "Ring", "Thumb") for i in (1, 2, 3))
+_FINGERS = tuple(
+    f"{f}{i}" for f in ("Index", "Middle", "Pinky", "Ring", "Thumb") for i in (1, 2, 3)
+)
 _LEG, _ARM = ("Hip", "Knee", "Ankle", "Toe"), ("Thorax", "Shoulder", "Elbow", "Wrist", *_FINGERS)
 NAMES = (
     "Pelvis",
@@ -35,8 +37,9 @@ NAMES = (
 _ABOVE = {"Hip": "Pelvis", "Torso": "Pelvis", "Spine": "Torso", "Chest": "Spine", "Neck": "Chest",
           "Head": "Neck", "Thorax": "Chest"}  # fmt: skip
 #: Objects of OMOMO that are boxes, by name: edges, m; centre and axes in the frame of the tracked
-#: mesh, whose axes are those of the scan. Measured on the mesh as its smallest box; the bounding box
-#: along the scan's axes is larger (0.471, 0.459, 0.408), since they are tilted by 9 degrees.
+#: mesh, whose axes are those of the scan. Measured on the mesh as its smallest box; along the
+#: scan's axes, which are turned by 27 and tilted by 9 degrees, its extent is larger: 0.471, 0.459
+#: and 0.408 m.
 BOXES = {
     "largebox": (
         (0.335, 0.338, 0.360),

@@ -75,9 +75,7 @@ class Recording:
         """The frames from `start` to one before `stop`."""
         box = self.box
         if box is not None:
-            box = replace(
-                box, position=box.position[start:stop], rotation=box.rotation[start:stop]
-            )
+            box = replace(box, position=box.position[start:stop], rotation=box.rotation[start:stop])
         return replace(
             self,
             position=self.position[start:stop],

@@ -198,7 +198,8 @@ def infer_unit_m(name: str, leg: float) -> float:
             return unit
     raise ClipError(
         f"{name}: absurd units: legs of {leg:.4g} units from hip to ankle are a person's neither in"
-        " m, cm, mm, inches nor CMU's unit; say the length unit with --unit, or unit_m in a --map file"
+        " m, cm, mm, inches nor CMU's unit; say the length unit with --unit, or unit_m in a --map"
+        " file"
     )
 
 

@@ -103,8 +103,12 @@ def test_a_map_states_rate_unit_and_axis(tmp_path: Path) -> None:
     path.write_text(json.dumps({"fps": 60, "unit_m": 0.01, "up": "z", "head": "Kopf"}))
     read = landmarks.read_map(path)
     assert (read.fps, read.unit_m, read.up, read.joints) == (60.0, 0.01, "z", {"head": "Kopf"})
-    for wrong, said in (({"fps": 0}, "fps is a rate"), ({"unit_m": -1}, "unit_m is a length"),
-                        ({"up": "x"}, "up is y or z"), ({"hed": "a"}, "unknown part 'hed'")):  # fmt: skip
+    for wrong, said in (
+        ({"fps": 0}, "fps is a rate"),
+        ({"unit_m": -1}, "unit_m is a length"),
+        ({"up": "x"}, "up is y or z"),
+        ({"hed": "a"}, "unknown part 'hed'"),
+    ):
         path.write_text(json.dumps(wrong))
         with pytest.raises(ClipError, match=said):
             landmarks.read_map(path)
