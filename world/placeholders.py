@@ -7,8 +7,6 @@ _HEAD_BYTES = 1024
 _KINDS = (
     (b"version https://git-lfs", "a Git LFS pointer, not the data", "fetch it with 'git lfs pull'"),
     (b"/annex/objects/", "a git-annex pointer, not the data", "fetch it with 'git annex get'"),
-    (b"../.git/annex/", "a git-annex pointer, not the data", "fetch it with 'git annex get'"),
-    (b".git/annex/", "a git-annex pointer, not the data", "fetch it with 'git annex get'"),
     (b"\x1f\x8b", "a gzip archive", "unpack it first"),
     (b"7z\xbc\xaf\x27\x1c", "a 7z archive", "unpack it first"),
     (b"rar!\x1a\x07", "a RAR archive", "unpack it first"),
@@ -30,6 +28,8 @@ def placeholder(path: Path) -> str | None:
     for first, what, remedy in _KINDS:
         if start.startswith(first):
             return f"{what}: {remedy}"
+    if start.startswith(b".") and b".git/annex/objects/" in start.splitlines()[0]:
+        return f"{_KINDS[1][1]}: {_KINDS[1][2]}"
     # a page may begin with a declaration or comments of XML
     if start.startswith(_PAGES) or (start.startswith(b"<") and b"<html" in start):
         return "a web page, not the data: download the file itself (the page may ask to log in)"

@@ -19,7 +19,7 @@ HAND_M = 0.04
 #: Half the thickness of a hand at its knuckles, m: the palms are that much nearer to each other.
 _PALM_M = 0.006
 #: Knuckles of the recorded skeleton by which a box is placed: between them are the palms.
-_KNUCKLES = ("index", "middle")
+_KNUCKLES = ("index", "middle", "ring")
 #: A hold: hands this far apart, with a distance steady to this (standard deviation over _STEADY_S),
 #: level to this, ahead of the pelvis by this; m and s.
 _APART_M = (0.20, 0.85)
@@ -57,7 +57,6 @@ _DEPTH_TRACKED, _HEIGHT_TRACKED = 1.0, 1.05
 #: Palms that close on a box between these heights, m, hold faces of a box on the floor: lower ones
 #: reach below its edges, higher ones take it from a table.
 _ON_FACES_M = (0.15, 0.45)
-_PALMS_CLOSED_M = 0.01
 
 
 def find_box(clip: Clip) -> BoxTrack | None:
@@ -102,7 +101,7 @@ def find_box(clip: Clip) -> BoxTrack | None:
     size = (depth * width, width, height * width)
     if palms is not None:
         first = grips[0][0]
-        tight = np.abs(apart - np.median(apart[held])) < _PALMS_CLOSED_M
+        tight = np.abs(apart - np.median(apart[held])) < _CLOSED_M
         palm_m = 0.5 * (palms[0] + palms[1])[first + int(tight[first:].argmax()), 2]
         if first > 0 and _ON_FACES_M[0] < palm_m < _ON_FACES_M[1]:
             # it stands on the floor when the palms close on its faces, and is rigid with them
@@ -112,6 +111,8 @@ def find_box(clip: Clip) -> BoxTrack | None:
     carried = held & (middle[:, 2] > clip.root_position_m[:, 2] - 0.1)
     near = float(np.median(ahead[carried if carried.any() else held]))
     offset = float(np.clip(_TRUNK_M + 0.5 * size[0] - near, 0.0, 0.5 * size[0]))
+    if palms is not None:
+        offset = 0.0
     centre = middle + offset * np.column_stack((np.cos(yaw), np.sin(yaw), np.zeros(clip.frames)))
     path = np.column_stack((centre, yaw, tilt))
     path = np.where(held[:, None], path, _resting(path, held))

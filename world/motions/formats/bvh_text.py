@@ -60,6 +60,7 @@ class Motion:
 
 def parsed(text: str) -> Motion:
     """The content of a file's text. Raises ValueError, which says what is wrong and where."""
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
     text = re.sub(r"^[ \t]*(?:#|//).*$", "", text, flags=re.MULTILINE)
     if not text.strip():
         raise ValueError("it is empty")
@@ -205,12 +206,11 @@ def _rows(lines: list[list[str]], width: int, promised: int | None) -> np.ndarra
     ends = np.cumsum(lengths)
     total = int(ends[-1]) if len(ends) else 0
     frames = total // width
-    # each frame begins on a line of its own, or the count agrees to the number
+    usual = int(np.bincount(lengths).argmax()) if total else width
+    # each frame begins on a line of its own, or the text is wrapped and the count agrees
     begins = set(ends.tolist())
-    if any(frame * width not in begins for frame in range(1, frames + 1)) and not (
-        promised is not None and promised * width == total
-    ):
-        usual = int(np.bincount(lengths).argmax())
+    wrapped = usual != width and promised is not None and promised * width == total
+    if any(frame * width not in begins for frame in range(1, frames + 1)) and not wrapped:
         odd = int(np.argmax(lengths != width))
         what = f"row {odd + 1} has {lengths[odd]}" if usual == width else f"a frame has {usual}"
         raise ValueError(f"{what} values, not {width}, for the channels of the hierarchy")
