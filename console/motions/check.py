@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from rich.table import Table
+from rich.text import Text
 
 from console.commands import MotionsCheck
 from console.motions import child, measures
@@ -117,7 +118,7 @@ def table(reports: Sequence[ClipReport]) -> Table:
     )  # fmt: skip
     for report in reports:
         shown.add_row(
-            report.clip,
+            Text(report.clip),
             f"{report.seconds:.1f}",
             f"{100 * report.key_body_error_m:.1f}",
             f"{100 * report.foot_skate_before_m_s:.1f}",

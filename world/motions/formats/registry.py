@@ -73,9 +73,7 @@ def read(path: Path, name: str | None = None, fps: float | None = None) -> Recor
         raise ChoiceError("format", name, list(FORMATS))
     with refusing(ClipError, path, "motion"):
         _bounded(path)
-        what = placeholder(path)
-        if what:
-            raise ClipError(f"{path}: {what}")
+        _real(path)
         try:
             found = FORMATS[name or detected(path)].read(path)
         except RateMissingError as error:
@@ -91,6 +89,13 @@ def _bounded(path: Path) -> None:
         raise ClipError(f"{path}: {size / 1e6:.0f} MB; at most {MAX_FILE_BYTES / 1e6:.0f} are read")
 
 
+def _real(path: Path) -> None:
+    """Raise ClipError for a file that stands in place of data."""
+    what = placeholder(path)
+    if what:
+        raise ClipError(f"{path}: {what}")
+
+
 def detected(path: Path) -> str:
     """The format of a file by its suffix and, where several share one, by its fields."""
     fitting = {n: f for n, f in FORMATS.items() if path.suffix.lower() in f.suffixes}
@@ -101,6 +106,7 @@ def detected(path: Path) -> str:
         )
     if len(fitting) == 1:
         return next(iter(fitting))
+    _real(path)
     fields = _fields(path)
     for name, one in fitting.items():
         if any(set(keys) <= set(fields) for keys in one.keys):
