@@ -66,6 +66,8 @@ def import_command(command: MotionsImport) -> int:
     if left_out:
         more = f" and {len(left_out) - 3} more" if len(left_out) > 3 else ""
         print(f"note: left out, since they hold no motion: {', '.join(left_out[:3])}{more}")
+    if not written and not refused:
+        raise ClipError(f"{', '.join(map(str, command.paths))}: holds no motion to import")
     took = time.monotonic() - started
     print(
         f"{written} clips, {seconds:.0f} s of motion in {took:.0f} s: {command.out}"

@@ -321,7 +321,7 @@ class _Tree:
                 for word in group
             )
         best = max(likeness, key=lambda index: likeness[index], default=None)
-        if best is None or likeness[best] <= 0.5:
+        if best is None or likeness[best] <= 0.6:
             return "none alike"
         return self._names[best]
 

@@ -99,6 +99,8 @@ def _real(path: Path) -> None:
 def detected(path: Path) -> str:
     """The format of a file by its suffix and, where several share one, by its fields."""
     fitting = {n: f for n, f in FORMATS.items() if path.suffix.lower() in f.suffixes}
+    if path.suffix.lower() == ".asf":
+        raise ClipError(f"{path}: a skeleton without motion; name the .amc files beside it")
     if not fitting:
         raise ClipError(
             f"{path}: unknown suffix '{path.suffix}'; motions come as {', '.join(SUFFIXES)}"
