@@ -16,8 +16,8 @@ from scipy.spatial.transform import Rotation
 
 from world.errors import ClipError
 from world.motions.formats.recording import Recording, forward
-from world.motions.formats.text import decoded
 from world.motions.licences import licence
+from world.motions.text import decoded
 from world.placeholders import placeholder
 
 SUFFIXES = (".amc",)

@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 from world.errors import ClipError
 from world.motions.formats import bvh_text
 from world.motions.formats.recording import RateMissingError, Recording, forward
-from world.motions.formats.text import decoded
 from world.motions.licences import licence
+from world.motions.text import decoded
 
 SUFFIXES = (".bvh",)
 #: A first frame is a pose added by the converter where all joints leave it at more than this

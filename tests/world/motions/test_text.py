@@ -2,7 +2,7 @@
 
 import pytest
 
-from world.motions.formats.text import decoded
+from world.motions.text import decoded
 
 
 @pytest.mark.parametrize(
