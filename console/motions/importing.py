@@ -36,7 +36,7 @@ def import_command(command: MotionsImport) -> int:
             + "; --replace overwrites them"
         )
     started, written, seconds = time.monotonic(), 0, 0.0
-    refused = 0
+    refused = implausible = 0
     named = {path.expanduser() for path in command.paths}
     tasks = [
         child.task(
@@ -59,6 +59,7 @@ def import_command(command: MotionsImport) -> int:
             left_out.append(path.name)
             continue
         remarks.update(result.value["remarks"])
+        implausible += result.value["implausible"]
         written, seconds = written + 1, seconds + result.value["seconds"]
         print(result.value["line"], flush=True)
     for remark, count in remarks.items():
@@ -71,6 +72,7 @@ def import_command(command: MotionsImport) -> int:
     took = time.monotonic() - started
     print(
         f"{written} clips, {seconds:.0f} s of motion in {took:.0f} s: {command.out}"
+        + (f"; {implausible} implausible" if implausible else "")
         + (f"; {refused} refused" if refused else "")
     )
     return 1 if refused else 0
@@ -133,14 +135,18 @@ def _written(source: ClipSource, out: Path) -> dict[str, Any] | None:
             return None
         recording = source.recording()
         clip = source.clip(recording)
-        text = line(clip, recording.fps)
+        report = measures.examine(clip, recording.fps)
     clip_file.write(out, clip)
-    return {"line": text, "seconds": clip.seconds, "remarks": recording.remarks}
+    return {
+        "line": line(clip, report),
+        "seconds": clip.seconds,
+        "remarks": recording.remarks,
+        "implausible": bool(report.implausible),
+    }
 
 
-def line(clip: Clip, source_fps: float) -> str:
-    """Return one line on an imported clip; source_fps: the rate of its source."""
-    report = measures.examine(clip, source_fps)
+def line(clip: Clip, report: measures.ClipReport) -> str:
+    """Return one line on an imported clip."""
     breaks = ", ".join(f"{t:.2f} s" for t in report.discontinuities)
     return (
         f"{clip.name}: {clip.seconds:.1f} s, hands and feet {100 * report.key_body_error_m:.1f} cm"

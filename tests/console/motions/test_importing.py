@@ -274,7 +274,7 @@ def test_an_implausible_motion_is_called_that(
     out = str(tmp_path / "out")
     assert main(["motions", "import", str(path), "--out", out, "--fps", "120"]) == 0
     line = capsys.readouterr().out
-    assert "implausible" in line and "is it at 30 fps? (--fps 30)" in line
+    assert "; 1 implausible" in line and "is it at 30 fps? (--fps 30)" in line
     assert main(["motions", "check", str(path), "--fps", "120", "--json"]) == 0
     (report,) = json.loads(capsys.readouterr().out)
     assert report["verdict"] == "implausible" and "--fps 30" in report["implausible"]

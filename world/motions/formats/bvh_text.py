@@ -69,7 +69,7 @@ def parsed(text: str) -> Motion:
     parts = re.split(r"^[ \t}]*MOTION\b", text, maxsplit=1, flags=re.IGNORECASE | re.MULTILINE)
     if len(parts) == 1:
         raise ValueError("no MOTION: the file is cut short")
-    closing = re.search(r"([ \t}]*)MOTION\b", text[len(parts[0]) :], re.IGNORECASE)
+    closing = re.match(r"([ \t}]*)MOTION\b", text[len(parts[0]) :], re.IGNORECASE)
     joints, width = _hierarchy(parts[0] + (closing[1] if closing else ""))
     rows, frame_s, remarks = _motion(parts[1], width)
     roots = [index for index, joint in enumerate(joints) if joint.parent < 0]

@@ -57,6 +57,7 @@ _HELPERS = frozenset((
     "heel", "virtual", "aim", "dummy", "null", "locator", "pad", "swing", "orient", "back", "bck",
     "fwd", "ponytail",
 ))  # fmt: skip
+_LIMBS, _WHICH = ("arm", "leg"), ("upper", "up", "lower", "low", "lo", "fore")
 _SIDES = {
     "l": "left", "left": "left", "lft": "left", "lt": "left",
     "r": "right", "right": "right", "rgt": "right", "rt": "right",
@@ -93,6 +94,9 @@ def meaning(name: str, ignored: frozenset[str] = frozenset()) -> Meaning:
             rest.append(word)
     if any(word in _HELPERS for word in rest):
         return Meaning(side, "")
+    for place in range(len(rest) - 1):
+        if rest[place] in _LIMBS and rest[place + 1] in _WHICH:
+            rest[place : place + 2] = [rest[place + 1], rest[place]]  # Arm_Lower_L
     found, used = "", 0
     # the last segment counts: 'LeftFootToe' is a toe, 'hip_thigh' a thigh
     for start in range(len(rest)):

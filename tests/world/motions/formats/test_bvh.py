@@ -50,9 +50,8 @@ def _travel(seed: int, start: tuple[float, float, float]) -> np.ndarray:
     return np.array(start) + np.cumsum(steps, axis=0) - steps[0]
 
 
-def _limb(name: str, channels: tuple[str, ...], seed: int, **more: object) -> Node:
-    return Node(name, (3.0, -4.0, 1.0), channels, _values(seed, len(channels)), end=(1, 2, 3),
-                **more)  # fmt: skip
+def _limb(name: str, channels: tuple[str, ...], seed: int) -> Node:
+    return Node(name, (3.0, -4.0, 1.0), channels, _values(seed, len(channels)), end=(1, 2, 3))
 
 
 def _same(tmp_path: Path, root: Node) -> None:

@@ -14,6 +14,7 @@ from world.motions.formats.joint_names import common, meaning, rank
         ("CC_Base_R_Upperarm", "right", "upperarm"), ("upperleg01.R", "right", "upperleg"),
         ("LUArm", "left", "uarm"), ("RFArm", "right", "farm"), ("kneer", "right", "knee"),
         ("HandLeft", "left", "hand"), ("lowerarm_l", "left", "lowerarm"),
+        ("Arm_Lower_L", "left", "lowerarm"), ("Leg.Upper.R", "right", "upperleg"),
         ("LeftFootToe", "left", "toe"), ("rig|LeftLeg", "left", "leg"),
         # vertebrae, helpers, tips and fingers are no joints of a limb
         ("L5", "", ""), ("lowerleg", "", "lowerleg"), ("radius", "", "radius"),
