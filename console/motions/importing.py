@@ -110,11 +110,9 @@ def refusing_whole(path: Path) -> Iterator[None]:
             yield
     except ClipError as error:
         text = str(error)
-        if str(path) not in text:
-            for own in (path.name, path.stem):
-                text = text.removeprefix(f"{own}: ")
-            text = f"{path}: {text}"
-        raise ClipError(text) from error
+        for own in (str(path), path.name, path.stem):
+            text = text.removeprefix(f"{own}: ")
+        raise ClipError(f"{path}: {text}") from error
 
 
 def stated(command: MotionsImport | MotionsCheck) -> Map:
