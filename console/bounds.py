@@ -127,6 +127,8 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "seconds": ((0.1, 3600),), "seed": (_SEED,), "noise": ((0, 10),), "threads": (_THREADS,),
     },
     "TeachRecord": {"clips": ((1, 1e6),), "scenes": ((1, 1e6),), "seed": (_SEED,)},
+    "MotionsImport": {"fps": ((1, 1000),)},
+    "MotionsCheck": {"fps": ((1, 1000),)},
     "Meshes": {"height": ((0.01, 100),), "threads": (_THREADS,)},
     "ObjectsCheck": {"drop": ((0, 3600),)},
     "ObjectsShow": {"limit": ((1, 1e5),)},

@@ -18,9 +18,9 @@ from world.character import model as character
 from world.furniture.piece import Box
 from world.meshes import importing, source, store, sweethome
 from world.meshes.build import ImportOptions
-from world.motions import bvh_file, cache, clip_file, load
+from world.motions import bvh_file, cache, clip_file, load, plausible
 from world.motions.clip import Clip
-from world.motions.formats import landmarks, own, registry
+from world.motions.formats import landmarks, omomo, own, registry
 from world.motions.retarget.convert import retargeted
 from world.motions.synthetic import library
 
@@ -65,7 +65,10 @@ def samples(folder: Path) -> dict[str, Sample]:
 
 def motion(path: Path) -> Clip:
     """Read a motion as `motions import` does."""
-    return retargeted(registry.read(path))
+    recording = registry.read(path)
+    clip = retargeted(recording)
+    plausible.implausible(clip, recording.fps)
+    return clip
 
 
 def pickled(content: Any) -> bytes:
@@ -129,11 +132,31 @@ def _motions(folder: Path) -> dict[str, Sample]:
             "a.pkl", pickled({"frames": frames, "fps": 30, "loop_mode": 0}), motion, "pickle"
         ),
         "poselib": Sample("a.npy", headed(poselib), motion, "npy"),
+        "omomo": Sample("sub1_largebox_1.pt", _omomo(), motion, "zip"),
         "map": Sample(
             "a.json", b'{"left_knee": "LeftLeg", "unit_m": 0.01, "up": "y"}', landmarks.read_map,
             "json",
         ),
     }  # fmt: skip
+
+
+def _omomo() -> bytes:
+    """Return a torch tensor of OMOMO's columns: a person at rest beside a box."""
+    import io
+
+    rows = np.zeros((FRAMES, omomo.COLUMNS), np.float32)
+    at = np.zeros((len(omomo.NAMES), 3))
+    for index, (name, parent) in enumerate(zip(omomo.NAMES, omomo.parents(), strict=True)):
+        left = {"L": 1.0, "R": -1.0}.get(name[0], 0.0) * (0.15 if "_" in name else 0.0)
+        down = -0.4 if name.endswith(("Knee", "Ankle")) else 0.1 if "_" not in name else -0.02
+        at[index] = (at[parent] if parent >= 0 else (0, 0, 0.9)) + np.array([0.02, left, down])
+    rows[:, 162:318] = at.reshape(-1)
+    rows[:, 318:321] = 0.5, 0.0, 0.2
+    rows[:, 324] = rows[:, 6] = 1.0
+    rows[:, 386::4] = 1.0
+    file = io.BytesIO()
+    torch.save(torch.from_numpy(rows), file)
+    return file.getvalue()
 
 
 def _acclaim() -> tuple[bytes, bytes]:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import tyro
 
@@ -26,15 +26,21 @@ class MotionsImport:
 
     paths: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="IN")]
     """Files or folders: BVH, ASF/AMC, DeepMimic .txt, AMASS .npz, SAMP and MimicKit .pkl, poselib
-    .npy, and clips (.npz) to repair."""
+    .npy, OMOMO .pt, and clips (.npz) to repair."""
     out: Path
     """Folder of clips to write, for --motions."""
     map: Path | None = None
-    """JSON with joint names ({"left_knee": "LeftLeg"}), length unit (unit_m) and up axis (up: y or
-    z), for files that lack them."""
+    """JSON with joint names ({"left_knee": "LeftLeg"}, or Parent/Name for one of several of equal
+    name), and fps, unit_m and up as below."""
+    fps: float | None = None
+    """Frames per second of the files, in place of what they state."""
+    unit: Literal["m", "cm", "mm", "in", "ft"] | None = None
+    """Length unit of the files; of AMASS, SAMP and humanoid motions, that of the root's travel."""
+    up: Literal["y", "z"] | None = None
+    """Upward axis of the files."""
     format: str | None = None
     """Format of all files, instead of detection: bvh, acclaim, deepmimic, clip, amass, samp,
-    mimickit or poselib."""
+    mimickit, poselib or omomo."""
     replace: bool = False
     """Overwrite clips of the same name."""
     debug: bool = False
@@ -49,6 +55,12 @@ class MotionsCheck:
     paths: tyro.conf.Positional[tuple[Path, ...]] = ()
     """Files or folders, of clips or of motions to import; default: the package's own clips."""
     map: Path | None = None
+    """As in motions import."""
+    fps: float | None = None
+    """As in motions import."""
+    unit: Literal["m", "cm", "mm", "in", "ft"] | None = None
+    """As in motions import."""
+    up: Literal["y", "z"] | None = None
     """As in motions import."""
     format: str | None = None
     """As in motions import."""

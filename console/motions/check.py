@@ -7,21 +7,21 @@ from pathlib import Path
 from typing import Any
 
 from rich.table import Table
+from rich.text import Text
 
 from console.commands import MotionsCheck
 from console.motions import child, measures
+from console.motions.importing import ClipSource, refusing_whole, stated
 from console.motions.measures import ClipReport
 from console.terminal import screen
-from world.errors import ClipError
 from world.motions import load
-from world.motions.formats import landmarks, registry
+from world.motions.formats import registry
 from world.motions.formats.landmarks import Map
-from world.refusals import refusing
 
 
 def check_command(command: MotionsCheck) -> int:
     """Report on each clip; return 1 if any is refused."""
-    given = landmarks.read_map(command.map) if command.map else Map()
+    given = stated(command)
     reports = list(examined(command.paths, command.format, given))
     if command.json:
         print(json.dumps([asdict(report) for report in reports], indent=2))
@@ -45,22 +45,28 @@ def examined(
         yield from (measures.examine(clip) for clip in load.own_clips())
         return
     found = registry.find(list(paths), form)
-    tasks = [child.task(path, (path, form, given)) for path in found]
+    named = {path.expanduser() for path in paths}
+    tasks = [
+        child.task(path, (ClipSource(path, path.stem, form, given or Map(), path in named),))
+        for path in found
+    ]
     for path, result in zip(found, child.in_order(tasks, _examined), strict=True):
         if result.refused:
             yield measures.refusal(path.stem, result.refused)
-        else:
+        elif result.value is not None:
             yield ClipReport(**result.value)
 
 
-def _examined(path: Path, form: str | None, given: Map | None) -> dict[str, Any]:
-    """Return the report of a file as JSON values; runs in a child process."""
-    from world.motions.retarget.convert import retargeted
-
-    with refusing(ClipError, path, "motion"):
-        if (form or registry.detected(path)) == "clip":
-            return asdict(measures.examine(load.read(path)))
-        return asdict(measures.examine(retargeted(registry.read(path, form), given)))
+def _examined(source: ClipSource) -> dict[str, Any] | None:
+    """Return the report of a file as JSON values, None for one without motion; runs in a child
+    process."""
+    with refusing_whole(source.path):
+        if source.holds_none():
+            return None
+        if (source.form or registry.detected(source.path)) == "clip" and source.given == Map():
+            return asdict(measures.examine(load.read(source.path)))
+        recording = source.recording()
+        return asdict(measures.examine(source.clip(recording), recording.fps))
 
 
 def remarks(report: ClipReport) -> list[str]:
@@ -68,6 +74,8 @@ def remarks(report: ClipReport) -> list[str]:
     if report.refused:
         return [report.refused]
     found = []
+    if report.implausible:
+        found.append(f"implausible: {report.implausible}")
     if report.discontinuities:
         found.append("breaks at " + ", ".join(f"{t:.2f} s" for t in report.discontinuities))
     if report.past_limits:
@@ -89,7 +97,9 @@ def summary(reports: Sequence[ClipReport]) -> str:
         return sum(getattr(r, field) * r.seconds for r in read) / seconds
 
     verdicts = ", ".join(
-        f"{sum(r.verdict == v for r in reports)} {v}" for v in ("good", "fair", "poor", "refused")
+        f"{count} {verdict}"
+        for verdict in ("good", "fair", "poor", "implausible", "refused")
+        if (count := sum(r.verdict == verdict for r in reports)) or verdict != "implausible"
     )
     return (
         f"{len(reports)} clips, {seconds:.0f} s: {verdicts}; hands and feet"
@@ -108,7 +118,7 @@ def table(reports: Sequence[ClipReport]) -> Table:
     )  # fmt: skip
     for report in reports:
         shown.add_row(
-            report.clip,
+            Text(report.clip),
             f"{report.seconds:.1f}",
             f"{100 * report.key_body_error_m:.1f}",
             f"{100 * report.foot_skate_before_m_s:.1f}",

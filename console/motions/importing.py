@@ -3,15 +3,20 @@
 import sys
 import time
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
-from console.commands import MotionsImport
+from console.commands import MotionsCheck, MotionsImport
 from console.motions import child, measures
 from world.errors import ClipError, ConfigError
 from world.motions import clip_file
 from world.motions.clip import Clip
 from world.motions.formats import landmarks, registry
 from world.motions.formats.landmarks import Map
+from world.motions.formats.recording import Recording
 from world.motions.retarget.convert import retargeted
 from world.refusals import refusing
 
@@ -21,7 +26,7 @@ def import_command(command: MotionsImport) -> int:
     if not command.paths:
         raise ConfigError("motions import: name the files or folders to import")
     paths = registry.find(list(command.paths), command.format)
-    given = landmarks.read_map(command.map) if command.map else Map()
+    given = stated(command)
     names = distinct(paths)
     there = [n for n in names if (command.out / f"{n}.npz").exists()]
     if there and not command.replace:
@@ -31,51 +36,121 @@ def import_command(command: MotionsImport) -> int:
             + "; --replace overwrites them"
         )
     started, written, seconds = time.monotonic(), 0, 0.0
-    refused = 0
+    refused = implausible = 0
+    named = {path.expanduser() for path in command.paths}
     tasks = [
-        child.task(path, (path, name, command.format, given, command.out / f"{name}.npz"))
+        child.task(
+            path,
+            (
+                ClipSource(path, name, command.format, given, path in named),
+                command.out / f"{name}.npz",
+            ),
+        )
         for path, name in zip(paths, names, strict=True)
     ]
-    for result in child.in_order(tasks, _written):
+    remarks: Counter[str] = Counter()
+    left_out: list[str] = []
+    for path, result in zip(paths, child.in_order(tasks, _written), strict=True):
         if result.refused:
             refused += 1
             print(f"inhabit: {result.refused}", file=sys.stderr, flush=True)
             continue
+        if result.value is None:
+            left_out.append(path.name)
+            continue
+        remarks.update(result.value["remarks"])
+        implausible += result.value["implausible"]
         written, seconds = written + 1, seconds + result.value["seconds"]
         print(result.value["line"], flush=True)
+    for remark, count in remarks.items():
+        print(f"note: {remark}" + (f" ({count} clips)" if count > 1 else ""))
+    if left_out:
+        more = f" and {len(left_out) - 3} more" if len(left_out) > 3 else ""
+        print(f"note: left out, since they hold no motion: {', '.join(left_out[:3])}{more}")
+    if not written and not refused:
+        raise ClipError(f"{', '.join(map(str, command.paths))}: holds no motion to import")
     took = time.monotonic() - started
     print(
         f"{written} clips, {seconds:.0f} s of motion in {took:.0f} s: {command.out}"
+        + (f"; {implausible} implausible" if implausible else "")
         + (f"; {refused} refused" if refused else "")
     )
     return 1 if refused else 0
 
 
-def _written(
-    path: Path, name: str, form: str | None, given: Map, out: Path
-) -> dict[str, str | float]:
-    """Write the clip of a file; runs in a child process."""
-    with refusing(ClipError, path, "motion"):
-        clip = imported(path, name, form, given)
-        text = line(clip)
+@dataclass(frozen=True)
+class ClipSource:
+    """A file to import, and what the user states about it."""
+
+    path: Path
+    name: str
+    form: str | None
+    given: Map
+    named: bool
+    """Whether the user named the file itself, rather than its folder."""
+
+    def holds_none(self) -> bool:
+        """Whether it is a file of a folder that belongs to motions and holds none."""
+        return not self.named and registry.is_companion(self.path)
+
+    def recording(self) -> Recording:
+        """The motion in the file, at the stated rate if any."""
+        return registry.read(self.path, self.form, self.given.fps)
+
+    def clip(self, recording: Recording) -> Clip:
+        """The clip of the file's motion."""
+        return replace(retargeted(recording, self.given), name=self.name)
+
+
+@contextmanager
+def refusing_whole(path: Path) -> Iterator[None]:
+    """Context in which every refusal of a motion begins with the path that the user gave."""
+    try:
+        with refusing(ClipError, path, "motion"):
+            yield
+    except ClipError as error:
+        text = str(error)
+        for own in (str(path), path.name, path.stem):
+            text = text.removeprefix(f"{own}: ")
+        raise ClipError(f"{path}: {text}") from error
+
+
+def stated(command: MotionsImport | MotionsCheck) -> Map:
+    """Return what map file and flags state; a flag overrides the file."""
+    given = landmarks.read_map(command.map) if command.map else Map()
+    return replace(
+        given,
+        fps=command.fps or given.fps,
+        unit_m=landmarks.UNITS_M[command.unit] if command.unit else given.unit_m,
+        up=command.up or given.up,
+    )
+
+
+def _written(source: ClipSource, out: Path) -> dict[str, Any] | None:
+    """Write the clip of a file; None for a file without motion. Runs in a child process."""
+    with refusing_whole(source.path):
+        if source.holds_none():
+            return None
+        recording = source.recording()
+        clip = source.clip(recording)
+        report = measures.examine(clip, recording.fps)
     clip_file.write(out, clip)
-    return {"line": text, "seconds": clip.seconds}
+    return {
+        "line": line(clip, report),
+        "seconds": clip.seconds,
+        "remarks": recording.remarks,
+        "implausible": bool(report.implausible),
+    }
 
 
-def imported(path: Path, name: str, form: str | None = None, given: Map | None = None) -> Clip:
-    """Return the clip of a file of any format, with a name."""
-    from dataclasses import replace
-
-    return replace(retargeted(registry.read(path, form), given), name=name)
-
-
-def line(clip: Clip) -> str:
+def line(clip: Clip, report: measures.ClipReport) -> str:
     """Return one line on an imported clip."""
-    report = measures.examine(clip)
     breaks = ", ".join(f"{t:.2f} s" for t in report.discontinuities)
     return (
         f"{clip.name}: {clip.seconds:.1f} s, hands and feet {100 * report.key_body_error_m:.1f} cm"
-        f" off, {report.verdict}" + (f", breaks at {breaks}" if breaks else "")
+        f" off, {report.verdict}"
+        + (f": {report.implausible}" if report.implausible else "")
+        + (f", breaks at {breaks}" if breaks else "")
     )
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from rich.table import Table
+from rich.text import Text
 
 from console.commands import MotionsCheck, MotionsImport, MotionsList, MotionsPlay
 from console.terminal import screen
@@ -44,12 +45,12 @@ def motions_command(command: MotionsList | MotionsCheck | MotionsImport | Motion
     for row in rows:
         span = "" if row["from_s"] is None else f"{row['from_s']}-{row['to_s']}"
         table.add_row(
-            row["clip"],
+            Text(row["clip"]),
             f"{row['seconds']:.1f}",
             row["uses"] or "",
             span,
             _size(row),
-            row["licence"][:48],
+            Text(row["licence"][:48]),
         )
     screen().print(table)
     total = sum(row["seconds"] for row in rows)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from world.motions import measures
+from world.motions import measures, plausible
 from world.motions.clip import Clip
 from world.motions.fit.bed import find_beds
 from world.motions.fit.floor import floor_corrected, resampled
@@ -34,7 +34,7 @@ class ClipReport:
     discontinuities: list[float]
     """Times of discontinuities, s."""
     verdict: str
-    """good, fair or poor; refused for an unreadable clip."""
+    """good, fair or poor; implausible for no person's motion, refused for an unreadable clip."""
     rests: list[dict[str, Any]]
     refused: str | None
     jerk_before_m_s3: float = 0.0
@@ -47,16 +47,19 @@ class ClipReport:
     """Greatest excess over a joint range, degrees."""
     past_limits_joint: str = ""
     """Joint with the greatest excess."""
+    implausible: str = ""
+    """Why the motion cannot be a person's, and the likely cause; empty where it can."""
 
 
-def examine(clip: Clip) -> ClipReport:
-    """Return the report of a readable clip."""
+def examine(clip: Clip, source_fps: float | None = None) -> ClipReport:
+    """Return the report of a readable clip; source_fps: the rate of its source, if another."""
     ready = floor_corrected(resampled(clip))
     before, after = measures.skates_m_s(ready)
     error = measures.key_body_error_m(ready)
     sinks, breaks = measures.penetration_m(ready), measures.discontinuities(ready)
     jerk_before, jerk_after = measures.jerks_m_s3(ready)
     share, most, joint = measures.past_limits(ready)
+    why = plausible.implausible(ready, source_fps or clip.fps)
     return ClipReport(
         clip=clip.name,
         frames=clip.frames,
@@ -66,7 +69,7 @@ def examine(clip: Clip) -> ClipReport:
         foot_skate_after_m_s=round(after, 4),
         penetration_m=round(sinks, 4),
         discontinuities=breaks,
-        verdict=verdict(after, error, sinks, len(breaks)),
+        verdict="implausible" if why else verdict(after, error, sinks, len(breaks)),
         rests=rests(ready),
         refused=None,
         jerk_before_m_s3=round(jerk_before, 1),
@@ -74,6 +77,7 @@ def examine(clip: Clip) -> ClipReport:
         past_limits=round(share, 4),
         past_limits_deg=round(float(np.rad2deg(most)), 2),
         past_limits_joint=joint,
+        implausible=why,
     )
 
 

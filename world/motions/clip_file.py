@@ -103,7 +103,7 @@ def clip_of(
     if missing:
         raise ClipError(f"{where}: no {', '.join(missing)}; a clip has {', '.join(KEYS)}")
     fps, position, rotation, names = (content[key] for key in KEYS)
-    rate = float(fps)
+    rate = npz.scalar(fps)
     if not 1 <= rate <= 1000:
         raise ClipError(f"{where}: fps is {rate}; expected 1 to 1000")
     if rotation.ndim != 3 or rotation.shape[1] != len(names):

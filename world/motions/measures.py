@@ -47,7 +47,7 @@ def ghost_roles(ghost: Skeleton) -> dict[str, int] | None:
     from world.motions.formats import landmarks
 
     try:
-        return landmarks.among(ghost.names, "ghost")
+        return landmarks.among(ghost.names, ghost.parents, "ghost")
     except ClipError:
         return None
 

@@ -58,6 +58,20 @@ class Arrays(Mapping[str, np.ndarray]):
         return array_of(io.BytesIO(data), len(data), f"{self._path}: {name}")
 
 
+def scalar(value: np.ndarray | float | str) -> float:
+    """The number of an array of any shape, numbers or text. Raises ValueError for different ones
+    or none."""
+    values = np.asarray(value)
+    if values.dtype.kind == "S":
+        values = np.char.decode(values, "latin-1")
+    values = values.astype(np.float64).reshape(-1)
+    if not len(values):
+        raise ValueError("no number in an empty array")
+    if not (values == values[0]).all() and np.ptp(values) > 1e-6 * abs(values[0]):
+        raise ValueError(f"{len(values)} different numbers in place of one")
+    return float(values[0])
+
+
 def array_of(file: BinaryIO, size: int, name: str) -> np.ndarray:
     """The array of `size` bytes of `.npy` content. Raises ClipError, which begins with `name`,
     where the header does not fit."""

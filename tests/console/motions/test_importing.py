@@ -220,3 +220,111 @@ def test_what_is_no_motion(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     assert "not a motion" in refused(tmp_path / "d.npy", tmp_path, capsys)
     line = refused(other, tmp_path, capsys, "--format", "fbx", code=2)
     assert "choose one of acclaim, amass, bvh" in line
+
+
+def test_flags_state_what_files_do_not(
+    tmp_path: Path, bvh: Path, walking: Clip, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    at_60 = tmp_path / "map.json"
+    at_60.write_text(json.dumps({"fps": 60}))
+
+    def frames(*flags: str) -> int:
+        assert main(["motions", "import", str(bvh), "--out", str(out), "--replace", *flags]) == 0
+        return load.read(out / "walk.npz").frames
+
+    assert frames() == walking.frames
+    assert frames("--fps", "15") == 2 * walking.frames - 1
+    assert frames("--map", str(at_60)) == walking.frames // 2
+    # a flag overrides the map
+    assert frames("--map", str(at_60), "--fps", "30") == walking.frames
+    assert frames("--unit", "cm", "--up", "y") == walking.frames
+    capsys.readouterr()
+    line = refused(bvh, tmp_path / "other", capsys, "--unit", "m")
+    assert "absurd units" in line and "--unit" in line and str(bvh) in line
+    assert main(["motions", "import", str(bvh), "--out", str(out), "--fps", "0"]) == 2
+    assert "--fps 0: must be 1 to 1000" in capsys.readouterr().err
+    for flag, wrong in (("--unit", "furlong"), ("--up", "w")):
+        assert main(["motions", "import", str(bvh), "--out", str(out), flag, wrong]) == 2
+        assert flag in capsys.readouterr().err
+
+
+def test_the_unit_of_a_body_models_travel(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    poses, trans = np.zeros((60, 66)), np.zeros((60, 3))
+    poses[:, 0] = np.pi / 2  # y up in the model, z up in the file
+    trans[:, 0], trans[:, 2] = 100 * np.linspace(0, 1, 60), 100 * 1.15
+    np.savez(tmp_path / "slide.npz", poses=poses, trans=trans, mocap_framerate=30.0)
+    out = tmp_path / "out"
+    flags = ["motions", "import", str(tmp_path / "slide.npz"), "--out", str(out), "--unit", "cm"]
+    assert main(flags) == 0
+    clip = load.read(out / "slide.npz")
+    travel = np.linalg.norm(np.ptp(clip.root_position_m[:, :2], axis=0))
+    # of the mean SMPL body, as large as the character by its legs (0.39 + 0.42 m along the bones)
+    legs = np.linalg.norm((43, -385, 2)) + np.linalg.norm((-17, -423, -36))
+    assert travel == pytest.approx(1e3 * (0.421546 + 0.40987) / legs, rel=0.01)
+
+
+def test_an_implausible_motion_is_called_that(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    walk = library.walking(np.random.default_rng(0), 1.2).part(60, 180)
+    path = foreign_motions.bvh_of(tmp_path / "walk.bvh", walk)
+    out = str(tmp_path / "out")
+    assert main(["motions", "import", str(path), "--out", out, "--fps", "120"]) == 0
+    line = capsys.readouterr().out
+    assert "; 1 implausible" in line and "is it at 30 fps? (--fps 30)" in line
+    assert main(["motions", "check", str(path), "--fps", "120", "--json"]) == 0
+    (report,) = json.loads(capsys.readouterr().out)
+    assert report["verdict"] == "implausible" and "--fps 30" in report["implausible"]
+    assert main(["motions", "check", str(path)]) == 0
+    assert "1 good, 0 fair, 0 poor" in capsys.readouterr().out
+
+
+def test_companions_of_a_folder_are_left_out_and_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    poses, trans = np.zeros((30, 156)), np.zeros((30, 3))
+    poses[:, 0], trans[:, 2] = np.pi / 2, 1.15
+    folder = tmp_path / "S1"
+    folder.mkdir()
+    np.savez(folder / "stand_stageii.npz", poses=poses, trans=trans, mocap_frame_rate=30.0)
+    np.savez(folder / "shape.npz", betas=np.zeros(16), gender="female")
+    out = tmp_path / "out"
+    assert main(["motions", "import", str(folder), "--out", str(out)]) == 0
+    assert "left out, since they hold no motion: shape.npz" in capsys.readouterr().out
+    assert [path.name for path in out.iterdir()] == ["stand_stageii.npz"]
+    # named itself, it is refused
+    assert "holds betas, gender" in refused(folder / "shape.npz", tmp_path / "other", capsys)
+
+
+def test_names_with_brackets_are_shown_whole(
+    tmp_path: Path, bvh: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "walk [red].bvh"
+    path.write_bytes(bvh.read_bytes())
+    assert main(["motions", "import", str(path), "--out", str(tmp_path / "out")]) == 0
+    assert main(["motions", "list", str(tmp_path / "out")]) == 0
+    assert main(["motions", "check", str(path)]) == 0
+    assert capsys.readouterr().out.count("walk [red]") == 3
+
+
+def test_refusals_name_the_file_as_it_was_given(
+    tmp_path: Path, bvh: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = bvh.read_text()
+    bad = {
+        "pointer.npz": "version https://git-lfs.github.com/spec/v1\n",
+        "page.bvh": "<!DOCTYPE html><html></html>",
+        "joint.bvh": text.replace("JOINT Head", "JOINT Kopf"),
+        "cut.bvh": text[: len(text) // 2],
+        "point.bvh": "\n".join(
+            "OFFSET 0 0 0" if "OFFSET" in line else line for line in text.splitlines()
+        ),
+    }
+    for name, content in bad.items():
+        (tmp_path / name).write_text(content)
+        line = refused(tmp_path / name, tmp_path, capsys)
+        assert line.startswith(f"inhabit: {tmp_path / name}: "), line
+        assert line.count(name) == 1, line

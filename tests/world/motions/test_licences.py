@@ -12,5 +12,9 @@ def test_the_line_that_tells_the_licence(tmp_path: Path) -> None:
     assert licence(tmp_path) == "not stated"
     readme.write_text("# Clips\n- **License:** CC BY 4.0, with credit\n- Licence: other\n")
     assert licence(tmp_path) == "License: CC BY 4.0, with credit"
+    readme.write_text(
+        "# Takes\n\n**Source.** " + "Somebody. " * 30 + "**For non-commercial research only**: so."
+    )
+    assert licence(tmp_path) == "For non-commercial research only: so."
     readme.write_text("Licence: " + "x" * 500)
     assert len(licence(tmp_path)) == 200

@@ -8,12 +8,18 @@ import torch
 
 from world import rotations
 from world.character import model as character
+from world.errors import ClipError
 from world.motions.clip import Clip
 from world.motions.fit.poses import body_poses, smooth, stretches
-from world.motions.objects import BoxTrack
+from world.motions.formats import landmarks
+from world.motions.objects import BoxTrack, Skeleton
 
 #: Radius of the character's hands, m: the box is narrower than their distance by twice this.
 HAND_M = 0.04
+#: Half the thickness of a hand at its knuckles, m: the palms are that much nearer to each other.
+_PALM_M = 0.006
+#: Knuckles of the recorded skeleton by which a box is placed: between them are the palms.
+_KNUCKLES = ("index", "middle", "ring")
 #: A hold: hands this far apart, with a distance steady to this (standard deviation over _STEADY_S),
 #: level to this, ahead of the pelvis by this; m and s.
 _APART_M = (0.20, 0.85)
@@ -45,46 +51,110 @@ _TRUNK_M = 0.13
 #: Depth and height of a box, as fractions of its width: the paper's 30 × 50 × 35 cm, long side
 #: across.
 _DEPTH, _HEIGHT = 0.7, 0.6
+#: The same where fingers are recorded: those of OMOMO's large box (0.335, 0.338, 0.360 m), the only
+#: one known with its motion.
+_DEPTH_TRACKED, _HEIGHT_TRACKED = 1.0, 1.05
+#: Palms that close on a box between these heights, m, hold faces of a box on the floor: lower ones
+#: reach below its edges, higher ones take it from a table.
+_ON_FACES_M = (0.15, 0.45)
 
 
 def find_box(clip: Clip) -> BoxTrack | None:
     """The track of a clip's box; None if its hands hold nothing.
 
     The box is level and square to the line between the hands. Its width is their distance less
-    their thickness; depth and height have the paper's proportions.
+    their thickness; depth and height have the paper's proportions. Where the recorded skeleton has
+    fingers, the palms place the box; else the wrists do, which hold it at its near half.
     """
     position, _ = body_poses(clip)
     hands = [
-        np.stack([smooth(x, 1.0) for x in position[:, body].numpy().astype(np.float64).T], axis=1)
+        _smooth(position[:, body].numpy().astype(np.float64))
         for body in (character.BODIES.index(f"{side}_hand") for side in ("right", "left"))
     ]
     line = hands[1] - hands[0]
     apart = np.linalg.norm(line, axis=1)
     ahead = _ahead(clip, hands)
     middle = 0.5 * (hands[0] + hands[1])
-    holds = []
+    holds: list[tuple[int, int]] = []
+    grips: list[tuple[int, int]] = []
     for start, stop in _filled(_gripping(clip, hands), round(_GAP_S * clip.fps)):
         grip = closed(apart, start, stop, clip.frames)
         if grip is not None and _holds(clip, apart, ahead, middle, slice(*grip)):
+            grips.append(grip)
             holds.append(_from_the_bend(apart, middle[:, 2], *grip, clip.fps))
     if not holds:
         return None
     held = np.zeros(clip.frames, bool)
     for start, stop in holds:
         held[start:stop] = True
+    palms = _palms(clip)
+    thickness, depth, height = HAND_M, _DEPTH, _HEIGHT
+    if palms is not None:
+        # the height is the wrists': fingers reach down to the lower edges
+        middle = np.column_stack((0.5 * (palms[0] + palms[1])[:, :2], middle[:, 2]))
+        line, thickness = palms[1] - palms[0], _PALM_M
+        depth, height = _DEPTH_TRACKED, _HEIGHT_TRACKED
+        apart, ahead = np.linalg.norm(line, axis=1), _ahead(clip, palms)
     yaw = np.unwrap(np.arctan2(-line[:, 0], line[:, 1]))
     tilt = np.arcsin(np.clip(line[:, 2] / apart, -1, 1))
-    width = float(np.median(apart[held])) - 2 * HAND_M
-    size = (_DEPTH * width, width, _HEIGHT * width)
+    width = float(np.median(apart[held])) - 2 * thickness
+    size = (depth * width, width, height * width)
+    if palms is not None:
+        first = grips[0][0]
+        tight = np.abs(apart - np.median(apart[held])) < _CLOSED_M
+        palm_m = 0.5 * (palms[0] + palms[1])[first + int(tight[first:].argmax()), 2]
+        if first > 0 and _ON_FACES_M[0] < palm_m < _ON_FACES_M[1]:
+            # it stands on the floor when the palms close on its faces, and is rigid with them
+            raised = palm_m - 0.5 * size[2]
+            middle[:, 2] = 0.5 * (palms[0] + palms[1])[:, 2] - raised
     # wrists hold a box at its near half, and the trunk limits how near it is
     carried = held & (middle[:, 2] > clip.root_position_m[:, 2] - 0.1)
     near = float(np.median(ahead[carried if carried.any() else held]))
     offset = float(np.clip(_TRUNK_M + 0.5 * size[0] - near, 0.0, 0.5 * size[0]))
+    if palms is not None:
+        offset = 0.0
     centre = middle + offset * np.column_stack((np.cos(yaw), np.sin(yaw), np.zeros(clip.frames)))
     path = np.column_stack((centre, yaw, tilt))
     path = np.where(held[:, None], path, _resting(path, held))
     pose = np.concatenate((path[:, :3], _rotation(path[:, 3], path[:, 4])), axis=1)
     return BoxTrack(pose.astype(np.float32), size, held)
+
+
+def _smooth(points: np.ndarray) -> np.ndarray:
+    """Points [T, 3], smoothed over a few frames."""
+    return np.stack([smooth(x, 1.0) for x in points.T], axis=1)
+
+
+def _palms(clip: Clip) -> list[np.ndarray] | None:
+    """Mean of the recorded knuckles [T, 3] m of the right and the left hand; None where the
+    skeleton has no fingers."""
+    if clip.ghost is None:
+        return None
+    ghost = clip.ghost
+    try:
+        joint = landmarks.among(ghost.names, ghost.parents, clip.name)
+    except ClipError:
+        return None
+    palms = []
+    for side in ("right", "left"):
+        wrist = joint[f"{side}_wrist"]
+        fingers: dict[str, int] = {}
+        for index, name in enumerate(ghost.names):
+            # the first joint of a finger: its metacarpal begins at the wrist
+            finger = next((f for f in _KNUCKLES if f in name.lower()), "")
+            if finger and "meta" not in name.lower() and _descends(ghost, index, wrist):
+                fingers.setdefault(finger, index)
+        if len(fingers) < len(_KNUCKLES):
+            return None
+        knuckles = ghost.position_m[:, list(fingers.values())].astype(np.float64).mean(axis=1)
+        palms.append(_smooth(knuckles))
+    return palms
+
+
+def _descends(ghost: Skeleton, joint: int, above: int) -> bool:
+    while joint >= 0 and joint != above:
+        joint = ghost.parents[joint]
+    return joint == above
 
 
 def with_box(clip: Clip) -> list[Clip]:

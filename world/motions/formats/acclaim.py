@@ -2,7 +2,8 @@
 
 The parsers on PyPI require an order of keywords that CMU's files do not have; the format is small.
 Source: J. Lander, "Working with motion capture file formats" (1998): a bone's rotation in the world
-is its parent's times C M inverse(C), C being its `axis`, M its degrees of freedom.
+is its parent's times C M inverse(C), C being its `axis`, M its degrees of freedom. Translations of
+a bone are along the axes of C; `l` lengthens it.
 """
 
 import re
@@ -16,11 +17,18 @@ from scipy.spatial.transform import Rotation
 from world.errors import ClipError
 from world.motions.formats.recording import Recording, forward
 from world.motions.licences import licence
+from world.motions.text import decoded
+from world.placeholders import placeholder
 
 SUFFIXES = (".amc",)
-#: CMU's rate; AMC files do not state theirs.
 RATE_HZ = 120.0
-_DOFS = ("rx", "ry", "rz")
+"""CMU's rate, for AMC files that do not state theirs."""
+_DOFS = ("rx", "ry", "rz", "tx", "ty", "tz", "l")
+#: Keywords of an AMC file's rate, and of its angles.
+_RATES = ("samples-per-second", "frames-per-second", "samplespersecond", "fps", "rate")
+_ANGLES = {"degrees": True, "deg": True, "radians": False, "rad": False}
+#: Acclaim's unit: its `length` is the file's units in an inch.
+_INCH_M = 0.0254
 
 
 @dataclass(frozen=True)
@@ -43,20 +51,38 @@ class Skeleton:
 
     root_order: tuple[str, ...]
     root_axis: str
+    root_position: tuple[float, float, float]
     degrees: bool
+    """Unit of its own angles, and of the motion's unless the motion states one."""
+    unit_m: float | None
+    """Stated length unit, m."""
     bones: dict[str, Bone]
     parents: dict[str, str]
+
+
+@dataclass(frozen=True)
+class Header:
+    """What an AMC file states before its frames; None where it does not."""
+
+    fps: float | None
+    degrees: bool | None
 
 
 def read(path: Path) -> Recording:
     """The motion in an AMC file with the skeleton beside it. Raises ClipError."""
     skeleton_path = beside(path)
     try:
-        skeleton = _skeleton(skeleton_path.read_text(errors="replace"))
+        skeleton = _skeleton(decoded(skeleton_path.read_bytes()))
     except (OSError, ValueError, IndexError, KeyError) as error:
-        raise ClipError(f"{skeleton_path}: not a readable ASF skeleton ({error})") from error
+        raise ClipError(
+            f"{path}: its skeleton {skeleton_path} is not a readable ASF file"
+            f" ({placeholder(skeleton_path) or error})"
+        ) from error
     try:
-        frames = list(_frames(path.read_text(errors="replace"), skeleton))
+        text = decoded(path.read_bytes())
+        header = _header(text)
+        unmoved: set[str] = set()
+        frames = list(_frames(text, skeleton, unmoved))
     except (OSError, ValueError, IndexError, KeyError) as error:
         raise ClipError(f"{path}: not a readable AMC motion ({error})") from error
     if not frames:
@@ -64,20 +90,35 @@ def read(path: Path) -> Recording:
     values = {
         bone: np.array([frame[bone] for frame in frames], dtype=np.float64) for bone in frames[0]
     }
-    names, parents, offset, local = _pose(skeleton, values, len(frames))
-    place = [skeleton.root_order.index(f"t{axis}") for axis in "xyz"]
-    position, rotation = forward(parents, offset, local, values["root"][:, place])
+    degrees = skeleton.degrees if header.degrees is None else header.degrees
+    names, parents, offset, local = _pose(skeleton, values, len(frames), degrees)
+    position, rotation = forward(parents, offset, local, _root(skeleton, values["root"]))
+    remarks: list[str] = []
+    if unmoved:
+        listed = ", ".join(sorted(unmoved))
+        remarks.append(f"values of bones without dof in the skeleton are left out: {listed}")
     return Recording(
         name=path.stem,
-        fps=RATE_HZ,
+        fps=header.fps or RATE_HZ,
         names=names,
         parents=parents,
         position=position,
         rotation=rotation,
         source=path.name,
         licence=licence(path.parent),
-        approximated=(f"{RATE_HZ:g} frames a second: AMC does not say",),
+        likely_unit_m=skeleton.unit_m,
+        fps_assumed=header.fps is None,
+        approximated=tuple(remarks),
     )
+
+
+def _root(skeleton: Skeleton, values: np.ndarray) -> np.ndarray:
+    """Positions [T, 3] of the root; where an axis does not move, the skeleton's."""
+    position = np.tile(np.array(skeleton.root_position), (len(values), 1))
+    for axis, letter in enumerate("xyz"):
+        if f"t{letter}" in skeleton.root_order:
+            position[:, axis] = values[:, skeleton.root_order.index(f"t{letter}")]
+    return position
 
 
 def beside(path: Path) -> Path:
@@ -100,7 +141,9 @@ def _skeleton(text: str) -> Skeleton:
         if needed not in parts:
             raise ValueError(f"no :{needed}")
     root = {words[0].lower(): words[1:] for words in parts["root"] if words}
-    degrees = not any(words[:2] == ["angle", "rad"] for words in parts.get("units", []))
+    units = {words[0].lower(): words[1] for words in parts.get("units", []) if len(words) > 1}
+    degrees = not units.get("angle", "deg").lower().startswith("rad")
+    length = float(units.get("length", "0"))
     bones: dict[str, Bone] = {}
     for block in _blocks(parts["bonedata"]):
         bone = _bone(block, degrees)
@@ -116,7 +159,9 @@ def _skeleton(text: str) -> Skeleton:
     return Skeleton(
         tuple(word.lower() for word in root["order"]),
         root.get("axis", ["XYZ"])[0].lower(),
+        (*(float(word) for word in root.get("position", ["0", "0", "0"])[:3]),),  # pyright: ignore
         degrees,
+        _INCH_M / length if length > 0 else None,
         bones,
         parents,
     )
@@ -165,10 +210,35 @@ def _bone(block: list[list[str]], degrees: bool) -> Bone:
     )
 
 
-def _frames(text: str, skeleton: Skeleton) -> Iterator[dict[str, list[float]]]:
-    """Values by bone of each frame; ValueError where a frame lacks a bone or a value."""
+def _header(text: str) -> Header:
+    """What an AMC file states before its first frame."""
+    fps: float | None = None
+    degrees: bool | None = None
+    for line in text.splitlines():
+        words = line.replace("=", " ").split()
+        if not words or words[0][0] == "#":
+            continue
+        if words[0][0] != ":":
+            break
+        key = words[0][1:].lower().replace("_", "-").rstrip(":")
+        if key in _ANGLES:
+            degrees = _ANGLES[key]
+        elif key in _RATES:
+            if len(words) < 2 or not float(words[1]) > 0:
+                raise ValueError(f"{words[0]} states no rate above 0")
+            fps = float(words[1])
+    return Header(fps, degrees)
+
+
+def _frames(text: str, skeleton: Skeleton, unmoved: set[str]) -> Iterator[dict[str, list[float]]]:
+    """Values by bone of each frame; ValueError where a frame lacks a bone or a value.
+
+    Rows of bones without freedom, which some programs write, move nothing; `unmoved` collects
+    those that are not 0.
+    """
     width = {name: len(bone.dof) for name, bone in skeleton.bones.items() if bone.dof}
     width["root"] = len(skeleton.root_order)
+    still = {name for name, bone in skeleton.bones.items() if not bone.dof}
     frame: dict[str, list[float]] = {}
     number, started = "", False
     for line in text.splitlines():
@@ -179,6 +249,10 @@ def _frames(text: str, skeleton: Skeleton) -> Iterator[dict[str, list[float]]]:
             if started:
                 yield _whole(frame, width, number)
             frame, number, started = {}, words[0], True
+            continue
+        if words[0] in still:
+            if any(float(word) for word in words[1:]):
+                unmoved.add(words[0])
             continue
         if words[0] not in width:
             raise ValueError(f"frame {number} moves {words[0]}, which is no bone of the skeleton")
@@ -200,17 +274,17 @@ def _whole(
 
 
 def _pose(
-    skeleton: Skeleton, values: dict[str, np.ndarray], frames: int
+    skeleton: Skeleton, values: dict[str, np.ndarray], frames: int, degrees: bool
 ) -> tuple[tuple[str, ...], tuple[int, ...], np.ndarray, np.ndarray]:
-    """Joint names, parents, offsets [J, 3] and local rotations [T, J, 3, 3]: one joint at the start
-    of each bone, and one at each open end."""
-    names, parents, offsets = ["root"], [-1], [np.zeros(3)]
-    turn = [skeleton.root_order.index(f"r{axis}") for axis in skeleton.root_axis]
-    local = [
-        Rotation.from_euler(
-            skeleton.root_axis, values["root"][:, turn], degrees=skeleton.degrees
-        ).as_matrix()
-    ]
+    """Joint names, parents, offsets [T, J, 3] and local rotations [T, J, 3, 3]: one joint at the
+    start of each bone, and one at each open end."""
+    none = np.zeros((frames, 3))
+    names, parents, offsets = ["root"], [-1], [none]
+    turned = np.zeros((frames, 3))
+    for column, axis in enumerate(skeleton.root_axis):
+        if f"r{axis}" in skeleton.root_order:
+            turned[:, column] = values["root"][:, skeleton.root_order.index(f"r{axis}")]
+    local = [Rotation.from_euler(skeleton.root_axis, turned, degrees=degrees).as_matrix()]
     children: dict[str, list[str]] = {}
     for child, parent in skeleton.parents.items():
         children.setdefault(parent, []).append(child)
@@ -218,30 +292,41 @@ def _pose(
 
     def add(name: str, parent: int, offset: np.ndarray) -> None:
         bone = skeleton.bones[name]
+        turned, moved, along = _moved(bone, values.get(name), degrees, still)
         here = len(names)
         names.append(name)
         parents.append(parent)
-        offsets.append(offset)
-        local.append(_turned(bone, values.get(name), skeleton.degrees, still))
+        offsets.append(offset + moved)
+        local.append(turned)
         for child in children.get(name, ()):
-            add(child, here, bone.along)
+            add(child, here, along)
         if name not in children:
             names.append(f"{name}_end")
             parents.append(here)
-            offsets.append(bone.along)
+            offsets.append(along)
             local.append(still)
 
     for child in children.get("root", ()):
-        add(child, 0, np.zeros(3))
-    return tuple(names), tuple(parents), np.array(offsets), np.stack(local, axis=1)
+        add(child, 0, none)
+    return tuple(names), tuple(parents), np.stack(offsets, axis=1), np.stack(local, axis=1)
 
 
-def _turned(bone: Bone, values: np.ndarray | None, degrees: bool, still: np.ndarray) -> np.ndarray:
-    """A bone's rotations [T, 3, 3] relative to its parent."""
+def _moved(
+    bone: Bone, values: np.ndarray | None, degrees: bool, still: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A bone's rotations [T, 3, 3], and the shifts of its start and from its start to its end
+    [T, 3], relative to its parent."""
+    angles, shift = np.zeros((len(still), 3)), np.zeros((len(still), 3))
+    along = np.tile(bone.along, (len(still), 1))
     if values is None or not bone.dof:
-        return still
-    angles = np.zeros((len(still), 3))
+        return still, shift, along
     for column, dof in enumerate(bone.dof):
-        angles[:, bone.order.index(dof[1])] = values[:, column]
+        if dof == "l":
+            length = max(float(np.linalg.norm(bone.along)), 1e-12)
+            along = along + values[:, column, None] * bone.along / length
+        elif dof[0] == "t":
+            shift[:, "xyz".index(dof[1])] = values[:, column]
+        else:
+            angles[:, bone.order.index(dof[1])] = values[:, column]
     motion = Rotation.from_euler(bone.order, angles, degrees=degrees).as_matrix()
-    return bone.axis @ motion @ bone.axis.T
+    return bone.axis @ motion @ bone.axis.T, shift @ bone.axis.T, along

@@ -1,7 +1,7 @@
 """Reader of AMASS `.npz` motions (SMPL+H and SMPL-X poses).
 
 Source: github.com/nghorbani/amass: `trans`, `poses` or `root_orient` and `pose_body`, `betas`,
-`gender`, and the rate as `mocap_framerate` or `mocap_frame_rate`.
+`gender`, and the rate as `mocap_framerate` or `mocap_frame_rate`, of any shape.
 """
 
 import zipfile
@@ -12,10 +12,10 @@ import numpy as np
 from world.errors import ClipError
 from world.motions import npz
 from world.motions.formats import smpl
-from world.motions.formats.recording import Recording
+from world.motions.formats.recording import RateMissingError, Recording
 
 SUFFIXES = (".npz",)
-RATES = ("mocap_framerate", "mocap_frame_rate")
+RATES = ("mocap_framerate", "mocap_frame_rate", "framerate", "frame_rate", "fps")
 
 
 def read(path: Path) -> Recording:
@@ -23,9 +23,7 @@ def read(path: Path) -> Recording:
     try:
         with npz.opened(path) as file:
             rate = next((key for key in RATES if key in file), None)
-            if rate is None:
-                raise ClipError(f"{path}: no rate: AMASS has {' or '.join(RATES)}")
-            fps = float(file[rate])
+            fps = 1.0 if rate is None else npz.scalar(file[rate])
             translation = file["trans"]
             if "poses" in file:
                 poses = file["poses"]
@@ -33,4 +31,7 @@ def read(path: Path) -> Recording:
                 poses = np.concatenate((file["root_orient"], file["pose_body"]), axis=1)
     except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
         raise ClipError(f"{path}: not a readable AMASS motion ({error})") from error
-    return smpl.recording(path, fps, translation, poses)
+    recording = smpl.recording(path, fps, translation, poses)
+    if rate is None:
+        raise RateMissingError(f"{path}: no rate: AMASS has {' or '.join(RATES[:2])}", recording)
+    return recording

@@ -56,6 +56,7 @@ def recording(path: Path, fps: float, root: np.ndarray, local: np.ndarray) -> Re
         unit_m=1.0,
         up="z",
         own_body=True,
+        bones_known=True,
     )
 
 

@@ -12,6 +12,18 @@ RATES_HZ = (1.0, 1000.0)
 
 
 @dataclass(frozen=True)
+class RecordedBox:
+    """A box that was tracked with the motion, in the file's world."""
+
+    position: np.ndarray
+    """[T, 3]: its centre."""
+    rotation: np.ndarray
+    """[T, 3, 3]: its axes, along its edges."""
+    size_m: tuple[float, float, float]
+    """Lengths of its edges along its axes."""
+
+
+@dataclass(frozen=True)
 class Recording:
     """A motion on the recorded skeleton: T frames of J joints."""
 
@@ -29,14 +41,31 @@ class Recording:
     licence: str
     unit_m: float | None = None
     """Length unit of the file, m; None where it must be inferred."""
+    likely_unit_m: float | None = None
+    """Length unit that the file states and programs often write wrongly, m: it holds where it makes
+    the legs a person's."""
+    bones_known: bool = False
+    """Whether the bones are those of a body model, in m: only the root's travel has the file's
+    unit."""
     up: str | None = None
     """The file's upward axis, y or z; None where it must be inferred."""
     likely_up: str = "y"
     """The upward axis to infer unless the person stands along the other one."""
     own_body: bool = False
     """Whether the joints are the character's own bodies, of its size and with its axes."""
+    fps_assumed: bool = False
+    """Whether the file states no rate and its format's usual one is taken."""
     approximated: tuple[str, ...] = ()
     """Assumptions of the reader, in words."""
+
+    box: RecordedBox | None = None
+    """The tracked box, if any."""
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What was assumed and corrected, in words."""
+        rate = f"{self.fps:g} frames a second: the file does not say (--fps states another)"
+        return (*((rate,) if self.fps_assumed else ()), *self.approximated)
 
     @property
     def frames(self) -> int:
@@ -44,7 +73,23 @@ class Recording:
 
     def part(self, start: int, stop: int) -> "Recording":
         """The frames from `start` to one before `stop`."""
-        return replace(self, position=self.position[start:stop], rotation=self.rotation[start:stop])
+        box = self.box
+        if box is not None:
+            box = replace(box, position=box.position[start:stop], rotation=box.rotation[start:stop])
+        return replace(
+            self,
+            position=self.position[start:stop],
+            rotation=self.rotation[start:stop],
+            box=box,
+        )
+
+
+class RateMissingError(ClipError):
+    """A file without a frame rate; the recording is at 1 frame a second."""
+
+    def __init__(self, message: str, recording: Recording) -> None:
+        super().__init__(f"{message}; --fps states the rate")
+        self.recording = recording
 
 
 def validate(recording: Recording) -> Recording:
@@ -56,10 +101,17 @@ def validate(recording: Recording) -> Recording:
         )
     low, high = RATES_HZ
     if not low <= recording.fps <= high:
-        raise ClipError(f"{name}: {recording.fps:g} frames a second; expected {low:g} to {high:g}")
+        raise ClipError(
+            f"{name}: {recording.fps:g} frames a second; expected {low:g} to {high:g}; --fps states"
+            " the rate"
+        )
     finite = np.isfinite(recording.position).all((1, 2)) & np.isfinite(recording.rotation).all(
         (1, 2, 3)
     )
+    if recording.box is not None and not (
+        np.isfinite(recording.box.position).all() and np.isfinite(recording.box.rotation).all()
+    ):
+        raise ClipError(f"{name}: its box holds non-finite values")
     if not finite.all():
         raise ClipError(f"{name}: holds non-finite values, first in frame {finite.argmin()}")
     return recording

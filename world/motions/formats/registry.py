@@ -5,7 +5,7 @@ makes clips of the others.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from world.errors import ChoiceError, ClipError
@@ -16,12 +16,14 @@ from world.motions.formats import (
     bvh,
     deepmimic,
     mimickit,
+    omomo,
     own,
     poselib,
     safe_pickle,
     samp_pickle,
 )
-from world.motions.formats.recording import Recording, validate
+from world.motions.formats.recording import RateMissingError, Recording, validate
+from world.placeholders import placeholder
 from world.refusals import refusing
 from world.surroundings import expanded
 
@@ -52,13 +54,19 @@ FORMATS = {
     ),
     "samp": Format(samp_pickle.SUFFIXES, samp_pickle.read, (samp_pickle.KEYS,)),
     "mimickit": Format(mimickit.SUFFIXES, mimickit.read, (mimickit.KEYS,)),
+    "omomo": Format(omomo.SUFFIXES, omomo.read),
     "poselib": Format(poselib.SUFFIXES, poselib.read),
 }
+#: Fields of a person's shape, and fields of any motion.
+_SHAPE = frozenset(("betas", "gender"))
+_MOTION = frozenset(
+    ("trans", "poses", "root_orient", "pose_body", "root_position_m", "local_rotation_wxyz")
+)
 SUFFIXES = tuple(sorted({suffix for f in FORMATS.values() for suffix in f.suffixes}))
 
 
-def read(path: Path, name: str | None = None) -> Recording:
-    """The motion in a file, of the named or the detected format.
+def read(path: Path, name: str | None = None, fps: float | None = None) -> Recording:
+    """The motion in a file, of the named or the detected format, at a given rate if any.
 
     Raises ClipError where it has no usable motion, ChoiceError for an unknown format.
     """
@@ -66,7 +74,14 @@ def read(path: Path, name: str | None = None) -> Recording:
         raise ChoiceError("format", name, list(FORMATS))
     with refusing(ClipError, path, "motion"):
         _bounded(path)
-        return validate(FORMATS[name or detected(path)].read(path))
+        _real(path)
+        try:
+            found = FORMATS[name or detected(path)].read(path)
+        except RateMissingError as error:
+            if fps is None:
+                raise
+            found = error.recording
+        return validate(found if fps is None else replace(found, fps=fps, fps_assumed=False))
 
 
 def _bounded(path: Path) -> None:
@@ -75,9 +90,18 @@ def _bounded(path: Path) -> None:
         raise ClipError(f"{path}: {size / 1e6:.0f} MB; at most {MAX_FILE_BYTES / 1e6:.0f} are read")
 
 
+def _real(path: Path) -> None:
+    """Raise ClipError for a file that stands in place of data."""
+    what = placeholder(path)
+    if what:
+        raise ClipError(f"{path}: {what}")
+
+
 def detected(path: Path) -> str:
     """The format of a file by its suffix and, where several share one, by its fields."""
     fitting = {n: f for n, f in FORMATS.items() if path.suffix.lower() in f.suffixes}
+    if path.suffix.lower() == ".asf":
+        raise ClipError(f"{path}: a skeleton without motion; name the .amc files beside it")
     if not fitting:
         raise ClipError(
             f"{path}: unknown suffix '{path.suffix}'; motions come as {', '.join(SUFFIXES)}"
@@ -85,6 +109,7 @@ def detected(path: Path) -> str:
         )
     if len(fitting) == 1:
         return next(iter(fitting))
+    _real(path)
     fields = _fields(path)
     for name, one in fitting.items():
         if any(set(keys) <= set(fields) for keys in one.keys):
@@ -102,6 +127,21 @@ def _fields(path: Path) -> tuple[str, ...]:
         with refusing(ClipError, path, ".npz file"), npz.opened(path) as file:
             return tuple(file)
     return safe_pickle.keys(safe_pickle.load(path), path)
+
+
+def is_companion(path: Path) -> bool:
+    """Whether a file lies among motions and holds none: AMASS keeps shapes and fits beside them.
+
+    A damaged file is none of these.
+    """
+    if path.suffix.lower() != ".npz":
+        return False
+    try:
+        with npz.opened(path) as file:
+            fields = frozenset(file)
+    except Exception:  # a damaged file raises any exception: its reader says so
+        return False
+    return bool(fields & _SHAPE) and not fields & _MOTION
 
 
 def find(paths: list[Path], name: str | None = None) -> list[Path]:

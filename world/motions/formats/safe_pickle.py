@@ -9,12 +9,14 @@ import math
 import pickle
 import pickletools
 import re
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from world.errors import ClipError
+from world.motions import npz
 
 #: Number types of arrays and scalars, numpy's names without byte order.
 NUMBERS = frozenset(
@@ -34,7 +36,7 @@ _OUTSIDE = frozenset(
 _MEMO = frozenset(("PUT", "BINPUT", "LONG_BINPUT"))
 
 
-class _Refused(pickle.UnpicklingError):
+class RefusedError(pickle.UnpicklingError):
     """A pickle with something other than numbers."""
 
 
@@ -44,7 +46,7 @@ class _Inert:
     __slots__ = ()
 
     def __setstate__(self, state: Any) -> None:
-        raise _Refused("a state for what has none")
+        raise RefusedError("a state for what has none")
 
 
 class _Type(_Inert):
@@ -61,25 +63,25 @@ class _Dtype:
     def __init__(self, spelled: Any) -> None:
         text = spelled.decode("latin1") if isinstance(spelled, bytes) else spelled
         if not isinstance(text, str):
-            raise _Refused("an array of no number type")
+            raise RefusedError("an array of no number type")
         plain = text.lstrip("<>=|")
         self.is_object = plain in ("O", "O4", "O8")
         self.number: np.dtype | None = None
         if plain in NUMBERS:
             self.number = np.dtype(("<" if text[:1] != ">" else ">") + plain)
         elif not self.is_object and not _TEXT.fullmatch(plain):
-            raise _Refused(f"an array of '{text[:20]}'")
+            raise RefusedError(f"an array of '{text[:20]}'")
 
     def __setstate__(self, state: Any) -> None:
         """Check the state of a number type, which holds the byte order alone."""
         if not (isinstance(state, tuple) and len(state) >= 8 and state[2:5] == (None, None, None)):
-            raise _Refused("a number type with parts")
+            raise RefusedError("a number type with parts")
         order = state[1].decode("latin1") if isinstance(state[1], bytes) else state[1]
         if order not in ("<", ">", "|", "="):
-            raise _Refused("a number type with parts")
+            raise RefusedError("a number type with parts")
         if self.number is not None:
             if state[5:7] != (-1, -1):
-                raise _Refused("a number type of another size")
+                raise RefusedError("a number type of another size")
             self.number = self.number.newbyteorder(">" if order == ">" else "<")
 
 
@@ -93,7 +95,7 @@ class _Array:
 
     def __setstate__(self, state: Any) -> None:
         if not isinstance(state, tuple) or len(state) not in (4, 5):
-            raise _Refused("an array of another form")
+            raise RefusedError("an array of another form")
         shape, kind, fortran, raw = state[-4:]
         self.content = _array(shape, kind, raw, "F" if fortran is True else "C")
 
@@ -101,27 +103,27 @@ class _Array:
 def _array(shape: Any, kind: Any, raw: Any, order: str) -> Any:
     """The array of a state: numbers copied from bytes, objects as a list, text omitted."""
     if not isinstance(kind, _Dtype):
-        raise _Refused("an array of no number type")
+        raise RefusedError("an array of no number type")
     if isinstance(shape, int) and not isinstance(shape, bool):
         shape = (shape,)
     if not isinstance(shape, tuple) or len(shape) > _MAX_DIMENSIONS:
-        raise _Refused("an array of no shape")
+        raise RefusedError("an array of no shape")
     if not all(type(size) is int and size >= 0 for size in shape):
-        raise _Refused("an array of no shape")
+        raise RefusedError("an array of no shape")
     count = math.prod(shape)
     if kind.is_object:
         if not isinstance(raw, list) or len(raw) != count:
-            raise _Refused("an array of objects over bytes")
+            raise RefusedError("an array of objects over bytes")
         return raw[0] if shape == () else raw
     if kind.number is None:
         return None
     if isinstance(raw, str):
         raw = raw.encode("latin1")
     if not isinstance(raw, bytes | bytearray):
-        raise _Refused("an array without its bytes")
+        raise RefusedError("an array without its bytes")
     size = count * kind.number.itemsize
     if size != len(raw) or size > MAX_ARRAY_BYTES:
-        raise _Refused(f"an array of {size} bytes from {len(raw)}")
+        raise RefusedError(f"an array of {size} bytes from {len(raw)}")
     native = np.frombuffer(raw, kind.number).astype(kind.number.newbyteorder("="))
     return native.reshape(shape, order="F" if order == "F" else "C")
 
@@ -140,13 +142,13 @@ class _Maker(_Inert):
 
 def _reconstruct(kind: Any, shape: Any, code: Any) -> _Array:
     if not isinstance(kind, _Type):
-        raise _Refused("an array of another class")
+        raise RefusedError("an array of another class")
     return _Array()
 
 
 def _scalar(kind: Any, raw: Any = b"") -> Any:
     if not isinstance(kind, _Dtype) or kind.is_object:
-        raise _Refused("a scalar that is no number")
+        raise RefusedError("a scalar that is no number")
     return None if kind.number is None else _array((), kind, raw, "C")[()]
 
 
@@ -156,7 +158,7 @@ def _buffered(raw: Any, kind: Any, shape: Any, order: Any) -> Any:
 
 def _encoded(text: Any, coding: Any) -> bytes:
     if not isinstance(text, str) or coding not in ("latin1", "latin-1"):
-        raise _Refused("bytes in an encoding other than latin1")
+        raise RefusedError("bytes in an encoding other than latin1")
     return text.encode("latin1")
 
 
@@ -176,12 +178,81 @@ for _core in ("numpy.core", "numpy._core"):
     }
 
 
+@dataclass(frozen=True)
+class Tensor:
+    """A tensor of a torch file: where its numbers are, their type, and its shape."""
+
+    key: str
+    kind: np.dtype
+    shape: tuple[int, ...]
+
+    @property
+    def count(self) -> int:
+        return math.prod(self.shape)
+
+
+class _Storage(_Inert):
+    """A type of torch's storages."""
+
+    __slots__ = ("kind",)
+
+    def __init__(self, kind: str) -> None:
+        self.kind = np.dtype(kind)
+
+
+def _tensor(stored: Any, offset: Any, shape: Any, strides: Any, *_: Any) -> Tensor:
+    """The tensor of a call that torch writes; contiguous ones at the begin of their storage."""
+    if not (isinstance(stored, tuple) and len(stored) == 5 and isinstance(stored[1], _Storage)):
+        raise RefusedError("a tensor without a storage")
+    if not (isinstance(shape, tuple) and isinstance(strides, tuple) and len(shape) < 9):
+        raise RefusedError("a tensor of no shape")
+    if not all(type(size) is int and 0 <= size < 1 << 40 for size in (*shape, *strides)):
+        raise RefusedError("a tensor of no shape")
+    expected = tuple(math.prod(shape[place + 1 :]) for place in range(len(shape)))
+    if offset != 0 or strides != expected or not isinstance(stored[2], str):
+        raise RefusedError("a tensor that is part of another")
+    if math.prod(shape) * stored[1].kind.itemsize > MAX_ARRAY_BYTES:
+        raise RefusedError(f"a tensor of {math.prod(shape)} numbers")
+    return Tensor(stored[2], stored[1].kind, shape)
+
+
+#: All globals that a torch file of one tensor needs.
+_TORCH = {
+    ("collections", "OrderedDict"): _Maker(lambda *items: dict(*items)),
+    ("torch._utils", "_rebuild_tensor_v2"): _Maker(_tensor),
+    ("torch._utils", "_rebuild_parameter"): _Maker(lambda data, *_: data),
+    ("torch", "FloatStorage"): _Storage("<f4"),
+    ("torch", "DoubleStorage"): _Storage("<f8"),
+}
+
+
+class _Torch(pickle.Unpickler):
+    def find_class(self, module: str, name: str) -> Any:
+        try:
+            return _TORCH[module, name]
+        except (KeyError, TypeError):
+            raise RefusedError(f"{module}.{name}"[:80]) from None
+
+    def persistent_load(self, pid: Any) -> Any:
+        return pid
+
+
+def loaded_tensor(data: bytes) -> Tensor:
+    """The one tensor of the pickle in a torch file. Raises RefusedError for anything else, and any
+    exception where it is damaged."""
+    _scan(data, outside=_OUTSIDE - {"BINPERSID"})
+    found = _Torch(io.BytesIO(data), encoding="latin1").load()
+    if not isinstance(found, Tensor):
+        raise RefusedError(f"a {type(found).__name__} in place of a tensor")
+    return found
+
+
 class _Arrays(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> Any:
         try:
             return _ALLOWED[module, name]
         except (KeyError, TypeError):
-            raise _Refused(f"{module}.{name}"[:80]) from None
+            raise RefusedError(f"{module}.{name}"[:80]) from None
 
 
 def load(path: Path) -> Any:
@@ -227,7 +298,7 @@ def loaded(data: bytes) -> Any:
 def _load(data: bytes, path: Path) -> Any:
     try:
         return loaded(data)
-    except _Refused as error:
+    except RefusedError as error:
         raise ClipError(
             f"{path}: refused: the pickle asks for {error}, and only numbers, text and numpy"
             " arrays of numbers are read"
@@ -236,14 +307,14 @@ def _load(data: bytes, path: Path) -> Any:
         raise ClipError(f"{path}: not a readable pickle ({_brief(error)})") from error
 
 
-def _scan(data: bytes) -> None:
+def _scan(data: bytes, outside: frozenset[str] = _OUTSIDE) -> None:
     """Refuse opcodes that refer outside the file, and memo indices beyond the number of opcodes,
     for which the unpickler would allocate memory."""
     for steps, (opcode, argument, _) in enumerate(pickletools.genops(data), 1):
-        if opcode.name in _OUTSIDE:
-            raise _Refused(f"{opcode.name}, which is outside the file")
+        if opcode.name in outside:
+            raise RefusedError(f"{opcode.name}, which is outside the file")
         if opcode.name in _MEMO and isinstance(argument, int) and argument > steps:
-            raise _Refused(f"place {argument} of a memo of {steps}")
+            raise RefusedError(f"place {argument} of a memo of {steps}")
 
 
 def _whole(value: Any, seen: dict[int, Any]) -> Any:
@@ -296,11 +367,8 @@ def numbers(value: Any) -> np.ndarray:
 
 
 def number(value: Any) -> float:
-    """One number of a pickle. Raises ValueError otherwise."""
-    found = numbers(value)
-    if found.size != 1:
-        raise ValueError(f"{found.size} numbers in place of one")
-    return float(found.reshape(()))
+    """One number of a pickle, of any shape. Raises ValueError otherwise."""
+    return npz.scalar(numbers(value))
 
 
 def _counted(value: list | tuple, left: list[int], depth: int) -> None:

@@ -56,6 +56,8 @@ def offsets() -> np.ndarray:
 
 def recording(path: Path, fps: float, translation: np.ndarray, poses: np.ndarray) -> Recording:
     """A recording of translations [T, 3] m and rotation vectors [T, 66 or more] rad, body first."""
+    if poses.ndim == 3 and poses.shape[2] == 3:
+        poses = poses.reshape(len(poses), -1)
     if poses.ndim != 2 or poses.shape[1] < 66 or translation.shape != (len(poses), 3):
         raise ClipError(
             f"{path}: poses are {list(poses.shape)} and translations {list(translation.shape)};"
@@ -77,6 +79,7 @@ def recording(path: Path, fps: float, translation: np.ndarray, poses: np.ndarray
         source=path.name,
         licence=licence(path.parent),
         unit_m=1.0,
+        bones_known=True,
         likely_up="z",
         approximated=APPROXIMATED,
     )

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from world.character import model as character
 from world.errors import ClipError
 from world.motions.formats.landmarks import SIDES
-from world.motions.formats.recording import Recording
+from world.motions.formats.recording import RecordedBox, Recording
 
 Array = np.ndarray
 
@@ -30,6 +30,8 @@ _STANDS_M_S, _STANDS_M = 0.2, 0.05
 _TOE_PITCH_RAD = np.deg2rad(20.0)
 
 
+#: (x, y, z) -> (x, -z, y)
+_Y_TO_Z = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
 _OWN = {
     "head": "head",
     **{
@@ -59,6 +61,8 @@ class Scaled:
     """Length of our leg over that of the recorded one."""
     ankle_m: float
     """Height of the recorded ankle above its sole, scaled, m."""
+    box: RecordedBox | None = None
+    """The tracked box, scaled as the person."""
 
     def at(self, role: str) -> Array:
         """Positions [T, 3] of a part of the body."""
@@ -70,7 +74,12 @@ class Scaled:
 
     def lowered(self, by_m: Array) -> "Scaled":
         """The recording lowered by by_m [T] m in each frame."""
-        return replace(self, position=self.position - by_m[:, None, None] * np.array([0, 0, 1.0]))
+        box = self.box
+        if box is not None:
+            box = replace(box, position=box.position - by_m[:, None] * np.array([0, 0, 1.0]))
+        return replace(
+            self, position=self.position - by_m[:, None, None] * np.array([0, 0, 1.0]), box=box
+        )
 
 
 @dataclass(frozen=True)
@@ -91,18 +100,39 @@ def scaled(recording: Recording, joint: Mapping[str, int], fps: int) -> Scaled:
     """The recording at our size, upright, at `fps`. Raises ClipError for implausible units."""
     position, rotation = _z_up(recording, joint)
     leg = _leg(position, joint)
-    unit = recording.unit_m or infer_unit_m(recording.name, leg)
     low, high = _LEGS_M
+    unit = recording.unit_m
+    if unit is None and low <= leg * (recording.likely_unit_m or 0.0) <= high:
+        unit = recording.likely_unit_m
+    if unit is None:
+        unit = infer_unit_m(recording.name, leg)
     if not low <= leg * unit <= high:
         raise ClipError(
             f"{recording.name}: absurd units: legs of {leg * unit:.3g} m from hip to ankle,"
-            f" expected {low} to {high}; say the length unit with unit_m in a --map file"
+            f" expected {low} to {high}; say the length unit with --unit, or unit_m in a --map file"
         )
     scale = LEG_M / leg
     position, rotation = resampled(position * scale, rotation, recording.fps, fps)
     floor, ankle = _floor(position, joint, fps)
-    position = position - np.array([0, 0, floor])
-    return Scaled(fps, position, rotation, joint, recording.parents, scale / unit, ankle)
+    down = np.array([0, 0, floor])
+    box = None if recording.box is None else _scaled_box(recording, scale, scale / unit, fps)
+    if box is not None:
+        box = replace(box, position=box.position - down)
+    return Scaled(
+        fps, position - down, rotation, joint, recording.parents, scale / unit, ankle, box
+    )
+
+
+def _scaled_box(recording: Recording, scale: float, size: float, fps: int) -> RecordedBox:
+    """The tracked box at the character's scale, z up, at `fps`; `size`: the scale of metres."""
+    box = recording.box
+    assert box is not None
+    position, rotation = box.position[:, None], box.rotation[:, None]
+    if recording.up == "y":
+        position, rotation = position @ _Y_TO_Z.T, _Y_TO_Z @ rotation
+    position, rotation = resampled(position * scale, rotation, recording.fps, fps)
+    x, y, z = (size * edge for edge in box.size_m)
+    return RecordedBox(position[:, 0], rotation[:, 0], (x, y, z))
 
 
 def own(recording: Recording, fps: int) -> tuple[Scaled, Targets]:
@@ -124,9 +154,7 @@ def own_targets(scaled: Scaled) -> Targets:
 def _z_up(recording: Recording, joint: Mapping[str, int]) -> tuple[Array, Array]:
     if (recording.up or upward(recording, joint)) == "z":
         return recording.position, recording.rotation
-    # (x, y, z) -> (x, -z, y)
-    turn = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
-    return recording.position @ turn.T, turn @ recording.rotation
+    return recording.position @ _Y_TO_Z.T, _Y_TO_Z @ recording.rotation
 
 
 def upward(recording: Recording, joint: Mapping[str, int]) -> str:
@@ -170,7 +198,8 @@ def infer_unit_m(name: str, leg: float) -> float:
             return unit
     raise ClipError(
         f"{name}: absurd units: legs of {leg:.4g} units from hip to ankle are a person's neither in"
-        " m, cm, mm, inches nor CMU's unit; say the length unit with unit_m in a --map file"
+        " m, cm, mm, inches nor CMU's unit; say the length unit with --unit, or unit_m in a --map"
+        " file"
     )
 
 

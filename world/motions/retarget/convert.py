@@ -12,7 +12,7 @@ from world.motions.formats import landmarks, recording
 from world.motions.formats.landmarks import Map
 from world.motions.formats.recording import Recording
 from world.motions.objects import Skeleton
-from world.motions.retarget import body, contacts, solve
+from world.motions.retarget import body, contacts, solve, tracked
 from world.refusals import refusing
 
 
@@ -25,9 +25,20 @@ def retargeted(source: Recording, given: Map | None = None) -> Clip:
         return _retargeted(source, given or Map())
 
 
+def stated(source: Recording, given: Map) -> Recording:
+    """The recording at the given rate, in the given unit and with the given upward axis."""
+    source = replace(source, fps=given.fps or source.fps, up=given.up or source.up)
+    if given.unit_m is None:
+        return source
+    if source.bones_known:
+        # the bones are those of a body model, in metres: the unit is that of the travel
+        away = (given.unit_m - 1.0) * source.position[:, :1]
+        return replace(source, position=source.position + away)
+    return replace(source, unit_m=given.unit_m)
+
+
 def _retargeted(source: Recording, given: Map) -> Clip:
-    source = recording.validate(source)
-    source = replace(source, unit_m=given.unit_m or source.unit_m, up=given.up or source.up)
+    source = recording.validate(stated(source, given))
     if source.own_body:
         scaled, target = body.own(source, character.CONTROL_HZ)
         scaled = scaled.lowered(contacts.uneven_floor(target, scaled.fps))
@@ -53,6 +64,7 @@ def _retargeted(source: Recording, given: Map) -> Clip:
             local_rotation=local,
             source=source.source,
             licence=source.licence,
+            box=tracked.track(scaled.box, target, drop) if scaled.box else None,
             ghost=ghost,
         )
     )

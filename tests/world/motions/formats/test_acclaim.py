@@ -7,7 +7,9 @@ import pytest
 
 from tests.support.samp_clips import FOLDER
 from tests.support.world.motion_files import AMC, ASF
+from world.errors import ClipError
 from world.motions.formats import acclaim, landmarks, registry
+from world.motions.formats.recording import Recording
 
 SHARED = FOLDER.parent
 
@@ -39,3 +41,99 @@ def test_acclaim_of_cmu_has_cmus_proportions() -> None:
     np.testing.assert_allclose(leg * 0.0254 / 0.45, 0.809, atol=0.001)
     assert read.frames == 316
     assert acclaim.beside(SHARED / "cmu" / "07_01.amc").name == "07.asf"
+
+
+def _read(tmp_path: Path, amc: str, asf: str = ASF) -> Recording:
+    (tmp_path / "07.asf").write_text(asf)
+    (tmp_path / "07_01.amc").write_text(amc)
+    return registry.read(tmp_path / "07_01.amc")
+
+
+@pytest.mark.parametrize(
+    ("header", "fps"),
+    [
+        (":SAMPLES-PER-SECOND 60", 60.0), (":samples-per-second 29.97", 29.97),
+        (":FRAMES-PER-SECOND 30", 30.0), (":SAMPLES_PER_SECOND = 100", 100.0), ("", 120.0),
+    ],
+)  # fmt: skip
+def test_the_stated_rate_is_obeyed(tmp_path: Path, header: str, fps: float) -> None:
+    read = _read(tmp_path, f"{header}\n{AMC}")
+    assert read.fps == fps
+    assert read.fps_assumed is (header == "")
+    assert any("frames a second" in remark for remark in read.remarks) is (header == "")
+
+
+def test_a_rate_of_nothing_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ClipError, match="SAMPLES-PER-SECOND states no rate above 0"):
+        _read(tmp_path, f":SAMPLES-PER-SECOND 0\n{AMC}")
+
+
+def _radians(text: str) -> str:
+    """The frames of AMC with their angles in radians."""
+    return text.replace(" 90", f" {np.pi / 2:.12f}")
+
+
+def test_the_motions_unit_of_angles_is_its_own(tmp_path: Path) -> None:
+    expected = _read(tmp_path, AMC)
+    # stated by the motion alone: the skeleton's axes stay in degrees
+    stated = _radians(AMC).replace(":DEGREES", ":RADIANS")
+    np.testing.assert_allclose(_read(tmp_path, stated).position, expected.position, atol=1e-9)
+    # stated by the skeleton alone: both are radians
+    asf = ASF.replace("angle deg", "angle rad").replace("axis 0 0 90", f"axis 0 0 {np.pi / 2}")
+    unstated = _radians(AMC).replace(":DEGREES\n", "")
+    np.testing.assert_allclose(
+        _read(tmp_path, unstated, asf).position, expected.position, atol=1e-9
+    )
+    # the skeleton's radians, the motion's degrees
+    np.testing.assert_allclose(_read(tmp_path, AMC, asf).position, expected.position, atol=1e-9)
+
+
+def test_rows_of_bones_without_freedom_move_nothing(tmp_path: Path) -> None:
+    expected = _read(tmp_path, AMC)
+    listed = "\n".join(
+        line + ("\nlower 0 0 0" if line.startswith("upper") else "") for line in AMC.splitlines()
+    )
+    read = _read(tmp_path, listed)
+    np.testing.assert_array_equal(read.position, expected.position)
+    assert not read.approximated
+    moved = _read(tmp_path, listed.replace("lower 0 0 0", "lower 0 5 0"))
+    np.testing.assert_array_equal(moved.position, expected.position)
+    assert moved.approximated == (
+        "values of bones without dof in the skeleton are left out: lower",
+    )
+
+
+def test_bones_that_translate_and_lengthen(tmp_path: Path) -> None:
+    asf = ASF.replace("dof rx rz", "dof tx ty tz rx rz l")
+    amc = AMC.replace("upper 0 0", "upper 1 2 3 0 0 0").replace("upper 90 0", "upper 1 0 0 90 0 4")
+    read = _read(tmp_path, amc, asf)
+    # the axes of upper are turned by 90 degrees about z: its (1, 2, 3) is the root's (-2, 1, 3)
+    np.testing.assert_allclose(
+        read.position[0], [[1, 2, 3], [-1, 3, 6], [-1, 5, 6], [2, 5, 6]], atol=1e-9
+    )
+    # the root's 90 degrees about z take its (1, 0, 0) = (0, 1, 0) to (-1, 0, 0), and the length of
+    # 2 + 4 along (0, 1, 0) to (-6, 0, 0)
+    np.testing.assert_allclose(read.position[1, 1], [0, 2, 3], atol=1e-9)
+    np.testing.assert_allclose(read.position[1, 2], [-6, 2, 3], atol=1e-9)
+
+
+def test_the_skeletons_unit_holds_where_it_makes_a_person() -> None:
+    for length, unit in (("0.45", 0.0254 / 0.45), ("1.0", 0.0254)):
+        skeleton = acclaim._skeleton(ASF.replace("length 0.45", f"length {length}"))
+        assert skeleton.unit_m == pytest.approx(unit)
+
+
+def test_a_root_without_some_axes_is_where_the_skeleton_says(tmp_path: Path) -> None:
+    asf = ASF.replace("order TX TY TZ RX RY RZ", "order TX RZ").replace(
+        "position 0 0 0", "position 0 5 6"
+    )
+    amc = ":DEGREES\n1\nroot 1 0\nupper 0 0\n2\nroot 2 90\nupper 0 0\n"
+    read = _read(tmp_path, amc, asf)
+    np.testing.assert_allclose(read.position[:, 0], [[1, 5, 6], [2, 5, 6]])
+    # (0, 2, 0) turned by 90 degrees about z
+    np.testing.assert_allclose(read.position[1, 2], [0, 5, 6], atol=1e-9)
+
+
+def test_a_skeleton_that_is_a_pointer_is_called_that(tmp_path: Path) -> None:
+    with pytest.raises(ClipError, match=r"07_01.amc: its skeleton .*07.asf .*Git LFS pointer"):
+        _read(tmp_path, AMC, "version https://git-lfs.github.com/spec/v1\n")

@@ -1,0 +1,44 @@
+"""What stands in place of data is called by its name."""
+
+from pathlib import Path
+
+import pytest
+
+from world.placeholders import placeholder
+
+LFS = b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 12345\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("a.npz", LFS, "a Git LFS pointer, not the data: fetch it with 'git lfs pull'"),
+        ("a.bvh", LFS.replace(b"\n", b"\r\n"), "a Git LFS pointer"),
+        ("a.npz", b"/annex/objects/SHA256E-s1--0.npz\n", "git annex get"),
+        ("a.npz", b"../../.git/annex/objects/a/b", "git annex get"),
+        ("a.bvh", b"<!DOCTYPE html>\n<html><body>Sign in</body></html>", "a web page"),
+        ("a.bvh", b"\n\n  <html lang='en'>", "a web page"),
+        ("a.npz", b"\xef\xbb\xbf<!doctype HTML>", "a web page"),
+        ("a.npz", b"<?xml version='1.0'?><!DOCTYPE html><html>", "a web page"),
+        ("a.npz", b"<?xml version='1.0'?><Error><Code>AccessDenied</Code></Error>", "XML document"),
+        ("a.bvh", b"PK\x03\x04rest", "a ZIP archive: unpack it first"),
+        ("a.bvh", b"\x1f\x8b\x08", "a gzip archive"),
+        ("a.pkl", bytes(64), "nothing but zeros"),
+    ],
+)
+def test_what_a_file_is(tmp_path: Path, name: str, content: bytes, said: str) -> None:
+    (tmp_path / name).write_bytes(content)
+    assert said in (placeholder(tmp_path / name) or "")
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("a.npz", b"PK\x03\x04rest"), ("a.pt", b"PK\x03\x04rest"), ("a.bvh", b"HIERARCHY\n"),
+        ("a.pkl", b"\x80\x04}"), ("a.json", b'{"a": "<html>"}'), ("a.amc", b"#!OML:ASF <html>"),
+        ("a.npy", b"\x93NUMPY"), ("a.txt", b""),
+    ],
+)  # fmt: skip
+def test_data_is_none(tmp_path: Path, name: str, content: bytes) -> None:
+    (tmp_path / name).write_bytes(content)
+    assert placeholder(tmp_path / name) is None

@@ -1,0 +1,42 @@
+"""Files that stand in place of data: pointers of version control, web pages, archives."""
+
+from pathlib import Path
+
+_HEAD_BYTES = 1024
+#: First bytes of a file, what it is, and the remedy.
+_KINDS = (
+    (b"version https://git-lfs", "a Git LFS pointer, not the data", "fetch it with 'git lfs pull'"),
+    (b"/annex/objects/", "a git-annex pointer, not the data", "fetch it with 'git annex get'"),
+    (b"\x1f\x8b", "a gzip archive", "unpack it first"),
+    (b"7z\xbc\xaf\x27\x1c", "a 7z archive", "unpack it first"),
+    (b"rar!\x1a\x07", "a RAR archive", "unpack it first"),
+)
+_PAGES = (b"<!doctype html", b"<html", b"<head", b"<body", b"<script")
+_ZIP = b"pk\x03\x04"
+#: Suffixes of files that are ZIP archives themselves.
+ZIPPED = (".npz", ".pt")
+
+
+def placeholder(path: Path) -> str | None:
+    """What a file is in place of data and the remedy, in words; None where it may be data.
+
+    Raises OSError where the file cannot be read.
+    """
+    with path.open("rb") as file:
+        head = file.read(_HEAD_BYTES)
+    start = head.removeprefix(b"\xef\xbb\xbf").lstrip().lower()
+    for first, what, remedy in _KINDS:
+        if start.startswith(first):
+            return f"{what}: {remedy}"
+    if start.startswith(b".") and b".git/annex/objects/" in start.splitlines()[0]:
+        return f"{_KINDS[1][1]}: {_KINDS[1][2]}"
+    # a page may begin with a declaration or comments of XML
+    if start.startswith(_PAGES) or (start.startswith(b"<") and b"<html" in start):
+        return "a web page, not the data: download the file itself (the page may ask to log in)"
+    if start.startswith((b"<?xml", b"<error>")):
+        return "an XML document, such as a server's error, not the data: download the file again"
+    if start.startswith(_ZIP) and path.suffix.lower() not in ZIPPED:
+        return "a ZIP archive: unpack it first"
+    if head and not head.strip(b"\0"):
+        return "nothing but zeros: copy or download it again"
+    return None
