@@ -40,10 +40,10 @@ def rollout_chunks(
     )
     kind = np.float16 if half else np.float32
     arrays = {
-        "states": states.numpy().astype(kind, copy=False),
-        "end_index": end_index.numpy(),
-        "end_states": end_states.numpy().astype(kind, copy=False),
-        "valid": valid.numpy().astype(np.uint8),
+        "states": states.cpu().numpy().astype(kind, copy=False),
+        "end_index": end_index.cpu().numpy(),
+        "end_states": end_states.cpu().numpy().astype(kind, copy=False),
+        "valid": valid.cpu().numpy().astype(np.uint8),
     }
     chunks = [pb.ScoreChunk(header=header)]
     for name in FIELDS:

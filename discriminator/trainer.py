@@ -15,7 +15,8 @@ from discriminator.pairing import check_rollout, next_states
 from discriminator.protocols import MocapSampler, StyleScores
 from discriminator.replay import Replay
 from discriminator.state import Form, check
-from world.device import CPU, moved, put
+from world.device import CPU, block_rows, moved, put
+from world.graphs import forget, replayed
 from world.precision import Precision, decide
 
 BLOCK = 512  # rows per forward pass, so that activations stay in the cache
@@ -40,6 +41,7 @@ class Discriminator:
         replay_path: Path | None = None,
         precision: Precision | None = None,
         device: torch.device = CPU,
+        record: bool = True,
     ) -> None:
         """Fix the normaliser from the mocap and draw the network from `seed`.
 
@@ -48,6 +50,7 @@ class Discriminator:
         replay_path: see Replay.
         precision: of the network; default: by `world.precision.decide` for the device.
         device: of network, replay and mocap; rollouts may come from any.
+        record: record the kernels of a gradient step and replay them, on a GPU (world.graphs).
         """
         self.device = device
         self.precision = precision or decide(device.type)
@@ -63,8 +66,12 @@ class Discriminator:
         self.network = StyleNetwork(inputs, config.hidden, torch.Generator().manual_seed(seed))
         self.network.to(device)
         self.optimiser = torch.optim.Adam(
-            self.network.parameters(), lr=config.learning_rate, fused=True
+            self.network.parameters(),
+            lr=config.learning_rate,
+            fused=True,
+            capturable=device.type == "cuda",
         )
+        self._gradient_step = replayed(self._take_step, device, record)
         self.replay = Replay(config.replay, inputs, seed, replay_path, device)
         self.version = 0
         self.batches = 0
@@ -195,9 +202,14 @@ class Discriminator:
             policy.append(self._new[put(rows, self.device)])
         counter = version * config.steps_per_iteration + step
         mocap = self._mocap_rows(self.mocap.sample(config.batch, counter))
+        return self._gradient_step(mocap, torch.cat(policy))
+
+    def _take_step(self, mocap: Tensor, policy: Tensor) -> Tensor:
+        """As `_step`, on rows of network input [m, inputs] of mocap and policy."""
+        config = self.config
         # Mocap comes first, because the penalty is computed on the leading rows.
         with self.precision.context():
-            logits, hidden = self.network.with_activations(torch.cat([mocap, *policy]))
+            logits, hidden = self.network.with_activations(torch.cat([mocap, policy]))
             gradient = self.network.input_gradient([h[: config.penalty_batch] for h in hidden])
         on_mocap, on_policy = logits[: len(mocap)], logits[len(mocap) :]
         classified = loss.classification(on_policy, on_mocap)
@@ -212,7 +224,9 @@ class Discriminator:
     def logits(self, rows: Tensor) -> Tensor:
         """Logits [n] of rows of network input [n, inputs], without gradient."""
         with torch.no_grad(), self.precision.context():
-            return torch.cat([self.network(block) for block in rows.split(BLOCK)])
+            return torch.cat(
+                [self.network(block) for block in rows.split(block_rows(BLOCK, self.device))]
+            )
 
     def _rows(self, states: Tensor, end_index: Tensor, end_states: Tensor) -> Tensor:
         """Rows of network input [T·N, inputs] of a rollout, time-major."""
@@ -267,6 +281,7 @@ class Discriminator:
         self.optimiser.load_state_dict(
             {"state": {i: m for i, m in moments.items() if m}, "param_groups": groups}
         )
+        forget(self._gradient_step)
         self.mean, self.deviation, self._new = (
             state[name].to(self.device, copy=True)
             for name in ("normaliser/mean", "normaliser/deviation", "new")

@@ -84,8 +84,11 @@ class LearnerConfig:
     observation_std_floor: float = 1e-2
     """Least standard deviation that an observation is divided by."""
     threads: int = 2
-    """Threads of the update. 1: actor after critic; 2: both at the same time. The numbers are the
-    same."""
+    """Threads of the update on the CPU. 1: actor after critic; 2: both at the same time, with the
+    same numbers."""
+    record: bool = True
+    """On a GPU, record the kernels of the gradient steps of actor, critic and discriminator and
+    replay them (CUDA graphs); off: start each kernel by itself. Nothing changes on the CPU."""
 
 
 @dataclass(frozen=True)

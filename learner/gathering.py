@@ -10,6 +10,7 @@ from torch import Tensor
 from learner.errors import TrainingError
 from learner.protocols import Fleet, PrefetchingFleet, State
 from policy.rollout import Rollout
+from world.device import CPU
 
 
 @dataclass(frozen=True)
@@ -30,10 +31,15 @@ class Gathering:
     the learner updates: the policy of every rollout but the first is one update old. The weights of
     a rollout do not depend on timing, so the numbers are as reproducible as in lockstep. A
     PrefetchingFleet gets its next arguments even before the present rollout is complete.
+
+    A rollout goes to the learner's device as soon as it is complete: overlapped, while the learner
+    updates on the one before it. Two rollouts then take turns in the pinned memory that they pass
+    through (world.device.put).
     """
 
-    def __init__(self, fleet: Fleet, overlap: bool = False) -> None:
+    def __init__(self, fleet: Fleet, overlap: bool = False, device: torch.device = CPU) -> None:
         self.fleet = fleet
+        self.device = device
         self._pool = (
             ThreadPoolExecutor(1, "gathering", initializer=torch.set_num_threads, initargs=(1,))
             if overlap
@@ -56,7 +62,7 @@ class Gathering:
 
     def _collect(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> Gathered:
         rollout = self.fleet.collect(weights, version, sigma)
-        return Gathered(rollout, sigma, self.fleet.alive())
+        return Gathered(rollout.on(self.device), sigma, self.fleet.alive())
 
     def state_dict(self) -> State:
         """State of the fleet, and the pending rollout if there is one; waits for that rollout.
@@ -82,7 +88,7 @@ class Gathering:
         self._pending = None
         if waiting is not None:
             self._pending = Future()
-            self._pending.set_result(_gathered_of(waiting))
+            self._pending.set_result(_gathered_of(waiting, self.device))
 
     def close(self) -> None:
         """Wait for a pending rollout and end the thread; the fleet stays open."""
@@ -97,5 +103,6 @@ def _state_of(gathered: Gathered) -> State:
     return {"rollout": found, "sigma": gathered.sigma, "alive": gathered.alive}
 
 
-def _gathered_of(state: State) -> Gathered:
-    return Gathered(Rollout(**state["rollout"]), float(state["sigma"]), int(state["alive"]))
+def _gathered_of(state: State, device: torch.device) -> Gathered:
+    rollout = Rollout(**state["rollout"]).on(device)
+    return Gathered(rollout, float(state["sigma"]), int(state["alive"]))

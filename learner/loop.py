@@ -17,6 +17,7 @@ from learner.protocols import Checkpointer, Fleet, Recorder, State, Style, Style
 from learner.returns import mixed_reward
 from learner.segments import Failures
 from policy.rollout import Rollout
+from world.device import put
 
 # Number of rollouts in a row beyond the lag bounds that end a run: it would never go on.
 MAX_STALE_ROLLOUTS = 8
@@ -54,7 +55,7 @@ class Loop:
     ) -> None:
         self.learner = learner
         self.fleet = fleet
-        self.gathering = Gathering(fleet, config.lag.overlap)
+        self.gathering = Gathering(fleet, config.lag.overlap, learner.device)
         self.style = style
         self.recorder = recorder
         self.checkpointer = checkpointer
@@ -96,7 +97,9 @@ class Loop:
         metrics: dict[str, float] = {}
         style_reward, style_s = None, 0.0
         if style is not None:
-            style_reward, style_s = style.scores.reward, style.seconds
+            # a service answers on the CPU
+            style_reward = put(style.scores.reward, rollout.rewards.device)
+            style_s = style.seconds
             metrics |= style.scores.metrics
             metrics["lag/style"] = float(style.lag)
             metrics["reward/style"] = float(style_reward[rollout.valid].mean())

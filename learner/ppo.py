@@ -9,7 +9,15 @@ import torch
 from torch import Tensor, nn
 
 from learner.config import LearnerConfig, piecewise
-from learner.optimiser import adam, adam_state, load_adam_state, set_rate, steps_taken
+from learner.optimiser import (
+    adam,
+    adam_state,
+    descend,
+    load_adam_state,
+    set_rate,
+    step_count,
+    steps_taken,
+)
 from learner.protocols import State
 from learner.returns import advantages, explained_variance
 from learner.surrogate import (
@@ -24,7 +32,8 @@ from policy.model.acting import publish
 from policy.model.networks import Actor, Critic, log_density
 from policy.model.normaliser import Normaliser, NormaliserConfig, ValueNormaliser
 from policy.rollout import Rollout, successors
-from world.device import CPU, moved, put
+from world.device import CPU, block_rows, moved, put
+from world.graphs import forget, replayed
 from world.precision import Precision, decide
 from world.reflection import Symmetry
 
@@ -55,6 +64,24 @@ class Batch:
     mirrored: "Mirrored | None" = None
     teacher_action: Tensor | None = None
     """NaN where the teacher labels nothing"""
+
+    def rows(self, rows: Tensor) -> tuple[Tensor | None, ...]:
+        """What a gradient step of the actor takes of a minibatch; of mirror images every other
+        row."""
+        labels, image = self.teacher_action, self.mirrored
+        images: tuple[Tensor | None, ...] = (None, None, None)
+        if image is not None:
+            some = rows[::2]
+            images = image.observations[some], image.means[some], image.gates[some]
+        return (
+            self.observations[rows],
+            self.actions[rows],
+            self.means[rows],
+            self.log_probs[rows],
+            self.advantages[rows],
+            None if labels is None else labels[rows],
+            *images,
+        )
 
 
 @dataclass(frozen=True)
@@ -111,8 +138,13 @@ class Learner:
         self.version = 0
         self.samples = 0
         self.warmup_left = config.warmup_iterations
+        # replayed on a GPU; neither reads a number of the device
+        self._actor_step = replayed(self._take_actor_step, device, config.record)
+        self._critic_step = replayed(self._take_critic_step, device, config.record)
+        # a GPU has one queue
+        threads = config.threads if device.type == "cpu" else 1
         self._pool = ThreadPoolExecutor(
-            config.threads, "learner", initializer=torch.set_num_threads, initargs=(1,)
+            threads, "learner", initializer=torch.set_num_threads, initargs=(1,)
         )
 
     @property
@@ -233,7 +265,8 @@ class Learner:
                 return self.critic(rows)
 
         flat = observations.reshape(-1, observations.shape[-1])
-        blocks = list(self._pool.map(block, flat.split(VALUE_BLOCK)))
+        rows = block_rows(VALUE_BLOCK, self.device)
+        blocks = list(self._pool.map(block, flat.split(rows)))
         values = torch.cat(blocks) if blocks else flat.new_zeros(0)
         return self.values.denormalise(values.reshape(observations.shape[:-1]))
 
@@ -295,86 +328,105 @@ class Learner:
 
     def _update_critic(self, batch: Batch) -> dict[str, float]:
         began = time.perf_counter()
-        losses = []
-        for epoch in self._minibatches(len(batch.targets), 0):
-            for rows in epoch:
-                with self.precision.context():
-                    values = self.critic(batch.observations[rows])
-                loss = (values - batch.targets[rows]).square().mean()
-                losses.append(float(loss.detach()))
-                _step(self.critic, self.critic_optimiser, loss, self.config.critic_grad_norm)
+        losses = [
+            self._critic_step(batch.observations[rows], batch.targets[rows])
+            for epoch in self._minibatches(len(batch.targets), 0)
+            for rows in epoch
+        ]
         return {
-            "ppo/value_loss": sum(losses) / len(losses),
+            "ppo/value_loss": float(torch.stack(losses).double().mean()),
             "rate/critic_s": time.perf_counter() - began,
         }
 
+    def _take_critic_step(self, observations: Tensor, targets: Tensor) -> Tensor:
+        """One gradient step of the critic on rows [m, ..]; returns its loss []."""
+        with self.precision.context():
+            values = self.critic(observations)
+        loss = (values - targets).square().mean()
+        descend(self.critic, self.critic_optimiser, loss, self.config.critic_grad_norm)
+        return loss.detach()
+
     def _update_actor(self, batch: Batch, sigma: float) -> dict[str, float]:
+        """The epochs of the actor; nothing is read from the device before they are all queued."""
         began = time.perf_counter()
         config = self.config
         target = piecewise(config.kl_target, self.samples)
         clip = piecewise(config.clip, self.samples)
-        losses, bounds, clipped, mirrors, imitations, kls = [], [], [], [], [], []
-        skipped = 0
+        numbers = [sigma, clip, config.kl_skip * target, self.actor_rate]
+        settings = put(torch.tensor(numbers, dtype=torch.float64), self.device)
         epochs = [] if self.warmup_left else self._minibatches(len(batch.targets), 1)
-        for epoch in epochs:
-            kls = []
-            for rows in epoch:
-                with self.precision.context():
-                    means = self.actor(batch.observations[rows])
-                kl = float(kl_fixed_sigma(means.detach(), batch.means[rows], sigma))
-                kls.append(kl)
-                if kl > config.kl_skip * target:
-                    skipped += 1
-                    continue
-                log_ratio = log_density(batch.actions[rows], means, sigma) - batch.log_probs[rows]
-                surrogate = clipped_surrogate(log_ratio, batch.advantages[rows], clip)
-                bound = soft_bound(means)
-                imitation = means.new_zeros(())
-                if batch.teacher_action is not None:
-                    imitation = imitation_loss(means, batch.teacher_action[rows], sigma)
-                mirror = self._mirror_loss(batch, rows, sigma)
-                ramp = min(1.0, (steps_taken(self.actor_optimiser) + 1) / RAMP_STEPS)
-                set_rate(self.actor_optimiser, ramp * self.actor_rate)
-                _step(
-                    self.actor,
-                    self.actor_optimiser,
-                    surrogate
-                    + config.bound_weight * bound
-                    + config.mirror_weight * mirror
-                    + config.imitation_weight * imitation,
-                    config.actor_grad_norm,
-                )
-                losses.append(float(surrogate.detach()))
-                mirrors.append(float(mirror.detach()))
-                imitations.append(float(imitation.detach()))
-                bounds.append(float(bound.detach()))
-                outside = (log_ratio.detach().exp() - 1.0).abs() > clip
-                clipped.append(float(outside.float().mean()))
-        kl = _mean(kls)
+        queued = [
+            self._actor_step(settings, *batch.rows(rows)) for epoch in epochs for rows in epoch
+        ]
+        found = _ActorSteps(queued)
+        kl = found.kl(len(epochs[-1])) if epochs else 0.0
         if epochs:
             rate = next_rate(self.actor_rate, kl, target, config.actor_rate_bounds)
             rising = steps_taken(self.actor_optimiser) < RAMP_STEPS
             self.actor_rate = min(rate, self.actor_rate) if rising else rate
         return {
             "ppo/kl": kl,
-            "ppo/clip_fraction": _mean(clipped),
+            "ppo/clip_fraction": found.mean("clipped"),
             "ppo/learning_rate": self.actor_rate,
-            "ppo/surrogate": _mean(losses),
-            "ppo/bound": _mean(bounds),
-            **({"ppo/mirror": _mean(mirrors)} if batch.mirrored else {}),
-            **({"ppo/imitation": _mean(imitations)} if batch.teacher_action is not None else {}),
-            "ppo/skipped": float(skipped),
+            "ppo/surrogate": found.mean("surrogate"),
+            "ppo/bound": found.mean("bound"),
+            **({"ppo/mirror": found.mean("mirror")} if batch.mirrored else {}),
+            **(
+                {"ppo/imitation": found.mean("imitation")}
+                if batch.teacher_action is not None
+                else {}
+            ),
+            "ppo/skipped": float(found.skipped),
             "rate/actor_s": time.perf_counter() - began,
         }
 
-    def _mirror_loss(self, batch: Batch, rows: Tensor, sigma: float) -> Tensor:
-        """Mirror loss over every other row, which halves its cost."""
-        image, some = batch.mirrored, rows[::2]
-        if image is None:
-            return batch.targets.new_zeros(())
+    def _take_actor_step(
+        self,
+        settings: Tensor,
+        observations: Tensor,
+        actions: Tensor,
+        old_means: Tensor,
+        log_probs: Tensor,
+        gains: Tensor,
+        teacher_action: Tensor | None,
+        images: Tensor | None,
+        image_means: Tensor | None,
+        gates: Tensor | None,
+    ) -> Tensor:
+        """One gradient step of the actor on rows [m, ..] of a batch; returns _ACTOR_STEP [7]
+        float64.
+
+        settings: [4] float64: sigma, clip range, the KL beyond which weights stay, learning rate.
+        images, image_means, gates: of the mirror loss, for every other row, which halves its cost.
+        """
+        config = self.config
+        sigma, clip, limit, rate = settings.unbind()
         with self.precision.context():
-            means = self.actor(image.observations[some])
-        return mirror_loss(means, image.means[some], image.gates[some], sigma)
+            means = self.actor(observations)
+        kl = kl_fixed_sigma(means.detach(), old_means, sigma)
+        log_ratio = log_density(actions, means, sigma) - log_probs
+        surrogate = clipped_surrogate(log_ratio, gains, clip)
+        bound = soft_bound(means)
+        imitation = mirror = means.new_zeros(())
+        if teacher_action is not None:
+            imitation = imitation_loss(means, teacher_action, sigma)
+        if images is not None and image_means is not None and gates is not None:
+            with self.precision.context():
+                seen = self.actor(images)
+            mirror = mirror_loss(seen, image_means, gates, sigma)
+        ramp = ((step_count(self.actor_optimiser) + 1.0) / RAMP_STEPS).clamp(max=1.0)
+        set_rate(self.actor_optimiser, ramp * rate)
+        far = kl > limit
+        loss = (
+            surrogate
+            + config.bound_weight * bound
+            + config.mirror_weight * mirror
+            + config.imitation_weight * imitation
+        )
+        descend(self.actor, self.actor_optimiser, loss, config.actor_grad_norm, skip=far)
+        outside = ((log_ratio.detach().exp() - 1.0).abs() > clip).float().mean()
+        found = (kl, far, surrogate, bound, mirror, imitation, outside)
+        return torch.stack([value.detach().double() for value in found])
 
     def policy_state(self) -> State:
         """Networks and normalisers, for acting, serving and `--init`."""
@@ -410,6 +462,8 @@ class Learner:
         """Restore a `state_dict`."""
         load_adam_state(self.actor_optimiser, state["actor_optimiser"])
         load_adam_state(self.critic_optimiser, state["critic_optimiser"])
+        forget(self._actor_step)
+        forget(self._critic_step)
         self.actor_rate = float(state["actor_rate"])
         self.version = int(state["version"])
         self.samples = int(state["samples"])
@@ -420,17 +474,38 @@ class Learner:
         self._pool.shutdown()
 
 
-def _step(
-    network: nn.Module, optimiser: torch.optim.Optimizer, loss: Tensor, grad_norm: float
-) -> None:
-    optimiser.zero_grad(set_to_none=True)
-    loss.backward()
-    nn.utils.clip_grad_norm_(network.parameters(), grad_norm, foreach=True)
-    optimiser.step()
-
-
 def _on_cpu(weights: dict[str, Tensor]) -> dict[str, Tensor]:
     return {name: tensor.to(CPU) for name, tensor in weights.items()}
+
+
+#: What a gradient step of the actor returns.
+_ACTOR_STEP: tuple[str, ...] = (
+    "kl",
+    "skipped",
+    "surrogate",
+    "bound",
+    "mirror",
+    "imitation",
+    "clipped",
+)
+
+
+class _ActorSteps:
+    """The numbers of an update's gradient steps; reading them waits for the device, once."""
+
+    def __init__(self, steps: list[Tensor]) -> None:
+        rows = torch.stack(steps).tolist() if steps else []
+        self._steps = [dict(zip(_ACTOR_STEP, row, strict=True)) for row in rows]
+        self._taken = [step for step in self._steps if not step["skipped"]]
+        self.skipped = len(self._steps) - len(self._taken)
+
+    def mean(self, name: str) -> float:
+        """Mean of a number over the steps that were taken; 0 without any."""
+        return _mean([step[name] for step in self._taken])
+
+    def kl(self, last: int) -> float:
+        """Mean KL divergence of the last so many steps, taken or not."""
+        return _mean([step["kl"] for step in self._steps[-last:]])
 
 
 def _mean(numbers: list[float]) -> float:

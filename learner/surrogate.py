@@ -1,17 +1,20 @@
-"""Losses of PPO as pure functions of network outputs."""
+"""Losses of PPO as pure functions of network outputs; sigma and clip are numbers or tensors []."""
+
+from typing import cast
 
 import torch
 from torch import Tensor
 from torch.nn import functional
 
 
-def clipped_surrogate(log_ratio: Tensor, advantages: Tensor, clip: float) -> Tensor:
+def clipped_surrogate(log_ratio: Tensor, advantages: Tensor, clip: float | Tensor) -> Tensor:
     """Clipped surrogate loss -mean(min(r A, clip(r, 1 ± clip) A)); [n], [n] -> [].
 
     Schulman et al. 2017, Eq. 7.
     """
     ratio = log_ratio.exp()
-    bounded = ratio.clamp(1.0 - clip, 1.0 + clip)
+    low, high = cast("float", 1.0 - clip), cast("float", 1.0 + clip)  # clamp takes tensors too
+    bounded = ratio.clamp(low, high)
     return -torch.minimum(ratio * advantages, bounded * advantages).mean()
 
 
@@ -20,12 +23,12 @@ def soft_bound(means: Tensor) -> Tensor:
     return (means.abs() - 1.0).clamp(min=0.0).square().sum(-1).mean()
 
 
-def kl_fixed_sigma(means: Tensor, old_means: Tensor, sigma: float) -> Tensor:
+def kl_fixed_sigma(means: Tensor, old_means: Tensor, sigma: float | Tensor) -> Tensor:
     """Mean KL of two Gaussians with one sigma, ½ |Δmean|² / sigma²: [n, a], [n, a] -> []."""
     return 0.5 * (means - old_means).square().sum(-1).mean() / sigma**2
 
 
-def mirror_loss(means: Tensor, wanted: Tensor, gate: Tensor, sigma: float) -> Tensor:
+def mirror_loss(means: Tensor, wanted: Tensor, gate: Tensor, sigma: float | Tensor) -> Tensor:
     """Mean over n of gate · Huber((means − wanted) / sigma), summed over components.
 
     [n, a], [n, a], [n] -> []. Linear beyond one sigma, so that outliers do not dominate.
@@ -35,7 +38,7 @@ def mirror_loss(means: Tensor, wanted: Tensor, gate: Tensor, sigma: float) -> Te
     return (gate * huber.sum(-1)).mean()
 
 
-def imitation_loss(means: Tensor, teacher_action: Tensor, sigma: float) -> Tensor:
+def imitation_loss(means: Tensor, teacher_action: Tensor, sigma: float | Tensor) -> Tensor:
     """Mean over n of Huber((means − teacher_action) / sigma), summed over the components that are
     not NaN.
 

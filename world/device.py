@@ -1,4 +1,5 @@
-"""The device that networks and scenes live on; every line that only a GPU needs is in this module.
+"""The device that networks and scenes live on; every line that only a GPU needs is in this module
+and in world.graphs.
 
 Everything above it is torch that follows its inputs: on the CPU each function here hands back what
 it was given, so that the numbers there do not depend on this module.
@@ -97,6 +98,15 @@ def _upload(tensor: Tensor, device: torch.device) -> Tensor:
     current.wait_stream(_copies[device])
     there.record_stream(current)
     return there
+
+
+#: Rows of an inference on a GPU: enough to fill it, and its activations in a few hundred megabytes.
+_GPU_ROWS = 65_536
+
+
+def block_rows(on_cpu: int, device: torch.device) -> int:
+    """Rows of an inference at a time: `on_cpu`, or on a GPU as many as it likes."""
+    return _GPU_ROWS if device.type == "cuda" else on_cpu
 
 
 _constants: dict[tuple[int, torch.device], tuple[Tensor, Tensor]] = {}

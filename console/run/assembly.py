@@ -169,7 +169,15 @@ def discriminator(
 ) -> Discriminator:
     """Return the discriminator in this process; replay: file of its replay buffer."""
     source, mask = mocap(experiment), object_mask()
-    return Discriminator(experiment.style, source, experiment.seed, mask, replay, device=device)
+    return Discriminator(
+        experiment.style,
+        source,
+        experiment.seed,
+        mask,
+        replay,
+        device=device,
+        record=experiment.ppo.record,
+    )
 
 
 def notes(experiment: Experiment) -> dict[str, str]:

@@ -111,9 +111,13 @@ def hidden_widths(
     return shapes[0][1], shapes[-1][0], tuple(int(s[0]) for s in shapes[:-1])
 
 
-def log_density(actions: Tensor, means: Tensor, sigma: float) -> Tensor:
-    """Log-density of a Gaussian with one fixed sigma: [.., a], [.., a] -> [..], float32."""
+def log_density(actions: Tensor, means: Tensor, sigma: float | Tensor) -> Tensor:
+    """Log-density of a Gaussian with one fixed sigma: [.., a], [.., a] -> [..], float32.
+
+    sigma: a number, or [] where it must not be known in Python (world.graphs).
+    """
     width = actions.shape[-1]
     scaled = (actions - means.float()) / sigma
-    constant = width * (math.log(sigma) + 0.5 * math.log(2.0 * math.pi))
+    log_sigma = sigma.log() if isinstance(sigma, Tensor) else math.log(sigma)
+    constant = width * (log_sigma + 0.5 * math.log(2.0 * math.pi))
     return -0.5 * scaled.square().sum(-1) - constant

@@ -1,20 +1,29 @@
 """One update on another device: the same numbers, every tensor moved, one checkpoint for all."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 import torch
 
+from learner import ppo
 from learner.cloning import clone
+from learner.config import LagConfig, LoopConfig
+from learner.loop import Loop
 from learner.ppo import Learner
-from policy.checkpoints.format import flatten
+from policy.checkpoints.format import flatten, unflatten
+from policy.checkpoints.run_checkpoints import RunCheckpoints
 from policy.rollout import Rollout
 from tests.support.inline import Inline
-from tests.support.learning.learners import CONFIG, bold, collect, numbers
+from tests.support.learning.learners import CONFIG, bold, collect, numbers, same
+from tests.support.learning.loops import LAYOUT, LEARNING, Memory, Slowness, points
 from tests.support.point_shard import ACTION, GOAL, STATE
+from tests.support.recordings import LoggedGraph, counted_reads
 from tests.support.stand_in_gpu import There, stand_in_gpu
-from world.device import DeviceError, resolve
+from world.device import CPU, DeviceError, resolve
+from world.graphs import Replayed
 from world.precision import FLOAT32
+from world.reflection import Reflection, Symmetry
 
 SMALL = replace(CONFIG, minibatch=320, epochs=2)
 
@@ -80,6 +89,120 @@ def test_cloning_on_the_stand_in() -> None:
         there = on(gpu)
         found = clone(there.actor, there.normaliser, inputs.to(gpu), targets.to(gpu), 2)
     assert found == wanted
+
+
+FULL = replace(
+    SMALL,
+    minibatch=100,  # 640 samples: minibatches of 106 and 107
+    mirror_weight=0.5,
+    imitation_weight=0.3,
+    clip=((0.0, 0.3), (2000.0, 0.1)),
+    kl_target=((0.0, 0.5), (1200.0, 1e-7)),
+)
+#: Any involution serves: what is compared is the same loss made in two ways.
+SWAPPED = Symmetry(
+    Reflection(torch.tensor([1, 0, 2, 3, 5, 4]), torch.ones(6)),
+    Reflection(torch.tensor([1, 0]), torch.ones(2)),
+)
+
+
+def full() -> Learner:
+    return bold(Learner(STATE + GOAL, ACTION, FULL, 3, FLOAT32, SWAPPED))
+
+
+def labelled() -> Rollout:
+    """With a teacher's labels in some samples, and one sample that is not valid."""
+    got = collect(bold(learner()), horizon=40, broken=(4, 11))
+    labels = torch.full_like(got.actions, float("nan"))
+    labels[::3, :, 0] = 0.2
+    return replace(got, teacher_action=labels)
+
+
+def test_a_recorded_update_is_the_same_to_the_bit_whatever_changes_between_steps(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Sigma, clip range, learning rate and its ramp, skipped steps, two sizes of minibatches, a
+    resume: nothing of them may be a number of the recording."""
+    here, got = full(), labelled()
+    with monkeypatch.context() as patch:
+        patch.setattr(ppo, "replayed", lambda function, *_: Replayed(function, LoggedGraph))
+        there = full()
+    seen = []
+    for turn, sigma in enumerate((0.3, 0.3, 0.25, 0.2, 0.3)):
+        if turn == 3:
+            for held in (here, there):
+                held.load_state_dict(held.state_dict())
+                held.load_policy_state(held.policy_state())
+            assert there._actor_step.recordings == 0
+        wanted = numbers(here.update(got, got.rewards, sigma))
+        assert numbers(there.update(got, got.rewards, sigma)) == wanted
+        assert same(there.policy_state(), here.policy_state())
+        seen.append(wanted)
+    assert same(there.state_dict()["actor_optimiser"], here.state_dict()["actor_optimiser"])
+    assert there._actor_step.recordings == there._critic_step.recordings == 2
+    # some steps are taken and some are skipped, or the test shows little
+    skipped = [metrics["ppo/skipped"] for metrics in seen]
+    assert skipped[0] == 0.0 and skipped[-1] > 0.0
+    assert len({metrics["ppo/learning_rate"] for metrics in seen}) > 1
+    assert all(metrics["ppo/mirror"] and metrics["ppo/imitation"] for metrics in seen[:1])
+
+
+def test_the_number_of_reads_does_not_grow_with_the_gradient_steps() -> None:
+    """Each read would wait for a GPU until it has done all that is queued."""
+    counts, got = [], labelled()
+    for epochs, minibatch in ((1, 640), (2, 160)):
+        config = replace(FULL, epochs=epochs, minibatch=minibatch)
+        held = bold(Learner(STATE + GOAL, ACTION, config, 3, FLOAT32, SWAPPED))
+        held._pool = Inline()
+        with counted_reads() as found:
+            held.update(got, got.rewards, 0.3)
+        counts.append(len(found))
+    assert counts[0] == counts[1] > 0
+
+
+@pytest.mark.parametrize("overlap", [False, True])
+def test_a_training_on_the_stand_in_is_the_cpus_and_resumes_on_either(
+    overlap: bool, tmp_path: Path
+) -> None:
+    """Rollouts are moved where they are gathered, that one too that waits in a checkpoint; the
+    rewards of a style that answers on the CPU meet those of the GPU."""
+    config = LoopConfig(lag=LagConfig(overlap=overlap))
+
+    class Service(Slowness):
+        def score(self, batch, rollout_states, end_index, end_states, valid):
+            tensors = (rollout_states, end_index, end_states, valid)
+            return super().score(batch, *(tensor.cpu() for tensor in tensors))
+
+    def loop(name: str, device: torch.device) -> Loop:
+        held = Learner(STATE + GOAL, ACTION, LEARNING, 1, FLOAT32, device=device)
+        held._pool.shutdown()
+        checkpoints = RunCheckpoints(tmp_path / name, LAYOUT)
+        made = Loop(held, points(), Service(), Memory(), checkpoints, config, ("reach", "error"))
+        made._background = held._pool = Inline()
+        made.gathering._pool = Inline() if overlap else None
+        return made
+
+    def lines(made: Loop, count: int) -> list[tuple[int, dict]]:
+        for _ in range(count):
+            made.recorder.record(made.learner.version, made.iterate())
+        return made.recorder.numbers()[-count:]
+
+    here = loop("here", CPU)
+    wanted = lines(here, 3)
+    with stand_in_gpu() as gpu:
+        there = loop("there", gpu)
+        assert lines(there, 3) == wanted
+        assert isinstance(
+            there.gathering.next(there.learner.weights(), 0, 0.3).rollout.states, There
+        )
+    state = unflatten(*flatten(here.state_dict()))
+    following = lines(here, 2)
+    with stand_in_gpu() as gpu:
+        back = loop("back", gpu)
+        back.load_state_dict(state)
+        assert lines(back, 2) == following
+    for made in (here, there, back):
+        made.fleet.close()
 
 
 def test_an_update_on_a_gpu_is_the_cpus_within_1e_4() -> None:

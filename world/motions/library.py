@@ -150,11 +150,11 @@ class StyleSource:
         the counter."""
         u = random_streams.uniform(self._seed, random_streams.MOCAP, self._numbers(n), counter, 7)
         kind = torch.bucketize(u[:, 0].contiguous(), self._edges[:-1], right=True)
-        index = torch.empty_like(kind)
+        index = torch.zeros_like(kind)
         for k, pool in enumerate(self._pools):
-            rows = kind == k
             if len(pool):
-                index[rows] = pool[(u[rows, 1] * len(pool)).long().clamp_max(len(pool) - 1)]
+                drawn = pool[(u[:, 1] * len(pool)).long().clamp_max(len(pool) - 1)]
+                index = torch.where(kind == k, drawn, index)
         return self._pairs(index, kind == 0, u[:, 2:])
 
     def _numbers(self, n: int) -> Tensor:

@@ -21,7 +21,15 @@ from world.scene.model import FURNITURE_BODY, PROJECTILE_BODY, SOLID, Ball, scen
 from world.scene.slots import Layout
 
 #: Fields of a model that differ between the pieces; the second few only where a box is carried.
-GEOM_FIELDS = ("geom_size", "geom_pos", "geom_quat", "geom_rbound", "geom_aabb", "geom_dataid")
+GEOM_FIELDS = (
+    "geom_size",
+    "geom_pos",
+    "geom_quat",
+    "geom_rbound",
+    "geom_aabb",
+    "geom_friction",
+    "geom_dataid",
+)
 BODY_FIELDS = (
     "body_mass",
     "body_subtreemass",
