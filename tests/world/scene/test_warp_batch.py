@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import mujoco
+import numpy as np
 import pytest
 import torch
 from torch import Tensor
@@ -26,6 +27,7 @@ from world.objects.floor_bank import FloorBank
 from world.objects.furniture_bank import FurnitureBank, variants
 from world.scene import simulators
 from world.scene.batch import Scenes
+from world.scene.box import BOX_BODY
 from world.scene.model import compile_scene
 from world.scene.warp_config import WarpConfig
 from world.scene.warp_model import template
@@ -38,12 +40,14 @@ import warp as wp
 from world.scene.warp_batch import OverflowError, WarpScenes, bytes_per_scene
 
 TASKS = ("sit", "lie", "carry", "walk", "track")
+#: Tasks whose box always touches something.
+BOXED = ("carry", "track")
 SCENES = range(6)
 STEPS = 30
 #: After a step in contact, of features but for velocities, and of velocities (m/s, rad/s): on
-#: boxes; on hulls, whose contact points two general routines choose; with elliptic cones. Positions may
-#: differ by 1e-3 in contact, and a substep lasts 1/120 s: that alone allows velocities to differ
-#: by 1e-3 / (1/120 s) = 0.12. From one and the same state, features agree to SAME.
+#: boxes; on hulls, whose contact points two general routines choose; with elliptic cones.
+#: Positions may differ by 1e-3 in contact, and a substep lasts 1/120 s: that alone lets velocities
+#: differ by 1e-3 / (1/120 s) = 0.12. From one and the same state, features agree to SAME.
 SAME = 1e-4
 BOXES, HULLS, CONES = (1e-4, 1e-3), (1e-3, 2e-2), (1e-3, 5e-3)
 VELOCITY = torch.zeros(STATE.width, dtype=torch.bool)
@@ -151,7 +155,7 @@ def test_thirty_control_steps_from_the_same_states(task: str, pairs: dict[str, P
     pair = pairs[task]
     ours, theirs = pair.ours, pair.theirs
     assert torch.equal(ours._variant, theirs._variant)
-    kinds = {False: CONES if task in ("carry", "track") else BOXES, True: HULLS}
+    kinds = {False: CONES if task in BOXED else BOXES, True: HULLS}
     seen, some = {"free": 0, "contact": 0}, task not in ("sit", "lie")
     for clock in range(STEPS):
         theirs._scenes.load_physics(ours._scenes.physics())
@@ -177,7 +181,7 @@ def test_thirty_control_steps_from_the_same_states(task: str, pairs: dict[str, P
         require_equal_readings(pair)
         seen["free"] += int((~met).sum())
         seen["contact"] += int(met.sum())
-    assert some and seen["contact"] > 20 and (seen["free"] > 5 or task == "carry"), seen
+    assert some and seen["contact"] > 20 and (seen["free"] > 5 or task in BOXED), seen
 
 
 @pytest.mark.parametrize("task", ["sit", "lie"])
@@ -243,6 +247,38 @@ def test_contacts_without_room_stop_the_run_and_name_what_to_raise(
         for _ in range(9):
             scenes.load_physics(state)
             scenes.act(torch.zeros(len(SCENES), NU))
+
+
+@pytest.mark.parametrize("task", BOXED)
+def test_whatever_differs_between_the_models_differs_between_the_worlds(
+    task: str, pairs: dict[str, Pair]
+) -> None:
+    """Of the character and the box; the furniture has slots of its own."""
+    bank = pairs[task].bank
+    made = template(bank.models, bank.pieces)
+    cargo = made.model.geom(BOX_BODY).id
+    differing = set()
+    read = pairs[task].theirs._scenes._model
+    for name in dir(bank.models[0]):
+        kinds = ("geom_", "body_", "dof_", "jnt_", "actuator_", "pair_")
+        if not name.startswith(kinds) or not hasattr(read, name):
+            continue  # mujoco-warp does not read it
+        values = [np.asarray(getattr(model, name)) for model in bank.models]
+        if name.startswith("geom_") and len(values[0]) == bank.models[0].ngeom:
+            values = [
+                value[model.geom(BOX_BODY).id]
+                for value, model in zip(values, bank.models, strict=True)
+            ]
+        elif name.endswith(("adr", "num")):
+            continue  # of the furniture's geoms
+        if any(not np.array_equal(value, values[0]) for value in values):
+            differing.add(name)
+            held = made.tables.get(name)
+            assert held is not None, f"{name} differs between the models"
+            rows = held[:, cargo] if name.startswith("geom_") else held
+            assert all(np.array_equal(r, v) for r, v in zip(rows, values, strict=True)), name
+    assert {"geom_size", "body_mass", "body_inertia"} <= differing
+    assert ("geom_friction" in differing) == (task == "track")
 
 
 def test_memory_grows_by_the_scene_and_what_does_not_fit_is_refused(pairs: dict[str, Pair]) -> None:
