@@ -42,6 +42,8 @@ from world.scene.warp_batch import OverflowError, WarpScenes, bytes_per_scene
 TASKS = ("sit", "lie", "carry", "walk", "track")
 #: Tasks whose box always touches something.
 BOXED = ("carry", "track")
+#: Fields that mujoco-warp reads for bodies that sleep alone; ours do not.
+SLEEP = ("dof_length",)
 SCENES = range(6)
 STEPS = 30
 #: After a step in contact, of features but for velocities, and of velocities (m/s, rad/s): on
@@ -261,7 +263,7 @@ def test_whatever_differs_between_the_models_differs_between_the_worlds(
     read = pairs[task].theirs._scenes._model
     for name in dir(bank.models[0]):
         kinds = ("geom_", "body_", "dof_", "jnt_", "actuator_", "pair_")
-        if not name.startswith(kinds) or not hasattr(read, name):
+        if not name.startswith(kinds) or not hasattr(read, name) or name in SLEEP:
             continue  # mujoco-warp does not read it
         values = [np.asarray(getattr(model, name)) for model in bank.models]
         if name.startswith("geom_") and len(values[0]) == bank.models[0].ngeom:
