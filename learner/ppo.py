@@ -3,33 +3,26 @@
 import copy
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import torch
 from torch import Tensor, nn
 
 from learner.config import LearnerConfig, piecewise
-from learner.optimiser import (
-    adam,
-    adam_state,
-    descend,
-    load_adam_state,
-    set_rate,
-    step_count,
-    steps_taken,
+from learner.gradient_steps import (
+    RAMP_STEPS,
+    ActorStep,
+    ActorSteps,
+    Batch,
+    CriticStep,
+    Mirrored,
 )
+from learner.optimiser import adam, adam_state, load_adam_state, steps_taken
 from learner.protocols import State
 from learner.returns import advantages, explained_variance
-from learner.surrogate import (
-    clipped_surrogate,
-    imitation_loss,
-    kl_fixed_sigma,
-    mirror_loss,
-    next_rate,
-    soft_bound,
-)
+from learner.surrogate import next_rate
 from policy.model.acting import publish
-from policy.model.networks import Actor, Critic, log_density
+from policy.model.networks import Actor, Critic
 from policy.model.normaliser import Normaliser, NormaliserConfig, ValueNormaliser
 from policy.rollout import Rollout, successors
 from world.device import CPU, block_rows, moved, put
@@ -45,55 +38,6 @@ VALUE_BLOCK = 1024
 # gait, and a turn at a seat that may go either way, to the middle between left and right:
 # docs/lab-notes/sit.md has the figures.
 MIRROR_MARGIN, MIRROR_WIDTH = 0.25, 0.08
-
-# Gradient steps over which the actor's learning rate rises to its value. Adam's first steps move
-# every weight by the full rate: measured on a cloned actor, four of them gave a KL of 0.4.
-RAMP_STEPS = 40
-
-
-@dataclass(frozen=True)
-class Batch:
-    """The valid samples of one iteration, flat [n, ..]; observations are normalised."""
-
-    observations: Tensor
-    actions: Tensor
-    means: Tensor
-    log_probs: Tensor
-    advantages: Tensor
-    targets: Tensor
-    mirrored: "Mirrored | None" = None
-    teacher_action: Tensor | None = None
-    """NaN where the teacher labels nothing"""
-
-    def rows(self, rows: Tensor) -> tuple[Tensor | None, ...]:
-        """What a gradient step of the actor takes of a minibatch; of mirror images every other
-        row."""
-        labels, image = self.teacher_action, self.mirrored
-        images: tuple[Tensor | None, ...] = (None, None, None)
-        if image is not None:
-            some = rows[::2]
-            images = image.observations[some], image.means[some], image.gates[some]
-        return (
-            self.observations[rows],
-            self.actions[rows],
-            self.means[rows],
-            self.log_probs[rows],
-            self.advantages[rows],
-            None if labels is None else labels[rows],
-            *images,
-        )
-
-
-@dataclass(frozen=True)
-class Mirrored:
-    """Mirror images of the samples of a batch, [n, ..]."""
-
-    observations: Tensor
-    """Normalised"""
-    means: Tensor
-    """Mirror images of the acting policy's means"""
-    gates: Tensor
-    """In (0, 1): near 1 where the critic values the sample much more than its image"""
 
 
 class Learner:
@@ -138,9 +82,10 @@ class Learner:
         self.version = 0
         self.samples = 0
         self.warmup_left = config.warmup_iterations
-        # replayed on a GPU; neither reads a number of the device
-        self._actor_step = replayed(self._take_actor_step, device, config.record)
-        self._critic_step = replayed(self._take_critic_step, device, config.record)
+        actor_step = ActorStep(self.actor, self.actor_optimiser, config, self.precision)
+        critic_step = CriticStep(self.critic, self.critic_optimiser, config, self.precision)
+        self._actor_step = replayed(actor_step, device, config.record)
+        self._critic_step = replayed(critic_step, device, config.record)
         # a GPU has one queue
         threads = config.threads if device.type == "cpu" else 1
         self._pool = ThreadPoolExecutor(
@@ -338,14 +283,6 @@ class Learner:
             "rate/critic_s": time.perf_counter() - began,
         }
 
-    def _take_critic_step(self, observations: Tensor, targets: Tensor) -> Tensor:
-        """One gradient step of the critic on rows [m, ..]; returns its loss []."""
-        with self.precision.context():
-            values = self.critic(observations)
-        loss = (values - targets).square().mean()
-        descend(self.critic, self.critic_optimiser, loss, self.config.critic_grad_norm)
-        return loss.detach()
-
     def _update_actor(self, batch: Batch, sigma: float) -> dict[str, float]:
         """The epochs of the actor; nothing is read from the device before they are all queued."""
         began = time.perf_counter()
@@ -358,7 +295,7 @@ class Learner:
         queued = [
             self._actor_step(settings, *batch.rows(rows)) for epoch in epochs for rows in epoch
         ]
-        found = _ActorSteps(queued)
+        found = ActorSteps(queued)
         kl = found.kl(len(epochs[-1])) if epochs else 0.0
         if epochs:
             rate = next_rate(self.actor_rate, kl, target, config.actor_rate_bounds)
@@ -379,54 +316,6 @@ class Learner:
             "ppo/skipped": float(found.skipped),
             "rate/actor_s": time.perf_counter() - began,
         }
-
-    def _take_actor_step(
-        self,
-        settings: Tensor,
-        observations: Tensor,
-        actions: Tensor,
-        old_means: Tensor,
-        log_probs: Tensor,
-        gains: Tensor,
-        teacher_action: Tensor | None,
-        images: Tensor | None,
-        image_means: Tensor | None,
-        gates: Tensor | None,
-    ) -> Tensor:
-        """One gradient step of the actor on rows [m, ..] of a batch; returns _ACTOR_STEP [7]
-        float64.
-
-        settings: [4] float64: sigma, clip range, the KL beyond which weights stay, learning rate.
-        images, image_means, gates: of the mirror loss, for every other row, which halves its cost.
-        """
-        config = self.config
-        sigma, clip, limit, rate = settings.unbind()
-        with self.precision.context():
-            means = self.actor(observations)
-        kl = kl_fixed_sigma(means.detach(), old_means, sigma)
-        log_ratio = log_density(actions, means, sigma) - log_probs
-        surrogate = clipped_surrogate(log_ratio, gains, clip)
-        bound = soft_bound(means)
-        imitation = mirror = means.new_zeros(())
-        if teacher_action is not None:
-            imitation = imitation_loss(means, teacher_action, sigma)
-        if images is not None and image_means is not None and gates is not None:
-            with self.precision.context():
-                seen = self.actor(images)
-            mirror = mirror_loss(seen, image_means, gates, sigma)
-        ramp = ((step_count(self.actor_optimiser) + 1.0) / RAMP_STEPS).clamp(max=1.0)
-        set_rate(self.actor_optimiser, ramp * rate)
-        far = kl > limit
-        loss = (
-            surrogate
-            + config.bound_weight * bound
-            + config.mirror_weight * mirror
-            + config.imitation_weight * imitation
-        )
-        descend(self.actor, self.actor_optimiser, loss, config.actor_grad_norm, skip=far)
-        outside = ((log_ratio.detach().exp() - 1.0).abs() > clip).float().mean()
-        found = (kl, far, surrogate, bound, mirror, imitation, outside)
-        return torch.stack([value.detach().double() for value in found])
 
     def policy_state(self) -> State:
         """Networks and normalisers, for acting, serving and `--init`."""
@@ -476,37 +365,3 @@ class Learner:
 
 def _on_cpu(weights: dict[str, Tensor]) -> dict[str, Tensor]:
     return {name: tensor.to(CPU) for name, tensor in weights.items()}
-
-
-#: What a gradient step of the actor returns.
-_ACTOR_STEP: tuple[str, ...] = (
-    "kl",
-    "skipped",
-    "surrogate",
-    "bound",
-    "mirror",
-    "imitation",
-    "clipped",
-)
-
-
-class _ActorSteps:
-    """The numbers of an update's gradient steps; reading them waits for the device, once."""
-
-    def __init__(self, steps: list[Tensor]) -> None:
-        rows = torch.stack(steps).tolist() if steps else []
-        self._steps = [dict(zip(_ACTOR_STEP, row, strict=True)) for row in rows]
-        self._taken = [step for step in self._steps if not step["skipped"]]
-        self.skipped = len(self._steps) - len(self._taken)
-
-    def mean(self, name: str) -> float:
-        """Mean of a number over the steps that were taken; 0 without any."""
-        return _mean([step[name] for step in self._taken])
-
-    def kl(self, last: int) -> float:
-        """Mean KL divergence of the last so many steps, taken or not."""
-        return _mean([step["kl"] for step in self._steps[-last:]])
-
-
-def _mean(numbers: list[float]) -> float:
-    return sum(numbers) / len(numbers) if numbers else 0.0

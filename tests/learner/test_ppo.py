@@ -240,7 +240,8 @@ def test_the_imitation_loss_draws_the_policy_to_the_teacher():
 def test_networks_say_the_same_while_their_normaliser_moves():
     """Also where another task's moments are far from those of the scenes; but for what was
     constant, of which the networks could know nothing."""
-    held = learner(warmup_iterations=9, skip=True)
+    # without clipping, which depends on the moments themselves
+    held = learner(warmup_iterations=9, skip=True, observation_clip=1e3)
     assert held.actor.skip is not None
     torch.nn.init.normal_(held.actor.skip.weight, std=0.1)
     held.average.load_state_dict(held.actor.state_dict())
