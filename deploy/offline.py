@@ -210,7 +210,22 @@ def extract(folder: Path, parts: Sequence[dict[str, Any]], into: Path) -> None:
             raise OfflineError(f"{path} is damaged: copy it again")
     joined = _Joined(folder / part["name"] for part in parts)
     with tarfile.open(fileobj=joined, mode="r|") as tar:
-        tar.extractall(into, filter="data")
+        if hasattr(tarfile, "data_filter"):
+            tar.extractall(into, filter="data")
+            return
+        # before Python 3.11.4 there are no filters: files and folders within `into` alone
+        for member in tar:
+            path = (into / member.name).resolve()
+            inside = path.is_relative_to(into.resolve())
+            if not inside or not (member.isfile() or member.isdir() or _stays(member, into)):
+                raise OfflineError(f"{folder}: {member.name} would be written outside {into}")
+            tar.extract(member, into)
+
+
+def _stays(member: tarfile.TarInfo, into: Path) -> bool:
+    """Whether a symbolic link points to something within `into`."""
+    target = (into / member.name).parent / member.linkname
+    return member.issym() and target.resolve().is_relative_to(into.resolve())
 
 
 class _Joined(io.RawIOBase):

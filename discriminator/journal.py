@@ -6,7 +6,6 @@ and it enters the same slots of the replay. The journal guards against a killed 
 checkpoints guard against a lost disk.
 """
 
-import os
 from pathlib import Path
 
 from safetensors import SafetensorError
@@ -14,6 +13,7 @@ from safetensors.torch import load_file, save_file
 from torch import Tensor
 
 from discriminator.errors import StyleError
+from world.partial_files import remove_leftovers, replacing
 
 
 class Journal:
@@ -25,6 +25,7 @@ class Journal:
             directory.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise StyleError(f"state directory {directory}: {error.strerror}") from error
+        remove_leftovers(directory)
         self.replay = directory / "replay.f32"
         self._path = directory / "state.safetensors"
         self._training = directory / "training"
@@ -51,9 +52,8 @@ class Journal:
 
     def set_training(self, training: str) -> None:
         """Set the training that the state belongs to."""
-        temporary = self._training.with_suffix(".tmp")
-        temporary.write_text(training)
-        os.replace(temporary, self._training)
+        with replacing(self._training) as partial:
+            partial.write_text(training)
 
     def clear(self) -> None:
         """Remove the saved state, before the replay's rows are replaced."""
@@ -61,6 +61,5 @@ class Journal:
 
     def save(self, state: dict[str, Tensor]) -> None:
         """Replace the saved state atomically."""
-        temporary = self._path.with_suffix(".tmp")
-        save_file(state, temporary)
-        os.replace(temporary, self._path)
+        with replacing(self._path) as partial:
+            save_file(state, partial)

@@ -1,7 +1,5 @@
 """`inhabit motions play`: clips in a browser, served on this machine or written as one file."""
 
-import os
-import tempfile
 import webbrowser
 from collections.abc import Sequence
 from http import HTTPStatus
@@ -15,6 +13,7 @@ from world.errors import ClipError, ConfigError
 from world.motions import load
 from world.motions.clip import Clip
 from world.motions.fit.objects import with_any
+from world.partial_files import replacing
 
 
 def play_command(command: MotionsPlay) -> int:
@@ -52,14 +51,8 @@ def clips(paths: Sequence[str], only: str | None) -> list[Clip]:
 def write(path: Path, text: str) -> None:
     """Write the page atomically."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, partial = tempfile.mkstemp(dir=path.parent, suffix=".partial")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        Path(partial).replace(path)
-    except BaseException:
-        Path(partial).unlink(missing_ok=True)
-        raise
+    with replacing(path) as partial:
+        partial.write_text(text, encoding="utf-8")
 
 
 def server(listen: str, text: str) -> ThreadingHTTPServer:

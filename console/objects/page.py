@@ -1,6 +1,5 @@
 """A self-contained page with 3-D views of pieces and their use points."""
 
-import contextlib
 import json
 from collections.abc import Sequence
 from importlib import resources
@@ -11,6 +10,7 @@ from console.objects.rows import listed
 from world.errors import PieceError
 from world.furniture.piece import Piece
 from world.furniture.surface import polygons
+from world.partial_files import replacing
 
 _SLOT = "/*PIECES*/[]"
 
@@ -41,12 +41,9 @@ def shown(piece: Piece) -> dict[str, Any]:
 
 def write(path: Path, pieces: Sequence[Piece]) -> None:
     """Write the page atomically. Raises PieceError."""
-    temporary = path.with_name(f".{path.name}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.write_text(page(pieces))
-        temporary.replace(path)
+        with replacing(path) as partial:
+            partial.write_text(page(pieces), encoding="utf-8")
     except OSError as error:
-        with contextlib.suppress(OSError):
-            temporary.unlink(missing_ok=True)
         raise PieceError(f"cannot write {path}: {error.strerror}") from error

@@ -1,6 +1,5 @@
 """A contact sheet of furniture: each piece from the front and above, with its use points."""
 
-import contextlib
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +11,7 @@ from PIL import Image, ImageDraw
 from world.errors import PieceError
 from world.furniture.piece import Piece
 from world.furniture.surface import polygons
+from world.partial_files import replacing
 
 CELL = 220
 """Width and height of a piece's picture, pixels."""
@@ -112,12 +112,9 @@ def sheet(pieces: Sequence[Piece], columns: int = 8, cell: int = CELL) -> Image.
 
 def write(path: Path, pieces: Sequence[Piece]) -> None:
     """Write the sheet as PNG, atomically. Raises PieceError."""
-    temporary = path.with_name(f".{path.name}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        sheet(pieces).save(temporary, "PNG", optimize=True)
-        temporary.replace(path)
+        with replacing(path) as partial:
+            sheet(pieces).save(partial, "PNG", optimize=True)
     except OSError as error:
-        with contextlib.suppress(OSError):
-            temporary.unlink(missing_ok=True)
         raise PieceError(f"cannot write {path}: {error.strerror or error}") from error

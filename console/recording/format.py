@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rpc import codec
 from world.errors import InhabitError
 from world.furniture.piece import Box, Piece
+from world.partial_files import replacing
 from world.refusals import one_line, refusing
 from world.scene.model import PROJECTILE_BODY, Ball, compile_scene
 
@@ -122,13 +123,11 @@ def write(path: Path, recording: Recording) -> None:
     packed = codec.pack(
         {"format": FORMAT, "version": VERSION, "meta": recording.meta, "takes": takes}
     )
-    temporary = path.with_name(f".{path.name}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.write_bytes(packed)
-        temporary.replace(path)
+        with replacing(path) as partial:
+            partial.write_bytes(packed)
     except OSError as error:
-        temporary.unlink(missing_ok=True)
         raise RecordingError(f"cannot write {path}: {error.strerror}") from error
 
 

@@ -1,12 +1,10 @@
 """The run directory: its name, lock, files, and the choice of a checkpoint."""
 
-import contextlib
 import datetime
 import fcntl
 import json
 import os
 import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -15,6 +13,7 @@ from typing import Any
 
 import pretrained
 from world.errors import InhabitError
+from world.partial_files import replacing
 
 RUNS = Path("runs")
 
@@ -115,19 +114,11 @@ def write_text(path: Path, text: str) -> None:
 
     Raises RunError for a disk that is full or not writable; the old file stays.
     """
-    temporary: Path | None = None
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-        temporary = Path(name)
-        with os.fdopen(handle, "w") as file:
-            file.write(text)
-        temporary.chmod(0o644)
-        temporary.replace(path)
+        with replacing(path) as partial:
+            partial.write_text(text, encoding="utf-8")
     except OSError as error:
-        with contextlib.suppress(OSError):
-            if temporary is not None:
-                temporary.unlink(missing_ok=True)
         raise RunError(f"cannot write {path}: {error.strerror}") from error
 
 

@@ -4,7 +4,6 @@ Inputs `state` [n, 114] and `goal` [n, G], outputs `action` [n, 28] and `target`
 set-points, rad), float32; the metadata holds the description of the policy service as JSON.
 """
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from policy.checkpoints.served import ACTIONS, STATE_WIDTH, Served
 from policy.messages import description
 from policy.model.networks import hidden_widths
 from world.errors import InhabitError
+from world.partial_files import replacing
 
 OPSET = 17
 TOLERANCE = 1e-5
@@ -55,21 +55,18 @@ def export_command(command: Export) -> int:
 
 def export(served: Served, out: Path) -> Difference:
     """Write a policy as ONNX; ExportError, and no file, for a difference beyond TOLERANCE."""
-    partial = out.with_name(f".{out.name}.{os.getpid()}")
     try:
-        partial.write_bytes(model_of(served))
-        found = compare(served, partial)
-        worst = max(found.action, found.target_rad)
-        if not worst <= TOLERANCE:
-            raise ExportError(
-                f"ONNX Runtime gives actions that differ by {worst:.1e}, at most {TOLERANCE:g} is "
-                "allowed: nothing was written"
-            )
-        partial.replace(out)
+        with replacing(out) as partial:
+            partial.write_bytes(model_of(served))
+            found = compare(served, partial)
+            worst = max(found.action, found.target_rad)
+            if not worst <= TOLERANCE:
+                raise ExportError(
+                    f"ONNX Runtime gives actions that differ by {worst:.1e}, at most"
+                    f" {TOLERANCE:g} is allowed: nothing was written"
+                )
     except OSError as error:
         raise ExportError(f"cannot write {out}: {error.strerror}") from error
-    finally:
-        partial.unlink(missing_ok=True)
     return found
 
 

@@ -33,6 +33,7 @@ from policy.checkpoints.transfer import widened
 from policy.model.acting import Policy
 from world.config import WorldConfig
 from world.errors import InhabitError
+from world.partial_files import replacing
 from world.tasks.carry import Carry
 
 #: Batches between two checks of the time; seconds between two reports, and two checkpoints.
@@ -208,9 +209,8 @@ def _chunk(command: TeachCarry, regression: Regression) -> int:
 
 def _publish(learner: Learner, weights: Path) -> None:
     """Publish the student's weights to the workers."""
-    partial = weights.with_suffix(".part")
-    torch.save(learner.averaged_weights(), partial)
-    partial.replace(weights)
+    with replacing(weights) as partial:
+        torch.save(learner.averaged_weights(), partial)
 
 
 def _fill(samples: Samples, workers: Workers, first: int) -> None:

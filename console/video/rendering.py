@@ -18,6 +18,7 @@ from console.video.stage import Shapes
 from world import surroundings
 from world.character.model import CONTROL_HZ
 from world.errors import InhabitError
+from world.partial_files import replacing
 
 Image = NDArray[np.uint8]
 #: Endings of animated pictures, drawn at every second control step; their quality, of 100.
@@ -171,22 +172,17 @@ def write_video(
     require_gl()
     out.parent.mkdir(parents=True, exist_ok=True)
     rate = recording.meta.get("control_hz", CONTROL_HZ)
-    temporary = out.with_name(f".{out.stem}.part{out.suffix or '.mp4'}")
     try:
-        if out.suffix.lower() in ANIMATED:
-            count = _animate(recording, temporary, rate, look, model, progress)
-        else:
+        with replacing(out, out.suffix or ".mp4") as partial:
+            if out.suffix.lower() in ANIMATED:
+                return _animate(recording, partial, rate, look, model, progress)
             try:
-                count = _encode(recording, temporary, rate, look, model, progress)
+                return _encode(recording, partial, rate, look, model, progress)
             except _EncoderError:
                 # On a machine under load the encoder once ended without an error: try once more.
-                count = _encode(recording, temporary, rate, look, model, progress)
-        temporary.replace(out)
+                return _encode(recording, partial, rate, look, model, progress)
     except OSError as error:
         raise VideoError(f"cannot write {out}: {error}") from error
-    finally:
-        temporary.unlink(missing_ok=True)
-    return count
 
 
 class _EncoderError(OSError):

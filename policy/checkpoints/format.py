@@ -3,7 +3,6 @@
 import hashlib
 import json
 import os
-import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import pairwise
@@ -16,6 +15,7 @@ from safetensors.torch import load_file, save_file
 from torch import Tensor
 
 from policy.errors import CheckpointError, LayoutError
+from world.partial_files import replacing_folder
 from world.refusals import refusing
 
 FORMAT = 2
@@ -128,36 +128,26 @@ def write(path: Path, state: Mapping[str, State], manifest: Manifest) -> Path:
 
     Raises CheckpointError where the disk is full or not writable, and removes the partial files.
     """
-    partial = path.with_name(f".{path.name}.partial")
     try:
-        shutil.rmtree(partial, ignore_errors=True)
-        partial.mkdir(parents=True)
-        files, values = {}, {}
-        for section, content in state.items():
-            tensors, values[section] = flatten(content)
-            file = partial / f"{section}.safetensors"
-            save_file(_unshared(tensors), file)
-            files[file.name] = {"sha256": _digest(file), "bytes": file.stat().st_size}
-            _sync(file)
-        table = {"format": FORMAT, **asdict(manifest), "files": files, "values": values}
-        text = json.dumps(table | {"sha256": digest_of(table)}, indent=1)
-        (partial / MANIFEST).write_text(text)
-        _sync(partial / MANIFEST)
-        _sync(partial)
-        replaced = path.with_name(f".{path.name}.replaced")
-        if path.exists():
-            path.rename(replaced)
-        partial.rename(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with replacing_folder(path) as partial:
+            files, values = {}, {}
+            for section, content in state.items():
+                tensors, values[section] = flatten(content)
+                file = partial / f"{section}.safetensors"
+                save_file(_unshared(tensors), file)
+                files[file.name] = {"sha256": _digest(file), "bytes": file.stat().st_size}
+                _sync(file)
+            table = {"format": FORMAT, **asdict(manifest), "files": files, "values": values}
+            text = json.dumps(table | {"sha256": digest_of(table)}, indent=1)
+            (partial / MANIFEST).write_text(text)
+            _sync(partial / MANIFEST)
+            _sync(partial)
         _sync(path.parent)
-        shutil.rmtree(replaced, ignore_errors=True)
     except (OSError, SafetensorError) as error:
-        shutil.rmtree(partial, ignore_errors=True)
         raise CheckpointError(
             f"cannot write checkpoint {path}: {error}; free some space or choose another --run"
         ) from error
-    except BaseException:
-        shutil.rmtree(partial, ignore_errors=True)
-        raise
     return path
 
 

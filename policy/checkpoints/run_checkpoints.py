@@ -8,6 +8,7 @@ from typing import Any
 
 from policy.checkpoints.format import Checkpoint, Layout, Manifest, read, write
 from policy.errors import CheckpointError, LayoutError
+from world.partial_files import link, remove_leftovers
 
 LATEST, BEST = "latest", "best"
 
@@ -33,6 +34,7 @@ class RunCheckpoints:
         """Write a checkpoint, move `latest` (and `best`) to it, and remove old ones."""
         samples = int(state["training"]["learner"]["samples"])
         manifest = Manifest(self.layout, iteration, samples, self.notes)
+        remove_leftovers(self.directory)
         path = write(self.directory / f"{iteration:06d}", state, manifest)
         self._name(LATEST, path)
         if best:
@@ -54,11 +56,8 @@ class RunCheckpoints:
         return self.directory / os.readlink(link) if link.is_symlink() else None
 
     def _name(self, name: str, path: Path) -> None:
-        partial = self.directory / f".{name}.partial"
         try:
-            partial.unlink(missing_ok=True)
-            partial.symlink_to(path.name)
-            partial.replace(self.directory / name)
+            link(self.directory / name, path.name)
         except OSError as error:
             raise CheckpointError(f"cannot name {path} '{name}': {error}") from error
 

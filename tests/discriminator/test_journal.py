@@ -17,14 +17,16 @@ def test_the_last_state_comes_back(tmp_path: Path) -> None:
     found = Journal(tmp_path / "style").load()
     assert found is not None
     assert int(found["version"]) == 2 and torch.equal(found["w"], torch.zeros(2, 3))
-    assert not list((tmp_path / "style").glob("*.tmp"))
+    assert [p.name for p in (tmp_path / "style").iterdir()] == ["state.safetensors"]
 
 
 def test_a_write_that_did_not_end_leaves_the_state_before_it(tmp_path: Path) -> None:
     journal = Journal(tmp_path)
     journal.save({"version": torch.tensor(1)})
-    (tmp_path / "state.tmp").write_bytes(b"half")
-    found = journal.load()
+    left = tmp_path / ".state.safetensors.x.partial.safetensors"
+    left.write_bytes(b"half")
+    found = Journal(tmp_path).load()
+    assert not left.exists()
     assert found is not None and int(found["version"]) == 1
 
 

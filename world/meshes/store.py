@@ -1,10 +1,7 @@
 """Piece files: JSON with hulls, targets, mass and inertia, licence and credit."""
 
-import contextlib
 import json
 import math
-import os
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +9,7 @@ from world.errors import PieceError
 from world.furniture.piece import Hull, Lying, Piece, SeatTarget, Vector
 from world.meshes import decompose
 from world.meshes.build import Built
+from world.partial_files import replacing
 from world.refusals import refusing
 
 FORMAT = "inhabit-piece"
@@ -99,15 +97,8 @@ def write(path: Path, content: dict[str, Any]) -> None:
     """Write a document atomically. Raises PieceError."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".part")
-        try:
-            with os.fdopen(handle, "w") as file:
-                json.dump(content, file)
-            os.replace(temporary, path)
-        except BaseException:
-            with contextlib.suppress(OSError):
-                os.unlink(temporary)
-            raise
+        with replacing(path) as partial, partial.open("w") as file:
+            json.dump(content, file)
     except OSError as error:
         raise PieceError(f"cannot write {path}: {error.strerror}") from error
 

@@ -7,8 +7,6 @@ keys: `about`, JSON: source, licence, seat, bed, the box's size, the ghost's joi
 """
 
 import json
-import os
-import tempfile
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -22,6 +20,7 @@ from world.motions import npz
 from world.motions.clip import Clip, validate
 from world.motions.licences import licence
 from world.motions.objects import Bed, BoxTrack, Seat, Skeleton
+from world.partial_files import replacing
 from world.refusals import refusing
 
 SUFFIX = ".npz"
@@ -50,16 +49,10 @@ def write(path: Path, clip: Clip) -> None:
 
 
 def write_arrays(path: Path, content: Mapping[str, np.ndarray]) -> None:
-    """Write arrays as one `.npz` file, atomically by renaming a temporary one."""
+    """Write arrays as one `.npz` file, atomically."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, partial = tempfile.mkstemp(dir=path.parent, suffix=".partial")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            np.savez(file, allow_pickle=False, **content)
-        Path(partial).replace(path)
-    except BaseException:
-        Path(partial).unlink(missing_ok=True)
-        raise
+    with replacing(path) as partial, partial.open("wb") as file:
+        np.savez(file, allow_pickle=False, **content)
 
 
 def arrays(clip: Clip) -> dict[str, np.ndarray]:

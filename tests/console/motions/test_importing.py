@@ -63,7 +63,7 @@ def test_import_writes_clips_that_training_reads(
     # what is there is not written over unasked
     assert main(["motions", "import", str(bvh), "--out", str(out)]) == 1
     assert "--replace" in capsys.readouterr().err
-    assert not list(out.glob("*.partial"))
+    assert not list(out.glob(".*"))
 
 
 def test_motions_of_one_name_get_different_names() -> None:

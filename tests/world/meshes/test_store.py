@@ -19,7 +19,7 @@ def test_pieces_survive_the_file(tmp_path: Path) -> None:
     again = store.read(path)
     assert back == again
     assert np.allclose(back.size_m, built().piece.size_m, atol=1e-6)
-    assert not list(tmp_path.glob("*.part"))
+    assert not list(tmp_path.glob(".*"))
     for broken, says in (
         ("[]", "not a piece"),
         ("{", "damaged"),

@@ -32,7 +32,7 @@ def test_files_give_back_every_object(tmp_path: Path, carried: Clip, lain: Clip)
             assert back.box.size_m == pytest.approx(clip.box.size_m)
         if back.ghost and clip.ghost:
             assert (back.ghost.names, back.ghost.parents) == (clip.ghost.names, clip.ghost.parents)
-    assert not list(tmp_path.glob("*.partial"))
+    assert not list(tmp_path.glob(".*"))
 
 
 def test_a_damaged_about_is_one_line(tmp_path: Path, carried: Clip) -> None:
