@@ -61,7 +61,10 @@ def parse(arguments: Sequence[str]) -> Any:
         )
     if words[:1] == ["teach"]:
         return parse_words(union(commands.TEACHING), words[1:], "inhabit teach", description=TEACH)
-    settings = (tyro.conf.FlagCreatePairsOff,)
+    # the help shows the one of a pair that changes something; both are taken, as a script that
+    # resumes repeats its flags, whatever the run's settings are
+    asked = {"--help", "-h"} & set(words)
+    settings = (tyro.conf.FlagCreatePairsOff,) if asked else ()
     return parse_words(
         union(commands.COMMANDS), words, "inhabit", description=DESCRIPTION, config=settings
     )

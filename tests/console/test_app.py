@@ -1,12 +1,15 @@
 """The command line's own rules: what a run begins from, exit codes, and one line for an error."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from console import app
+from console.run.directory import RunDirectory
+from console.run.experiment import PRESETS, to_json
 from rpc.errors import RpcError
 from world import surroundings
 from world.errors import ChoiceError, ConfigError, InhabitError
@@ -61,3 +64,14 @@ def test_an_opengl_that_is_not_there_is_said_once(
     captured = capsys.readouterr()
     assert captured.err == "inhabit: MUJOCO_GL=glx is not there (no display): ignored\n"
     assert json.loads(captured.out)
+
+
+@pytest.mark.parametrize("on", [True, False])
+def test_a_script_may_repeat_its_flags_when_it_resumes(on: bool, tmp_path: Path) -> None:
+    """Both of a pair of flags are taken, whatever the run's settings are; the help shows one."""
+    settings = replace(PRESETS["fast"], lag=replace(PRESETS["fast"].lag, overlap=on))
+    RunDirectory(tmp_path).write_config({"experiment": to_json(settings)})
+    words = ["train", "sit", "--resume", "--run", str(tmp_path)]
+    for flag, wanted in (("--lag.overlap", True), ("--lag.no-overlap", False)):
+        assert app.parse([*words, flag]).experiment.lag.overlap is wanted
+    assert app.parse(words).experiment.lag.overlap is on

@@ -232,3 +232,45 @@ def test_training_needs_no_ray(tmp_path: Path) -> None:
     )
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "run/checkpoints/latest").exists()
+
+
+@pytest.mark.parametrize("filters", [True, False])
+@pytest.mark.parametrize(
+    ("name", "kind", "to"),
+    [
+        ("../outside", tarfile.REGTYPE, ""),
+        ("link", tarfile.SYMTYPE, "../../outside"),
+        ("device", tarfile.CHRTYPE, ""),
+    ],
+)
+def test_nothing_is_written_outside_also_by_a_python_without_filters(
+    filters: bool, name: str, kind: bytes, to: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Python 3.11.2, which some systems still have, knows no extraction filters."""
+    if not filters:
+        monkeypatch.delattr(tarfile, "data_filter", raising=False)
+    payload, here = tmp_path / "payload.tar", tmp_path / "in" / "here"
+    with tarfile.open(payload, "w") as tar:
+        for path, link in (("repository/a.py", ""), ("repository/b.py", "a.py")):
+            member = tarfile.TarInfo(path)
+            member.type = tarfile.SYMTYPE if link else tarfile.REGTYPE
+            member.linkname = link
+            tar.addfile(member)
+        safe = tmp_path / "safe.tar"
+        tar.fileobj.flush()
+        safe.write_bytes(payload.read_bytes())
+        member = tarfile.TarInfo(name)
+        member.type, member.linkname = kind, to
+        tar.addfile(member)
+    for path, good in ((safe, True), (payload, False)):
+        (tmp_path / path.stem).mkdir()
+        parts = offline.cut(path, tmp_path / path.stem, "part", 10_000_000)
+        here.mkdir(parents=True)
+        if good:
+            offline.extract(tmp_path / path.stem, parts, here)
+            assert (here / "repository" / "b.py").readlink() == Path("a.py")
+            here.rename(tmp_path / "first")
+        else:
+            with pytest.raises((offline.OfflineError, OSError, tarfile.TarError)):
+                offline.extract(tmp_path / path.stem, parts, here)
+    assert not list(tmp_path.rglob("outside"))
