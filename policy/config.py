@@ -35,7 +35,7 @@ class PolicyServiceConfig:
     """Batching of requests."""
     synthesis: SynthesisConfig = field(default_factory=SynthesisConfig)
     """Limits of the simulations of Synthesize."""
-    max_rows: int = 4096
+    max_rows: int = 1024
     """Most rows in one call of Act."""
     max_poses: int = 256
     """Most poses in one call of ActFromPose."""

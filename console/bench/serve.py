@@ -6,7 +6,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from console.run import assembly
@@ -16,6 +16,9 @@ from world.errors import InhabitError
 
 #: Goals: ratio to the echo's rate, ratio to Ray Serve's, and p99 at 256 streams, ms.
 GOALS = {"echo": 0.6, "ray": 5.0, "p99_ms": 10.0}
+#: Greatest ratio of the characters' p99 while another client floods to that without it.
+FAIR_RATIO = 3.0
+FLOODS = ("rows", "poses")
 
 
 class BenchError(InhabitError):
@@ -44,7 +47,39 @@ def measure(
                 note(f"Ray Serve: not measured: {error}")
                 continue
             figures |= {f"{kind}_{name}": value for name, value in found.items()}
+        figures |= _fairness(checkpoint, seconds)
     return figures | _ratios(figures)
+
+
+def _fairness(checkpoint: Path, seconds: float) -> dict[str, float]:
+    """Return the latencies of a few characters alone, and while another client asks for as much as
+    it may: in rows of observations, or in situations."""
+    found: dict[str, float] = {}
+    with _process("servers", "policy", str(checkpoint)) as server:
+        address = str(_line(server)["address"])
+        for flood in (None, *FLOODS):
+            with ExitStack() as stack:
+                if flood is not None:
+                    words = (address, "0", f"flood-{flood}")
+                    _line(stack.enter_context(_process("client", *words)))
+                watched = stack.enter_context(_process("client", address, str(seconds), "paced"))
+                line = _line(watched)
+                _send_line(watched)
+            name = "alone" if flood is None else f"flood_{flood}"
+            found |= {f"fair_{name}_{unit}": float(line[unit]) for unit in ("p50_ms", "p99_ms")}
+    return found | _fair_ratios(found)
+
+
+def _fair_ratios(figures: dict[str, float]) -> dict[str, float]:
+    """Return how much longer the characters wait at p99 for each flood, the limit, and whether all
+    are within it (1) or not (0)."""
+    ratios = {
+        f"fair_flood_{flood}_p99_ratio": figures[f"fair_flood_{flood}_p99_ms"]
+        / figures["fair_alone_p99_ms"]
+        for flood in FLOODS
+    }
+    within = all(ratio <= FAIR_RATIO for ratio in ratios.values())
+    return ratios | {"limit_fair_p99_ratio": FAIR_RATIO, "fair_within_limit": float(within)}
 
 
 def _ratios(figures: dict[str, float]) -> dict[str, float]:

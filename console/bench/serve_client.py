@@ -1,7 +1,9 @@
 """The client process of `inhabit bench serve`: latencies and rates as JSON.
 
 `python -m console.bench.serve_client ADDRESS SECONDS [unary]` prints one JSON object per
-measurement and waits for a line after each; `unary` leaves the streams out.
+measurement and waits for a line after each; `unary` leaves the streams out. With `paced` it
+measures a few characters alone, once; with `flood-rows` or `flood-poses` it measures nothing, says
+that it runs, and asks for as much as it may until its standard input ends.
 """
 
 import asyncio
@@ -14,13 +16,17 @@ from typing import Any
 import grpc
 import numpy as np
 
+from policy.config import PolicyServiceConfig
 from rpc.v1 import policy_pb2 as pb
 from rpc.v1 import policy_pb2_grpc
+from world.character.model import standing_qpos
 
 CLIENT_CORE = 1
 HZ = 30.0
 STREAMS = (64, 256, 1024)
 CALLERS = 64
+#: Characters that are watched while another client floods, and the flood's calls at a time.
+CHARACTERS, FLOOD = 16, 8
 _METADATA = (("application", "sit"),)  # names the deployment of Ray Serve
 
 
@@ -107,8 +113,73 @@ async def measure(address: str, seconds: float, streaming: bool) -> None:
                 await report(f"streams_{streams}", client.control(streams, paced=True))
 
 
+def flood_of(kind: str) -> tuple[str, bytes]:
+    """The largest call that the service takes by default: its method, and its bytes."""
+    limits = PolicyServiceConfig()
+    if kind == "flood-rows":
+        n, draw = limits.max_rows, np.random.default_rng(0)
+        state, goal = (draw.standard_normal((n, w)).astype("<f4").tobytes() for w in (114, 29))
+        return "Act", pb.ActRequest(task="sit", state=state, goal=goal).SerializeToString()
+    standing = standing_qpos().tolist()
+    pose = pb.Pose(
+        root_position=standing[:3],
+        root_rotation=standing[3:7],
+        root_velocity=[0.0] * 3,
+        root_angular_velocity=[0.0] * 3,
+        joint_position=standing[7:],
+        joint_velocity=[0.0] * 28,
+    )
+    chair = pb.Furniture(
+        position=[1.0, 0.0, 0.0],
+        rotation=[1.0, 0.0, 0.0, 0.0],
+        piece="chair-test-000",
+    )
+    one = pb.Situation(pose=pose, furniture=chair)
+    request = pb.ActFromPoseRequest(task="sit", situations=[one] * limits.max_poses)
+    return "ActFromPose", request.SerializeToString()
+
+
+async def flood(address: str, kind: str) -> None:
+    """Ask for as much as the service takes, FLOOD calls at a time, until standard input ends; the
+    calls are made ready before, so that they cost the server and not this process."""
+    method, request = flood_of(kind)
+    ended = asyncio.get_running_loop().run_in_executor(None, sys.stdin.read)
+    async with grpc.aio.insecure_channel(address) as channel:
+        # bytes as they are, in both directions
+        call = channel.unary_unary(f"/rpc.v1.Policy/{method}")
+
+        async def caller() -> None:
+            while not ended.done():
+                try:
+                    await call(request)
+                except grpc.aio.AioRpcError as error:
+                    if error.code() is not grpc.StatusCode.RESOURCE_EXHAUSTED:
+                        raise
+                    await asyncio.sleep(0.01)
+
+        await call(request)
+        print(json.dumps({"name": kind}), flush=True)
+        await asyncio.gather(*(caller() for _ in range(FLOOD)))
+
+
+async def watched(address: str, seconds: float) -> None:
+    """Print the latencies of a few characters at 30 Hz."""
+    async with grpc.aio.insecure_channel(address) as channel:
+        client = Client(policy_pb2_grpc.PolicyStub(channel), seconds)
+        await client.act(1)
+        print(json.dumps(await client.control(CHARACTERS, paced=True)), flush=True)
+        sys.stdin.readline()
+
+
 if __name__ == "__main__":
     from rpc.aio_server import run
 
     os.sched_setaffinity(0, {CLIENT_CORE})
-    run(measure(sys.argv[1], float(sys.argv[2]), "unary" not in sys.argv))
+    where, duration, how = sys.argv[1], float(sys.argv[2]), sys.argv[3:]
+    if how and how[0].startswith("flood"):
+        os.nice(10)  # the characters' client shares this core
+        run(flood(where, how[0]))
+    elif how == ["paced"]:
+        run(watched(where, duration))
+    else:
+        run(measure(where, duration, "unary" not in how))

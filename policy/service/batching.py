@@ -22,6 +22,11 @@ from world.character.features import STATE, Table
 _FLOAT = np.dtype("<f4")
 SMALL_ROWS = 16
 """Most rows of a small request; larger ones have a queue of their own."""
+PART_ROWS = 32
+"""Rows of a large request in one forward pass, which takes half a millisecond."""
+TURNS = 8
+"""Turns of the event loop between two parts of large requests. In one turn gRPC hands over a single
+message, so with one turn a part the messages of other clients would pile up."""
 _ROW = ACTIONS * _FLOAT.itemsize
 
 
@@ -81,7 +86,7 @@ class Batcher:
         #: Large requests have their own queue, so that they do not delay the small ones.
         self._large: deque[Entry] = deque()
         self._large_next = False
-        self._rows = 0
+        self._rows = self._large_rows = 0
         self._timer: asyncio.Handle | None = None
         self._soon = False
         #: Open streams and calls in progress. When each of them has a queued request and no further
@@ -101,17 +106,20 @@ class Batcher:
         self, data: bytes, rows: int, posed: bool, noise: np.ndarray | None
     ) -> "asyncio.Future[Answer]":
         """Future answer to a request (fields as in Entry); BusyError where the queue is full."""
-        if self._rows + rows > self._config.max_queued_rows:
+        queue = self._large if rows > SMALL_ROWS else self._waiting
+        # each queue has room of its own: large requests never keep a character's frame out
+        waiting = self._large_rows if queue is self._large else self._rows - self._large_rows
+        if waiting + rows > self._config.max_queued_rows:
             self._refused.inc()
             raise BusyError(
-                f"{self._rows} rows are waiting and at most {self._config.max_queued_rows} may: "
+                f"{waiting} rows are waiting and at most {self._config.max_queued_rows} may: "
                 "ask for fewer at a time, or later"
             )
         loop = asyncio.get_running_loop()
         answer: asyncio.Future[Answer] = loop.create_future()
-        queue = self._large if rows > SMALL_ROWS else self._waiting
         queue.append(Entry(rows, data, posed, noise, answer, time.monotonic()))
         self._rows += rows
+        self._large_rows += rows if queue is self._large else 0
         full = self._rows >= self._config.max_rows or self._complete()
         if full and not self._soon:
             # not at once, so that requests that have already arrived join the batch
@@ -147,15 +155,19 @@ class Batcher:
             first, second = second, first
         self._large_next = not self._large_next
         for queue in (first, second):
-            while queue and (not batch or rows + queue[0].rows <= self._config.max_rows):
+            most = PART_ROWS if queue is self._large else self._config.max_rows
+            while queue and (not batch or rows + queue[0].rows <= most):
                 entry = queue.popleft()
                 self._rows -= entry.rows
+                self._large_rows -= entry.rows if queue is self._large else 0
                 if not entry.answer.done():  # its call may be cancelled or past its deadline
                     batch.append(entry)
                     rows += entry.rows
         if self._waiting or self._large:
             self._soon = True
-            asyncio.get_running_loop().call_soon(self._flush)
+            # a client that is alone need not wait for others
+            shared = self.streams or self.calls > 1
+            self._turn(TURNS if shared and not self._waiting else 0)
         if not batch:
             return
         try:
@@ -167,6 +179,14 @@ class Batcher:
         self._batch_rows.observe(rows)
         self._queued.set(self._rows)
         self._wait.observe(time.monotonic() - batch[0].since)
+
+    def _turn(self, left: int) -> None:
+        """Flush after so many turns of the loop, or as soon as a small request waits."""
+        loop = asyncio.get_running_loop()
+        if left and not self._waiting:
+            loop.call_soon(self._turn, left - 1)
+        else:
+            loop.call_soon(self._flush)
 
     def _answer(self, batch: list[Entry]) -> None:
         served = self._served()
@@ -199,6 +219,12 @@ class Batcher:
             end = start + entry.rows * _ROW
             entry.answer.set_result(Answer(actions[start:end], targets[start:end], version))
             start = end
+
+
+async def turns() -> None:
+    """Give the other clients their turns, after a part of a large request."""
+    for _ in range(TURNS):
+        await asyncio.sleep(0)
 
 
 def _tensor(entries: list[Entry], width: int) -> np.ndarray:

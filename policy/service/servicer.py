@@ -14,7 +14,7 @@ from policy.checkpoints.served import STATE_WIDTH, Served
 from policy.config import PolicyServiceConfig
 from policy.errors import BusyError, RequestError
 from policy.messages import description, requests
-from policy.service.batching import Answer, Batcher, BatchMetrics
+from policy.service.batching import PART_ROWS, Answer, Batcher, BatchMetrics, turns
 from policy.service.streams import Stream, Streams
 from policy.synthesis.streaming import Synthesis
 from rpc.aio_server import AioServer
@@ -27,8 +27,8 @@ from world.tasks import Task
 NAME = "rpc.v1.Policy"
 #: One Control frame in so many is timed; timing costs a few microseconds.
 _SAMPLED = 32
-#: Situations that are read without a pause, which takes one or two milliseconds.
-_PART = 8
+#: Situations that are read without a pause, which takes half a millisecond.
+_PART = 4
 ERRORS: dict[type[Exception], grpc.StatusCode] = {
     ChoiceError: grpc.StatusCode.NOT_FOUND,
     BusyError: grpc.StatusCode.RESOURCE_EXHAUSTED,
@@ -123,7 +123,7 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
             for first in range(0, len(messages), _PART):
                 part, _ = requests.poses(messages[first : first + _PART], task, first)
                 found.append(part)
-                await asyncio.sleep(0)
+                await turns()
         return b"".join(found), len(messages)
 
     async def _answer(
@@ -132,7 +132,7 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
         batcher = self.batchers[name]
         noise = None if seed is None else requests.noise(seed, 0, rows)
         # in parts, so that a large call does not delay the streams
-        most, size = self.config.batch.max_rows, len(data) // rows
+        most, size = min(PART_ROWS, self.config.batch.max_rows), len(data) // rows
         found: list[Answer] = []
         batcher.calls += 1
         try:

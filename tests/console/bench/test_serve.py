@@ -8,8 +8,12 @@ from pathlib import Path
 import pytest
 
 from console.bench import serve
+from console.bench.serve_client import flood_of
 from console.run.experiment import PRESETS
 from console.serving import loading
+from policy.config import PolicyServiceConfig
+from policy.messages import requests
+from rpc.v1 import policy_pb2 as pb
 
 
 def test_ratios_by_hand() -> None:
@@ -47,3 +51,31 @@ def test_lines_that_are_no_figures_are_passed_over() -> None:
         pytest.raises(serve.BenchError, match="ended early"),
     ):
         serve._line(process, may_end=True)
+
+
+def test_fairness_by_hand() -> None:
+    figures = {"fair_alone_p99_ms": 2.0, "fair_flood_rows_p99_ms": 6.0}
+    found = serve._fair_ratios(figures | {"fair_flood_poses_p99_ms": 3.0})
+    assert found["fair_flood_rows_p99_ratio"] == found["limit_fair_p99_ratio"] == 3.0
+    assert found["fair_flood_poses_p99_ratio"] == 1.5 and found["fair_within_limit"] == 1.0
+    found = serve._fair_ratios(figures | {"fair_flood_poses_p99_ms": 6.1})
+    assert found["fair_within_limit"] == 0.0
+
+
+@pytest.mark.parametrize("flood", serve.FLOODS)
+def test_a_flood_is_a_call_that_the_service_takes(flood: str, tmp_path: Path) -> None:
+    """Of the most rows or situations that it may have, so that it is no flood of refusals."""
+    experiment = PRESETS["fast"]
+    experiment = replace(experiment, ppo=replace(experiment.ppo, hidden=(16,)))
+    served = loading.served("sit", serve._checkpoint(experiment, tmp_path))
+    limits = PolicyServiceConfig()
+    method, data = flood_of(f"flood-{flood}")
+    if flood == "rows":
+        request = pb.ActRequest.FromString(data)
+        widths = (114, served.width - 114)
+        _, rows = requests.observation(request.state, request.goal, widths, limits.max_rows)
+        assert (method, rows) == ("Act", limits.max_rows)
+    else:
+        request = pb.ActFromPoseRequest.FromString(data)
+        _, rows = requests.poses(request.situations, served.task)
+        assert (method, rows) == ("ActFromPose", limits.max_poses)

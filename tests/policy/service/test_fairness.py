@@ -19,9 +19,10 @@ from prometheus_client import CollectorRegistry
 from policy.checkpoints.reload import Source
 from policy.checkpoints.served import Served
 from policy.config import BatchConfig, PolicyServiceConfig, SynthesisConfig
-from policy.errors import RequestError
+from policy.errors import BusyError, RequestError
 from policy.objects import placement
-from policy.service.batching import Batcher, BatchMetrics
+from policy.service.batching import PART_ROWS, TURNS, Batcher, BatchMetrics
+from policy.service.servicer import _PART
 from rpc.v1 import policy_pb2 as pb
 from tests.support.paths import ROOT
 from tests.support.policy_cases import (
@@ -90,7 +91,7 @@ def test_large_calls_are_read_one_at_a_time() -> None:
                 waiting = [service._poses(large, SIT) for _ in range(3)]
 
                 async def tick() -> None:
-                    for _ in range(14):
+                    for _ in range(3 * 32 // _PART * TURNS):
                         seen.append("frame")
                         await asyncio.sleep(0)
 
@@ -100,11 +101,12 @@ def test_large_calls_are_read_one_at_a_time() -> None:
         return seen
 
     seen = asyncio.run(order())
-    assert sum(name.startswith("part") for name in seen) == 12
+    assert sum(name.startswith("part") for name in seen) == 3 * 32 // _PART
     both = [i for i, name in enumerate(seen) if name == "frame"]
     busy = seen[both[1] : both[-1]]
-    runs = "".join("f" if name == "frame" else "p" for name in busy).split("f")
-    assert max(len(run) for run in runs) <= 1
+    marks = "".join("f" if name == "frame" else "p" for name in busy)
+    # each part is followed by its turns, in which frames are read
+    assert min(len(run) for run in marks.strip("f").split("p")[1:-1]) >= TURNS - 1
 
 
 def test_small_requests_overtake_large_ones() -> None:
@@ -241,3 +243,80 @@ def test_one_hanging_policy_keeps_no_other_from_its_reload(tmp_path: Path) -> No
             assert time.monotonic() < deadline
             time.sleep(0.05)
         hang.set()
+
+
+class Turns:
+    """A loop's turns counted, and a policy that answers at once."""
+
+    def __init__(self) -> None:
+        self.passes: list[tuple[int, int]] = []
+        self.turn = 0
+
+    async def count(self) -> None:
+        while True:
+            self.turn += 1
+            await asyncio.sleep(0)
+
+
+def counted(turns: Turns, monkeypatch: pytest.MonkeyPatch) -> Batcher:
+    found = Batcher(make, BatchConfig(max_queued_rows=4096), BatchMetrics(CollectorRegistry()))
+    real = found._answer
+
+    def answer(batch: list) -> None:
+        turns.passes.append((turns.turn, sum(entry.rows for entry in batch)))
+        real(batch)
+
+    monkeypatch.setattr(found, "_answer", answer)
+    return found
+
+
+def row(n: int) -> bytes:
+    return np.zeros((n, WIDTH), "<f4").tobytes()
+
+
+def test_large_requests_leave_turns_for_the_others_and_a_small_one_ends_the_pause(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """In one turn of the loop gRPC hands over one message: with a pass in each they pile up."""
+
+    async def main() -> None:
+        seen = Turns()
+        batcher = counted(seen, monkeypatch)
+        batcher.streams = 1
+        counter = asyncio.ensure_future(seen.count())
+        large = [batcher.submit(row(PART_ROWS), PART_ROWS, False, None) for _ in range(6)]
+        await large[2]
+        assert [rows for _, rows in seen.passes] == [PART_ROWS] * 3
+        apart = np.diff([turn for turn, _ in seen.passes])
+        assert (apart >= TURNS).all()
+        before = seen.turn
+        await batcher.submit(row(1), 1, False, None)
+        # alone, or together with the large one whose turn it was
+        assert seen.turn - before < TURNS and seen.passes[-1][1] in (1, PART_ROWS + 1)
+        await asyncio.gather(*large)
+        batcher.streams, before = 0, len(seen.passes)
+        await asyncio.gather(*(batcher.submit(row(32), 32, False, None) for _ in range(4)))
+        alone = np.diff([turn for turn, _ in seen.passes[before:]])
+        assert len(alone) == 3 and (alone < TURNS).all(), "nobody else to wait for"
+        counter.cancel()
+
+    asyncio.run(main())
+
+
+def test_large_requests_never_fill_the_room_of_small_ones() -> None:
+    """Two calls of another client would else have every character refused."""
+
+    async def main() -> None:
+        batcher = Batcher(make, BatchConfig(max_queued_rows=64), BatchMetrics(CollectorRegistry()))
+        large = [batcher.submit(row(32), 32, False, None) for _ in range(2)]
+        with pytest.raises(BusyError, match="64 rows are waiting and at most 64 may"):
+            batcher.submit(row(32), 32, False, None)
+        small = [batcher.submit(row(1), 1, False, None) for _ in range(64)]
+        with pytest.raises(BusyError):
+            batcher.submit(row(1), 1, False, None)
+        assert batcher.queued_rows == 128
+        await asyncio.gather(*large, *small)
+        assert batcher.queued_rows == 0
+        await batcher.submit(row(32), 32, False, None)
+
+    asyncio.run(main())

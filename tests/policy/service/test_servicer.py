@@ -252,7 +252,7 @@ def test_what_is_wrong_is_named(client: Stub) -> None:
     cases = [
         (act(client, task="dance"), missing, "unknown task 'dance': choose one of other, sit"),
         (act(client, task=""), invalid, "task: missing, must be one of other, sit"),
-        (act(client, state=b""), invalid, "state: 0 rows, must be 1 to 4096"),
+        (act(client, state=b""), invalid, "state: 0 rows, must be 1 to 1024"),
         (act(client, state=b"1"), invalid, "state: 1 bytes, must be a multiple of 456"),
         (act(client, goal=b"12345678"), invalid, "goal: 8 bytes, must be 116 (1 rows"),
         (act(client, **poisoned("state", 0, np.nan)), invalid, "root_height[0]) is nan, must be"),
