@@ -11,6 +11,7 @@ import grpc
 from prometheus_client import CollectorRegistry, Counter, Histogram
 
 from rpc.errors import CodecError, RefusedError
+from rpc.first_message import bounded
 from rpc.malformed import defer_parse_errors, redact
 from rpc.stream_guard import StreamGuard
 
@@ -91,12 +92,17 @@ class CallInterceptor(grpc.ServerInterceptor):
     """Call metrics, and statuses with one-line messages for expected exceptions."""
 
     def __init__(
-        self, registry: CollectorRegistry, errors: Errors, guard: StreamGuard | None = None
+        self,
+        registry: CollectorRegistry,
+        errors: Errors,
+        guard: StreamGuard | None = None,
+        first: StreamGuard | None = None,
     ) -> None:
         """errors: status of each expected exception type; any other one becomes INTERNAL.
-        guard: bounds streaming calls, including those of reflection."""
+        guard: bounds streaming calls, including those of reflection. first: bounds the wait of
+        other calls for their single message, health checks too."""
         self._errors = errors
-        self._guard = guard
+        self._guard, self._first = guard, first
         self._metrics = CallMetrics(registry)
 
     def intercept_service(
@@ -105,9 +111,15 @@ class CallInterceptor(grpc.ServerInterceptor):
         """The handler with a wrapped behaviour."""
         handler = continuation(handler_call_details)
         method = handler_call_details.method or ""
-        if handler is None or method.startswith("/grpc.health."):
+        if handler is None:
             return handler
-        handler = defer_parse_errors(handler)
+        health, streaming = method.startswith("/grpc.health."), handler.request_streaming
+        if not health:
+            handler = defer_parse_errors(handler)
+        if self._first is not None:
+            handler = bounded(handler, self._first, refuse=health)
+        if health:
+            return handler
         behaviour: Any = (
             handler.unary_unary
             or handler.unary_stream
@@ -119,7 +131,7 @@ class CallInterceptor(grpc.ServerInterceptor):
 
         def reply(request: Any, context: grpc.ServicerContext) -> Any:
             with self._watched(method, context):
-                if guard is None or not handler.request_streaming:
+                if guard is None or not streaming:
                     return behaviour(request, context)
                 with guard.call(context) as one:
                     return behaviour(guard.requests(request, one), context)
@@ -130,7 +142,7 @@ class CallInterceptor(grpc.ServerInterceptor):
                     yield from behaviour(request, context)
                     return
                 with guard.call(context) as one:
-                    if handler.request_streaming:
+                    if streaming:
                         request = guard.requests(request, one)
                     yield from guard.responses(behaviour(request, context), one)
 

@@ -18,9 +18,11 @@ from prometheus_client import CollectorRegistry, start_http_server
 from rpc.address import is_local, split_address
 from rpc.credentials import read_token, server_credentials
 from rpc.errors import RpcError
+from rpc.first_message import FirstMessageInterceptor
 from rpc.interceptors import CallInterceptor, TokenInterceptor
 from rpc.stream_guard import StreamGuard
 
+_HEALTH_WORKERS = 4
 METRICS_S = 5.0
 """Time after which a silent connection to the metrics is closed, s."""
 SERVING = health_pb2.HealthCheckResponse.SERVING
@@ -58,6 +60,8 @@ class ServerConfig:
     always find a worker."""
     idle_s: float = 20.0
     """Longest time that a streaming call waits for its client to send or read one message."""
+    message_s: float = 5.0
+    """Longest time that any other call waits for its single message."""
     stream_s: float = 300.0
     """Longest time that a streaming call waits for its client in total."""
     max_message_bytes: int = 4 << 20
@@ -82,8 +86,14 @@ class Server:
         check(config)
         self.registry = CollectorRegistry()
         self.guard = StreamGuard(config.streams, config.idle_s, config.stream_s, self._set_full)
+        # never refuses: there are no more calls than workers
+        self.first = StreamGuard(
+            config.workers + 2 * _HEALTH_WORKERS,
+            config.message_s,
+            config.message_s,
+        )
         interceptors: list[grpc.ServerInterceptor] = [
-            CallInterceptor(self.registry, errors or {}, self.guard)
+            CallInterceptor(self.registry, errors or {}, self.guard, self.first)
         ]
         if config.token_file or config.token:
             token = config.token or read_token(config.token_file)
@@ -97,7 +107,7 @@ class Server:
         # non-blocking: a Watch call occupies no worker
         self.health = health.HealthServicer(
             experimental_non_blocking=True,
-            experimental_thread_pool=ThreadPoolExecutor(1, thread_name_prefix="health"),
+            experimental_thread_pool=ThreadPoolExecutor(_HEALTH_WORKERS, "health"),
         )
         self._services: tuple[str, ...] = ()
         self.stopping = threading.Event()
@@ -105,7 +115,10 @@ class Server:
         self.probe: grpc.Server | None = None
         self.health_address = ""
         if config.health:
-            self.probe = grpc.server(ThreadPoolExecutor(1, thread_name_prefix="probe"))
+            self.probe = grpc.server(
+                ThreadPoolExecutor(_HEALTH_WORKERS, "probe"),
+                interceptors=[FirstMessageInterceptor(self.first)],
+            )
             self.health_address = bind_probe(self.probe, config.health)
 
     def start(self, services: Sequence[str]) -> None:
@@ -140,6 +153,7 @@ class Server:
         """Report NOT_SERVING, refuse new calls, wait for those in progress, stop."""
         self.stopping.set()
         self.guard.close()
+        self.first.close()
         self.health.enter_graceful_shutdown()
         self.grpc.stop(self.config.drain_s).wait()
         if self.probe is not None:

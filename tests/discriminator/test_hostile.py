@@ -107,6 +107,45 @@ def test_watchers_of_health_hold_no_worker() -> None:
             watcher.cancel()
 
 
+@pytest.mark.parametrize(
+    ("method", "many"),
+    [
+        ("/rpc.v1.Style/Status", False),
+        ("/rpc.v1.Style/Train", False),
+        ("/rpc.v1.Style/Checkpoint", True),
+        ("/grpc.health.v1.Health/Check", False),
+        ("/grpc.health.v1.Health/Watch", True),
+    ],
+)
+def test_calls_that_send_no_message_stop_nobody(method: str, many: bool) -> None:
+    """More than there are workers: each gives its worker back, and all others are answered."""
+    config = ServerConfig(workers=4, message_s=1.0)
+    with served(config) as server, grpc.insecure_channel(server.address) as channel:
+        # a single message is a stream of one on the wire: a stream of none keeps it open
+        call = channel.stream_stream(method) if many else channel.stream_unary(method)
+        silent = [call(silence(60)) if many else call.future(silence(60)) for _ in range(6)]
+        client = StyleClient(ChannelConfig(server.address, deadline_s=30, retry_s=60))
+        assert client.version == 3
+        assert asked(server.address, NAME) == health_pb2.HealthCheckResponse.SERVING
+        client.close()
+        with grpc.insecure_channel(server.address) as other:
+            request = health_pb2.HealthCheckRequest(service=NAME)
+            watch = health_pb2_grpc.HealthStub(other).Watch(request, timeout=30)
+            assert next(watch).status == health_pb2.HealthCheckResponse.SERVING
+            watch.cancel()
+        for future in silent:
+            if many:
+                with pytest.raises(grpc.RpcError) as caught:
+                    list(future)
+                error = caught.value
+            else:
+                error = future.exception(timeout=30)
+            assert isinstance(error, grpc.RpcError) and error.code() is grpc.StatusCode.CANCELLED
+        with pytest.raises(grpc.RpcError, match="message: missing") as caught:
+            list(call(iter(()))) if many else call(iter(()))
+        assert caught.value.code() is grpc.StatusCode.INVALID_ARGUMENT
+
+
 def test_a_slow_client_is_ended_in_all() -> None:
     """One message a moment, never silent for long: the sum is bounded."""
 
