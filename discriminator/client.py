@@ -45,7 +45,8 @@ class StyleClient:
         report: called with one line when the service is unreachable, and one when it is back.
         half: send states as float16.
         lost: returns why the service cannot come back, else None.
-        training: id in the metadata of every call; after Restore the service refuses other ids.
+        training: id in the metadata of every call, a secret of the training; after its Restore the
+        service refuses other ids.
         Raises RpcError if the service cannot be reached.
         """
         metadata = [(TRAINING, training)] if training else []

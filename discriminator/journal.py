@@ -6,6 +6,7 @@ and it enters the same slots of the replay. The journal guards against a killed 
 checkpoints guard against a lost disk.
 """
 
+import hashlib
 from pathlib import Path
 
 from safetensors import SafetensorError
@@ -42,9 +43,12 @@ class Journal:
             ) from error
 
     def training(self) -> str:
-        """Id of the training that the state belongs to; empty without one."""
+        """Digest of the id of the training that the state belongs to; empty without one."""
         try:
-            return self._training.read_text().strip()
+            found = self._training.read_text().strip()
+            # older journals hold the id itself
+            old = found and len(found) != hashlib.sha256().digest_size * 2
+            return hashlib.sha256(found.encode()).hexdigest() if old else found
         except FileNotFoundError:
             return ""
         except (OSError, ValueError) as error:

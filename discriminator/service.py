@@ -1,5 +1,7 @@
 """gRPC service of a `Discriminator`."""
 
+import hashlib
+import hmac
 import json
 import secrets
 import threading
@@ -54,7 +56,8 @@ class StyleService(style_pb2_grpc.StyleServicer):
         self._began = time.monotonic()
         self._due = threading.Semaphore(0)
         self._training = ""
-        """Id of the training that the service belongs to; empty: to calls without an id"""
+        """Digest of the id of the training that the service belongs to; empty: to calls without
+        one"""
         saved = journal.load() if journal else None
         if saved is not None:
             style.load_state_dict(saved)
@@ -140,6 +143,10 @@ class StyleService(style_pb2_grpc.StyleServicer):
         """See style.proto."""
         state = state_of(request_iterator, self._style.state_bytes)
         with self._lock:
+            # the first training that restores a service has it: whoever else has the token could
+            # replace the discriminator of a training that goes on
+            if self._training:
+                self._own(context)
             self._style.check_state(state)
             if self._journal is not None:
                 # a kill in between would leave the replay of one state and the rest of another
@@ -151,11 +158,11 @@ class StyleService(style_pb2_grpc.StyleServicer):
             return pb.RestoreReply(version=self._style.version)
 
     def _own(self, context: grpc.ServicerContext) -> None:
-        """Raise TurnError for a call of another training than that of the last Restore."""
-        if training_of(context) != self._training:
+        """Raise TurnError for a call of another training than that of the first Restore."""
+        if not hmac.compare_digest(training_of(context), self._training):
             raise TurnError(
-                "the service belongs to another training, which began with Restore: start a"
-                " service for each"
+                "the service belongs to another training: start a service for each; one whose"
+                " training is over, start anew, with another --state if it has one"
             )
 
     def _save(self, new: bool) -> None:
@@ -187,9 +194,11 @@ class StyleService(style_pb2_grpc.StyleServicer):
 
 
 def training_of(context: grpc.ServicerContext) -> str:
-    """Id of the training that makes a call; empty without one."""
+    """Digest of the id of the training that makes a call; empty without one. The id is the
+    training's secret, which neither service nor journal keeps."""
     shown = dict(context.invocation_metadata() or ()).get(TRAINING, "")
-    return shown if isinstance(shown, str) else shown.decode("ascii", "replace")
+    secret = shown if isinstance(shown, bytes) else shown.encode()
+    return hashlib.sha256(secret).hexdigest() if secret else ""
 
 
 def start(

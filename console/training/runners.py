@@ -102,7 +102,7 @@ def ray_runner(
 
     with ExitStack() as stack:
         if style.address:
-            client: Style = stack.enter_context(attached(style, experiment, note))
+            client: Style = stack.enter_context(attached(style, experiment, note, run))
         elif device.type != "cpu":
             client = assembly.discriminator(experiment, device=device)
         else:

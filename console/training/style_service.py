@@ -1,13 +1,16 @@
 """Connection of a training to a standalone style service."""
 
 import json
+import os
+import re
 import secrets
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict
 
 from console.commands.training import StyleAddress
 from console.run import assembly
+from console.run.directory import RunDirectory, RunError
 from console.run.experiment import Experiment, differences
 from discriminator.client import StyleClient
 from discriminator.errors import StyleError
@@ -25,16 +28,38 @@ def channel_config(style: StyleAddress) -> ChannelConfig:
     )
 
 
+def secret_of(run: RunDirectory) -> str:
+    """Return the id by which a style service knows the run; made once, readable by its owner
+    alone.
+
+    Raises RunError where it cannot be kept.
+    """
+    path = run.path / "style-service.id"
+    try:
+        with suppress(FileExistsError):
+            run.path.mkdir(parents=True, exist_ok=True)
+            handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+            with os.fdopen(handle, "w") as file:
+                file.write(secrets.token_hex(16))
+        found = path.read_text().strip()
+    except (OSError, ValueError) as error:
+        raise RunError(f"cannot use {path}: {error}") from error
+    if not re.fullmatch(r"[0-9a-f]{32}", found):
+        raise RunError(f"{path} is damaged: remove it, and start the style service anew")
+    return found
+
+
 @contextmanager
 def attached(
-    style: StyleAddress, experiment: Experiment, note: Callable[[str], None]
+    style: StyleAddress, experiment: Experiment, note: Callable[[str], None], run: RunDirectory
 ) -> Iterator[StyleClient]:
     """Yield a client of the service, whose discriminator is reset to this experiment's initial one.
 
-    The numbers are then those of a service of the run's own. Raises StyleError for a service with
+    The numbers are then those of a service of the run's own, which alone may use it from then on,
+    also when it resumes. Raises StyleError for a service with
     other settings, RpcError for one that cannot be reached.
     """
-    client = StyleClient(channel_config(style), note, training=secrets.token_hex(16))
+    client = StyleClient(channel_config(style), note, training=secret_of(run))
     try:
         theirs = json.loads(client.status().config)
         ours = json.loads(json.dumps(asdict(experiment.style)))

@@ -199,10 +199,13 @@ def test_a_stranger_s_rollout_never_enters_a_training(server: Server) -> None:
         assert torch.equal(mine.score(3, **rollout(3)).reward, fresh.score(3, **rollout(3)).reward)
         assert mine.train(3) == fresh.train(3)
         assert_equal_states(mine.state_dict(), fresh.state_dict())
-        stranger.load_state_dict(trained().state_dict())
-        with pytest.raises(TurnError, match="belongs to another training"):
-            mine.score(4, **rollout(4))
+        for other in (stranger, nobody):
+            with pytest.raises(TurnError, match="start a service for each"):
+                other.load_state_dict(trained().state_dict())
+        again = client("mine")  # as a training that resumes
+        again.load_state_dict(fresh.state_dict())
+        assert torch.equal(again.score(4, **rollout(4)).reward, fresh.score(4, **rollout(4)).reward)
+        again.close()
     finally:
-        nobody.load_state_dict(trained().state_dict())
         for one in (mine, stranger, nobody):
             one.close()

@@ -1,5 +1,6 @@
 """The journal: what was saved last comes back, and a torn file is said."""
 
+import hashlib
 from pathlib import Path
 
 import pytest
@@ -35,3 +36,16 @@ def test_a_damaged_state_is_one_line(tmp_path: Path) -> None:
     with pytest.raises(StyleError, match="remove it to start from scratch") as caught:
         Journal(tmp_path).load()
     assert "\n" not in str(caught.value)
+
+
+def test_a_journal_keeps_the_digest_of_a_training_and_reads_the_id_of_an_older_one(
+    tmp_path: Path,
+) -> None:
+    journal, digest = Journal(tmp_path), hashlib.sha256(b"secret").hexdigest()
+    assert journal.training() == ""
+    journal.set_training(digest)
+    assert journal.training() == digest
+    (tmp_path / "training").write_text("secret\n")
+    assert journal.training() == digest
+    journal.set_training("")
+    assert journal.training() == ""

@@ -122,7 +122,7 @@ def test_a_training_begins_there_as_with_its_own(
     experiment = read_experiment(run)
     wanted = scored(assembly.discriminator(experiment), experiment)
     for _ in range(2):  # whatever an earlier training left there
-        with attached(address(served, files), experiment, print) as client:
+        with attached(address(served, files), experiment, print, run) as client:
             assert client.version == 0
             assert torch.equal(scored(client, experiment), wanted)
             assert client.version == 2
@@ -135,7 +135,7 @@ def test_a_service_of_another_experiment_is_refused(
     other = replace(experiment, style=replace(experiment.style, gradient_penalty=3.0))
     with (
         pytest.raises(StyleError, match=r"style\.gradient_penalty: 8\.0 -> 3\.0"),
-        attached(address(served, files), other, print),
+        attached(address(served, files), other, print, run),
     ):
         pass
 
@@ -148,7 +148,7 @@ def test_another_token_is_refused(
     at = replace(address(served, files), token_file=wrong)
     with (
         pytest.raises(RefusedError, match="authorization: must be 'Bearer"),
-        attached(at, read_experiment(run), print),
+        attached(at, read_experiment(run), print, run),
     ):
         pass
 
@@ -188,7 +188,7 @@ def test_a_killed_service_goes_on_from_its_journal_and_not_from_the_checkpoint(
     process, line = started(run, journal, port)
     try:
         assert "from checkpoint" in line and line.endswith("version 1\n"), line
-        with attached(StyleAddress(address=f"127.0.0.1:{port}"), experiment, print) as client:
+        with attached(StyleAddress(address=f"127.0.0.1:{port}"), experiment, print, run) as client:
             for batch in range(6):
                 if batch in (3, 5):
                     process.kill()  # SIGKILL

@@ -1,6 +1,7 @@
 """A style service made a training's own: how it is reached, and settings that differ."""
 
 import json
+import stat
 from dataclasses import asdict, replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -8,6 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from console.commands.training import StyleAddress
+from console.run.directory import RunDirectory, RunError
 from console.run.experiment import PRESETS
 from console.training import style_service
 from discriminator.errors import StyleError
@@ -20,7 +22,9 @@ def test_flags_set_the_address() -> None:
     assert found.tls_cert == found.tls_key == ""
 
 
-def test_other_settings_are_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_other_settings_are_refused_by_name(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     experiment = PRESETS["fast"]
     theirs = replace(experiment.style, batch=7)
     closed = []
@@ -31,7 +35,21 @@ def test_other_settings_are_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(style_service, "StyleClient", lambda config, say, training: client)
     with (
         pytest.raises(StyleError, match=r"other settings: style\.batch: 7 -> 1024 \(start it"),
-        style_service.attached(StyleAddress("host:1"), experiment, print),
+        style_service.attached(StyleAddress("host:1"), experiment, print, RunDirectory(tmp_path)),
     ):
         pass
     assert closed
+
+
+def test_a_run_keeps_its_secret_from_others_and_shows_it_again_when_it_resumes(
+    tmp_path: Path,
+) -> None:
+    one, other = RunDirectory(tmp_path / "one"), RunDirectory(tmp_path / "other")
+    secret = style_service.secret_of(one)
+    assert len(secret) == 32 and style_service.secret_of(one) == secret
+    assert style_service.secret_of(other) != secret
+    (path,) = one.path.iterdir()
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    path.write_text("short")
+    with pytest.raises(RunError, match="is damaged: remove it"):
+        style_service.secret_of(one)
