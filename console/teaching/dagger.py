@@ -10,6 +10,7 @@ import json
 import math
 import queue
 import signal
+import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -106,8 +107,11 @@ def teach(command: TeachCarry) -> None:
     context = mp.get_context("spawn")
     labels, spell = context.Queue(4 * command.workers), context.Value("d", command.spell[0])
     command.out.parent.mkdir(parents=True, exist_ok=True)
-    student = command.out.with_name(f".{command.out.name}.student")
-    student.unlink(missing_ok=True)
+    # a folder of our own: the workers load whatever is there
+    shared = tempfile.TemporaryDirectory(
+        prefix=f".{command.out.name}.", dir=command.out.parent, ignore_cleanup_errors=True
+    )
+    student = Path(shared.name) / "student"
     if command.init is not None:
         _publish(learner, student)
     seed = command.practice.seed
@@ -133,7 +137,7 @@ def teach(command: TeachCarry) -> None:
         for process in processes:
             process.terminate()
             process.join()
-        student.unlink(missing_ok=True)
+        shared.cleanup()
         learner.close()
 
 

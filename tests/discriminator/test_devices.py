@@ -8,7 +8,7 @@ import torch
 from discriminator import trainer
 from discriminator.trainer import Discriminator
 from policy.checkpoints.format import flatten
-from tests.support.recordings import LoggedGraph, counted_reads
+from tests.support.learning.recordings import LoggedGraph, counted_reads
 from tests.support.stand_in_gpu import There, stand_in_gpu
 from tests.support.style_cases import (
     SMALL,

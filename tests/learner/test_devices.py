@@ -17,8 +17,8 @@ from policy.rollout import Rollout
 from tests.support.inline import Inline
 from tests.support.learning.learners import CONFIG, bold, collect, numbers, same
 from tests.support.learning.loops import LAYOUT, LEARNING, Memory, Slowness, points
+from tests.support.learning.recordings import LoggedGraph, counted_reads
 from tests.support.point_shard import ACTION, GOAL, STATE
-from tests.support.recordings import LoggedGraph, counted_reads
 from tests.support.stand_in_gpu import There, stand_in_gpu
 from world.device import CPU, DeviceError, resolve
 from world.graphs import Replayed

@@ -4,7 +4,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from tests.support.recordings import LoggedGraph, ReadError
+from tests.support.learning.recordings import LoggedGraph, ReadError
 from world.device import CPU
 from world.graphs import EAGER_CALLS, MOST_SHAPES, Replayed, forget, replayed
 

@@ -3,7 +3,7 @@
 import pytest
 import torch
 
-from tests.support.recordings import counted_reads
+from tests.support.learning.recordings import counted_reads
 from world import tasks
 from world.motions import load
 from world.motions.clip import Clip
