@@ -24,6 +24,7 @@ from console.run.directory import RunDirectory, run_of, write_text
 from console.run.experiment import to_json
 from console.run.metrics import read_metrics
 from console.terminal import screen
+from policy.checkpoints import lineage
 from world import tasks
 from world.errors import ConfigError
 from world.furniture.piece import Piece
@@ -58,7 +59,9 @@ def report_command(command: Report) -> int:
     judge_style = judge_of(found)
     content = page.Report(
         title=f"inhabit {found.task}: {folder.name}",
-        subtitle=f"Checkpoint {found.path.name}, {found.manifest.samples / 1e6:.1f} M samples.",
+        subtitle=f"Checkpoint {found.path.name}, {found.manifest.samples / 1e6:.1f} M samples."
+        f" Trained on: {lineage.data(found.manifest.notes)}."
+        f" Licence: {lineage.licence(found.manifest.notes)}",
         main=main,
         evaluations=(*known, own),
         metrics=tuple(read_metrics(folder / "metrics.jsonl")),

@@ -27,6 +27,7 @@ from console.run.experiment import (
     with_learner_threads,
 )
 from console.run.metrics import Recorder, open_recorders, truncate_metrics
+from console.run.renamed import flag
 from console.training import dry_run
 from console.training.display import Display, Goal, open_display
 from console.training.runners import open_runner
@@ -34,7 +35,9 @@ from learner.cloning import clone
 from learner.config import LoopConfig
 from learner.loop import Loop
 from learner.ppo import Learner
+from policy.checkpoints import lineage
 from policy.checkpoints.format import Manifest, read, read_manifest
+from policy.checkpoints.lineage import Origin
 from policy.checkpoints.run_checkpoints import RunCheckpoints, read_newest
 from policy.checkpoints.transfer import adopt
 from policy.errors import CheckpointError
@@ -109,7 +112,7 @@ def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
         if changed:
             raise RunError(
                 f"{run.path} was started with other settings, which --resume keeps: "
-                f"{'; '.join(changed)}"
+                f"{'; '.join(map(flag, changed))}"
                 " (start another run with --init to change them)"
             )
         folder = checkpoint_folder(run.path)
@@ -193,7 +196,10 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
         note = display.note
         sinks = Recorders(display)
         checkpoints = RunCheckpoints(
-            run.checkpoints, assembly.layout(experiment), assembly.notes(experiment), command.keep
+            run.checkpoints,
+            assembly.layout(experiment),
+            assembly.notes(experiment, inherited(run, command)),
+            command.keep,
         )
         loop = Loop(
             learner,
@@ -218,6 +224,19 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
         loop.run(lambda: stopped() or (deadline is not None and time.monotonic() >= deadline))
         display.note(f"checkpoint {learner.version} in {run.checkpoints}")
         return INTERRUPTED if stopped() else 0
+
+
+def inherited(run: RunDirectory, command: Train) -> tuple[Origin, ...]:
+    """Return the origins of the weights that a training begins from: those of --init, or those that
+    the run's newest readable checkpoint names."""
+    if command.init:
+        return lineage.of(read_manifest(checkpoint_folder(command.init)).notes)
+    if command.resume:
+        for path in sorted(run.checkpoints.glob("[0-9]*"), reverse=True):
+            with contextlib.suppress(CheckpointError):
+                notes = read_manifest(path).notes
+                return lineage.of(notes) if lineage.NOTE in notes else ()
+    return ()
 
 
 def initialise(

@@ -254,6 +254,7 @@ def _encode(
         quality=7,
         macro_block_size=2,
         ffmpeg_log_level="error",
+        output_params=_terms(recording),
     )
     writer.send(None)
     count = 0
@@ -266,6 +267,12 @@ def _encode(
         progress(count)
     writer.close()
     return count
+
+
+def _terms(recording: Recording) -> list[str]:
+    """Return the encoder's parameters that write the licence of a recording into its video."""
+    licence = recording.meta.get("licence")
+    return ["-metadata", f"copyright={licence}"] if licence else []
 
 
 def write_filmstrip(
