@@ -161,6 +161,14 @@ def run(command: Any) -> int:
     return getattr(importlib.import_module(module), function)(command)
 
 
+def execute(command: Any, words: Sequence[str]) -> int:
+    """Run one parsed command, after a line on a MUJOCO_GL that is not there; return the exit
+    code."""
+    if surroundings.missing_gl is not None and words[:1] != ["doctor"]:
+        print(f"inhabit: {surroundings.missing_gl}: ignored", file=sys.stderr, flush=True)
+    return run(command)
+
+
 def exit_code(error: BaseException) -> int:
     """Return the exit code of an error: 2 for a wrong command line, 1 for a failure."""
     return BAD_ARGUMENTS if isinstance(error, ChoiceError | ConfigError) else FAILED
@@ -172,6 +180,10 @@ def one_line(error: BaseException) -> str:
     if isinstance(error, EXPECTED):
         return text
     return f"{type(error).__name__}: {text} (--debug shows where)"
+
+
+SERVICES = ("serve", "style", "play")
+"""Commands that wait for others once they run."""
 
 
 def version() -> str:
@@ -206,10 +218,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"inhabit {version()}")
         return DONE
     try:
-        command = parse(words)
-        if surroundings.missing_gl is not None and words[:1] != ["doctor"]:
-            print(f"inhabit: {surroundings.missing_gl}: ignored", file=sys.stderr, flush=True)
-        return run(command)
+        if arguments is not None:
+            return execute(parse(words), words)
+        from console import terminal
+
+        with terminal.answering():
+            command = parse(words)
+            serves = words[0] in SERVICES or words[:2] == ["motions", "play"]
+            with terminal.signs_of_life(f"inhabit {words[0]}", serves):
+                return execute(command, words)
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else DONE if stop.code is None else FAILED
     except KeyboardInterrupt:

@@ -5,8 +5,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from rich.progress import Progress
-
 from console.commands import Evaluate
 from console.evaluation import tracking, trials
 from console.evaluation.presets import start_m
@@ -18,7 +16,7 @@ from console.evaluation.tables import tables
 from console.recording import format as recording
 from console.run import assembly, machine
 from console.run.directory import run_of, write_json
-from console.terminal import screen
+from console.terminal import progress, screen
 from policy.checkpoints import lineage
 from world import tasks
 from world.character.model import CONTROL_HZ
@@ -45,14 +43,13 @@ def evaluate_command(command: Evaluate) -> int:
     pieces = objects_of(found, command.objects, command.trials, command.seed)
     library = clips(command, found.experiment.world) if command.quality else None
     output = screen()
-    with Progress(console=output, transient=True, disable=not output.is_terminal) as bar:
-        row = bar.add_task("trials", total=command.trials)
+    with progress("trials", command.trials) as update:
         figures, results = evaluate(
             found,
             pieces,
             command,
             library,
-            lambda done: bar.update(row, completed=done),
+            update,
         )
     for table in tables(figures):
         output.print(table)
@@ -75,8 +72,7 @@ def evaluate_tracking(command: Evaluate, found: assembly.Trained) -> int:
         raise ConfigError("--perturb, --objects: this task follows clips; leave them out")
     motions = tuple(str(path.resolve()) for path in command.motions)
     output = screen()
-    with Progress(console=output, transient=True, disable=not output.is_terminal) as bar:
-        row = bar.add_task("trials", total=command.trials)
+    with progress("trials", command.trials) as update:
         figures, takes = tracking.evaluate(
             found,
             motions,
@@ -84,7 +80,7 @@ def evaluate_tracking(command: Evaluate, found: assembly.Trained) -> int:
             command.seed,
             command.threads or machine.cores(),
             command.record_trials if command.record else 0,
-            lambda done: bar.update(row, completed=done),
+            update,
         )
     output.print(tracking.table(figures))
     run = run_of(found.path)

@@ -2,8 +2,10 @@
 
 import contextlib
 import json
+import shutil
 import signal
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -28,6 +30,7 @@ from console.run.experiment import (
 )
 from console.run.metrics import Recorder, open_recorders, truncate_metrics
 from console.run.renamed import flag
+from console.terminal import leave_soon
 from console.training import dry_run
 from console.training.display import Display, Goal, open_display
 from console.training.runners import open_runner
@@ -58,9 +61,30 @@ def train(command: Train) -> int:
         print(dry_run.describe(experiment))
         return 0
     run = RunDirectory(command.run) if command.run else new_run(command.task)
-    with run.lock():
-        prepare(run, command, experiment)
-        return learn(run, command, experiment)
+    existed, occupied = run.path.exists(), run.occupied
+    try:
+        with run.lock():
+            prepare(run, command, experiment)
+            return learn(run, command, experiment)
+    finally:
+        if not occupied:
+            remove_unbegun(run, existed)
+
+
+def remove_unbegun(run: RunDirectory, existed: bool) -> None:
+    """Remove a run in which nothing was trained: no iteration recorded and no checkpoint.
+
+    existed: the directory was there before, and stays with its other files.
+    """
+    recorded_any = run.metrics.exists() and run.metrics.stat().st_size > 0
+    if recorded_any or any(run.checkpoints.glob("[0-9]*")):
+        return
+    run.erase()
+    (run.path / ".lock").unlink(missing_ok=True)
+    if not existed:
+        shutil.rmtree(run.path, ignore_errors=True)
+        with contextlib.suppress(OSError):
+            run.path.parent.rmdir()  # runs/, where it was made for this run alone
 
 
 def resolve(command: Train) -> Experiment:
@@ -177,7 +201,8 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
     goal = Goal(command.iterations, command.samples, (command.minutes or 0) * 60 or None)
     with ExitStack() as stack:
         display = stack.enter_context(open_display(f"{command.task} {run.path}", goal))
-        stopped = stack.enter_context(interrupts(display.note))
+        begun = threading.Event()
+        stopped = stack.enter_context(interrupts(display.note, begun))
         display.note(f"run {run.path}")
         if left_out := assembly.training_pieces(experiment.world)[1]:
             display.note(left_out)
@@ -220,6 +245,7 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
         initialise(loop, run, command, experiment, note)
         sinks.open(open_recorders(run, learner.samples))
         stack.callback(sinks.close)
+        begun.set()
         deadline = time.monotonic() + command.minutes * 60 if command.minutes else None
         loop.run(lambda: stopped() or (deadline is not None and time.monotonic() >= deadline))
         display.note(f"checkpoint {learner.version} in {run.checkpoints}")
@@ -270,6 +296,7 @@ def initialise(
         other = "" if theirs.task == mine.task else f", of the task {theirs.task}"
         note(f"networks and normalisers from {path}{other}")
     elif experiment.clone_passes:
+        note(f"behaviour cloning: {experiment.clone_passes} passes over clips")
         began = time.perf_counter()
         errors = clone_clips(learner, experiment)
         note(
@@ -319,14 +346,20 @@ class Recorders:
 
 
 @contextmanager
-def interrupts(note: Callable[[str], None]) -> Iterator[Callable[[], bool]]:
+def interrupts(note: Callable[[str], None], begun: threading.Event) -> Iterator[Callable[[], bool]]:
     """Handle Ctrl-C and SIGTERM: the first stops after the iteration, the second at once. Yields
-    whether a stop is requested."""
+    whether a stop is requested.
+
+    begun: set when the first iteration begins; before it there is nothing to keep, and the first
+    signal stops at once.
+    """
     requested = False
 
     def handle(_number: int, _frame: FrameType | None) -> None:
         nonlocal requested
-        if requested:
+        if requested or not begun.is_set():
+            note("stopping at once")
+            leave_soon()
             raise KeyboardInterrupt
         requested = True
         note("stopping after this iteration; press again to stop at once, without a checkpoint")

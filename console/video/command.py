@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-from rich.progress import Progress
-
 from console import outputs
 from console.commands import Video
 from console.evaluation import tracking, trials
@@ -12,7 +10,7 @@ from console.recording import format as recording
 from console.recording.format import Recording
 from console.run import assembly, machine
 from console.run.directory import checkpoint_folder
-from console.terminal import screen
+from console.terminal import progress
 from console.video import rendering
 from policy.checkpoints import lineage
 from policy.checkpoints.format import read_manifest
@@ -37,12 +35,8 @@ def video_command(command: Video) -> int:
         found = with_terms(played(command), command.source)
     if command.out is not None:
         look = rendering.Look(command.width, command.height, command.look, command.captions)
-        output = screen()
-        with Progress(console=output, transient=True, disable=not output.is_terminal) as bar:
-            row = bar.add_task("images", total=rendering.image_count(found))
-            frames = rendering.write_video(
-                found, command.out, look, progress=lambda done: bar.update(row, completed=done)
-            )
+        with progress("images", rendering.image_count(found)) as update:
+            frames = rendering.write_video(found, command.out, look, progress=update)
         print(f"{command.out}: {frames} frames, {len(found.takes)} trials")
     if command.sheet is not None:
         rendering.write_filmstrip(found, command.sheet)

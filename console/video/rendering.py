@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -21,6 +22,7 @@ from world.errors import InhabitError
 
 Image = NDArray[np.uint8]
 #: Endings of animated pictures, drawn at every second control step; their quality, of 100.
+_COPYRIGHT = 0x8298  # tag of EXIF
 ANIMATED, _HALF, _WEBP_QUALITY = (".webp", ".gif"), 2, 60
 #: Colour of a reference.
 GHOST_RGBA = (0.95, 0.75, 0.35, 0.35)
@@ -231,6 +233,7 @@ def _animate(
         loop=0,
         quality=_WEBP_QUALITY,
         method=4,
+        **_picture_terms(recording, out),
     )
     return len(found)
 
@@ -267,6 +270,20 @@ def _encode(
         progress(count)
     writer.close()
     return count
+
+
+def _picture_terms(recording: Recording, out: Path) -> dict[str, Any]:
+    """Return the parameters that write the licence of a recording into an animated picture."""
+    from PIL import Image as pictures
+
+    licence = recording.meta.get("licence")
+    if not licence:
+        return {}
+    if out.suffix.lower() == ".gif":
+        return {"comment": str(licence).encode()}
+    exif = pictures.Exif()
+    exif[_COPYRIGHT] = str(licence)
+    return {"exif": exif}
 
 
 def _terms(recording: Recording) -> list[str]:
