@@ -7,7 +7,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -61,30 +61,32 @@ def train(command: Train) -> int:
         print(dry_run.describe(experiment))
         return 0
     run = RunDirectory(command.run) if command.run else new_run(command.task)
-    existed, occupied = run.path.exists(), run.occupied
+    occupied = run.occupied
+    made = [folder for folder in (run.path, *run.path.parents) if not folder.exists()]
     try:
         with run.lock():
             prepare(run, command, experiment)
             return learn(run, command, experiment)
     finally:
         if not occupied:
-            remove_unbegun(run, existed)
+            remove_unbegun(run, made)
 
 
-def remove_unbegun(run: RunDirectory, existed: bool) -> None:
+def remove_unbegun(run: RunDirectory, made: Sequence[Path]) -> None:
     """Remove a run in which nothing was trained: no iteration recorded and no checkpoint.
 
-    existed: the directory was there before, and stays with its other files.
+    made: its folders that were not there before, the innermost first; others stay.
     """
     recorded_any = run.metrics.exists() and run.metrics.stat().st_size > 0
     if recorded_any or any(run.checkpoints.glob("[0-9]*")):
         return
     run.erase()
     (run.path / ".lock").unlink(missing_ok=True)
-    if not existed:
+    if run.path in made:
         shutil.rmtree(run.path, ignore_errors=True)
+    for folder in made[1:]:
         with contextlib.suppress(OSError):
-            run.path.parent.rmdir()  # runs/, where it was made for this run alone
+            folder.rmdir()
 
 
 def resolve(command: Train) -> Experiment:

@@ -5,6 +5,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -19,10 +20,12 @@ from console.app import main
 from console.run.directory import RunDirectory, RunError, checkpoint_folder
 from console.run.experiment import Experiment, to_json
 from console.run.metrics import read_metrics
+from console.training import command as training
 from console.training.command import require_unedited
 from policy.checkpoints.format import Manifest, read
 from tests.support.console.runs import SMALL, said
 from tests.support.paths import ROOT
+from world.errors import ConfigError
 
 
 def test_ctrl_c_leaves_a_checkpoint(tmp_path: Path) -> None:
@@ -141,6 +144,49 @@ def test_clips_that_cannot_be_used(tmp_path: Path, capsys: pytest.CaptureFixture
     assert main(["train", "sit", "--run", str(run), "--motions", str(tmp_path / "clips")]) == 1
     assert "broken.npz" in said(capsys)
     assert not (run / "config.json").exists()
+
+
+def test_a_failed_start_leaves_what_was_there_before(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def prepare(run: RunDirectory, *_: object) -> None:
+        run.create()
+        run.write_config({})
+
+    def learn(*_: object) -> int:
+        raise ConfigError("the start fails")
+
+    monkeypatch.setattr(training, "prepare", prepare)
+    monkeypatch.setattr(training, "learn", learn)
+    deep = tmp_path / "runs" / "mine"
+    assert main(["train", "sit", "--run", str(deep)]) == 2
+    assert list(tmp_path.iterdir()) == []
+    # a folder of the user stays, with its files; so does a run in which something was trained
+    deep.mkdir(parents=True)
+    (deep / "notes.txt").write_text("mine")
+    assert main(["train", "sit", "--run", str(deep)]) == 2
+    assert [path.name for path in deep.rglob("*") if path.is_file()] == ["notes.txt"]
+    (deep / "metrics.jsonl").write_text("{}\n")
+    assert main(["train", "sit", "--run", str(deep)]) == 2
+    assert (deep / "config.json").exists() and (deep / "metrics.jsonl").exists()
+
+
+def test_before_the_first_iteration_a_signal_stops_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    left: list[str] = []
+    monkeypatch.setattr(training, "leave_soon", lambda: left.append("soon"))
+    notes: list[str] = []
+    begun = threading.Event()
+    with training.interrupts(notes.append, begun) as stopped:
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        assert notes == ["stopping at once"] and left == ["soon"] and not stopped()
+        begun.set()
+        signal.raise_signal(signal.SIGTERM)
+        assert stopped() and "after this iteration" in notes[1]
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
 
 
 def test_checkpoints_that_cannot_be_read(
