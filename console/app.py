@@ -40,7 +40,7 @@ def parse(arguments: Sequence[str]) -> Any:
         task=tyro.MISSING, experiment=starting_point(arguments), preset=preset_of(arguments)
     )
 
-    def union(entries: Sequence[commands.Entry]) -> Any:
+    def union(entries: Sequence[commands.Entry | commands.Group]) -> Any:
         kinds = [
             sub(e.flags, e.name, *([train] if e.flags is commands.Train else [])) for e in entries
         ]

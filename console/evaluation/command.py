@@ -189,7 +189,7 @@ def evaluate(
     pieces: tuple[Piece, ...],
     command: Evaluate,
     library: MotionLibrary | None = None,
-    progress: Callable[[int], None] = lambda done: None,
+    progress: Callable[[float], None] = lambda done: None,
 ) -> tuple[dict[str, Any], trials.Results]:
     """Return the evaluation JSON, and the results of each trial."""
     began = time.perf_counter()
