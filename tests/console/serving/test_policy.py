@@ -92,7 +92,10 @@ def test_export_writes_a_file_or_one_line(
     pytest.importorskip("onnxruntime")
     out = tmp_path / "sit.onnx"
     assert main(["export", str(PRETRAINED), str(out)]) == 0
-    assert "ONNX Runtime deviates by at most" in capsys.readouterr().out and out.stat().st_size > 500_000
+    assert (
+        "ONNX Runtime deviates by at most" in capsys.readouterr().out
+        and out.stat().st_size > 500_000
+    )
     assert main(["export", str(tmp_path / "none"), str(out)]) == 1
     assert "does not exist" in said(capsys)
     assert main(["export", str(PRETRAINED), str(tmp_path / "no" / "x.onnx")]) == 1
