@@ -2,6 +2,7 @@
 
 import contextlib
 import importlib
+import io
 import os
 import sys
 import traceback
@@ -28,7 +29,7 @@ def parse(arguments: Sequence[str]) -> Any:
 
     from console import commands
     from console.arguments import parse_words
-    from console.run.renamed import RENAMED_SERVE, refuse_old_flags
+    from console.run.renamed import RENAMED_SERVE, refuse_old_flags, refuse_repeated_flags
 
     def sub(kind: type, name: str, default: Any = tyro.MISSING_NONPROP) -> Any:
         if default is tyro.MISSING_NONPROP:
@@ -39,45 +40,80 @@ def parse(arguments: Sequence[str]) -> Any:
         task=tyro.MISSING, experiment=starting_point(arguments), preset=preset_of(arguments)
     )
 
-    def union(entries: Sequence[commands.Entry]) -> Any:
+    def union(entries: Sequence[commands.Entry | commands.Group]) -> Any:
         kinds = [
             sub(e.flags, e.name, *([train] if e.flags is commands.Train else [])) for e in entries
         ]
         return reduce(or_, kinds)
 
     words = list(arguments)
+    refuse_unknown_command(words)
     if words[:1] == ["train"]:
         refuse_old_flags(words)
+        refuse_repeated_flags(words)
     if words[:1] == ["serve"]:
         refuse_old_flags(words, RENAMED_SERVE)
-    # Two words deep: tyro would name these `motions:list`.
-    if words[:1] == ["motions"]:
-        return parse_words(
-            union(commands.MOTIONS), words[1:], "inhabit motions", description=MOTIONS
-        )
-    if words[:1] == ["objects"]:
-        return parse_words(
-            union(commands.OBJECTS), words[1:], "inhabit objects", description=OBJECTS
-        )
-    if words[:1] == ["teach"]:
-        return parse_words(union(commands.TEACHING), words[1:], "inhabit teach", description=TEACH)
-    # the help shows the one of a pair that changes something; both are taken, as a script that
-    # resumes repeats its flags, whatever the run's settings are
-    asked = {"--help", "-h"} & set(words)
-    settings = (tyro.conf.FlagCreatePairsOff,) if asked else ()
-    return parse_words(
-        union(commands.COMMANDS), words, "inhabit", description=DESCRIPTION, config=settings
-    )
+    hidden = settings_of_other_tasks(words)
+    groups = {group.name: group for group in commands.GROUPS}
+    if words[:1] and words[0] in groups:
+        # Two words deep: tyro would name these `motions:list`.
+        group, name = groups[words[0]], f"inhabit {words[0]}"
+        about = " ".join((group.flags.__doc__ or "").split())
+        return parse_words(union(group.entries), words[1:], name, description=about)
+    everything = (*commands.COMMANDS, *commands.GROUPS)
+    return parse_words(union(everything), words, "inhabit", hidden, description=DESCRIPTION)
 
 
 DESCRIPTION = (
-    "Trains simulated characters to use furniture that is not in the training set. "
-    "Besides the commands below: motions import|list|check|play, objects import|list|check|show,"
-    " teach carry|try|record."
+    "Trains simulated characters to use furniture that is not in the training set."
+    " `inhabit COMMAND --help` lists the flags of a command,"
+    " `inhabit --version` prints the version."
 )
-MOTIONS = "Motion clips: import, list and play them, or check how well they fit the character."
-OBJECTS = "Furniture: import meshes; list, check and show pieces."
-TEACH = "The scripted teacher of carry: train a student, evaluate the teacher, record clips."
+
+
+def refuse_unknown_command(words: Sequence[str]) -> None:
+    """Raise ArgumentError for a command, or a task of `train`, that does not exist, also where the
+    words ask for help."""
+    from console import commands
+    from console.arguments import ArgumentError
+
+    entries = (*commands.COMMANDS, *commands.GROUPS)
+    groups = {group.name: [entry.name for entry in group.entries] for group in commands.GROUPS}
+    name = words[0] if words else "-"
+    if not name.startswith("-") and name not in {entry.name for entry in entries}:
+        choices = ", ".join(entry.name for entry in entries)
+        raise ArgumentError(
+            f"Unrecognized command: {name}; Available subcommands: {choices}; see inhabit --help"
+        )
+    inner = next((word for word in words[1:] if not word.startswith("-")), "-")
+    if name in groups and inner != "-" and inner not in groups[name]:
+        raise ArgumentError(
+            f"Unrecognized command: {name} {inner}; Available subcommands:"
+            f" {', '.join(groups[name])}; see inhabit {name} --help"
+        )
+
+
+def asks_for_help(words: Sequence[str]) -> bool:
+    """Return whether the words ask for help instead of the command."""
+    return "--help" in words or "-h" in words
+
+
+def settings_of_other_tasks(words: Sequence[str]) -> frozenset[tuple[type, str]]:
+    """Return the settings that the help of `train TASK` leaves out, as dataclass and field: those
+    of other tasks alone. Raises ChoiceError for an unknown task.
+
+    Only for help, as tasks take a second to import. A setting of one task alone has its name.
+    """
+    if words[:1] != ["train"] or not asks_for_help(words):
+        return frozenset()
+    from world import tasks
+    from world.config import WorldConfig
+
+    task = words[1] if not words[1].startswith("-") else ""
+    if not task:
+        return frozenset()
+    tasks.make(task)
+    return frozenset((WorldConfig, name) for name in tasks.REGISTRY if name != task)
 
 
 def starting_point(arguments: Sequence[str]) -> "Experiment":
@@ -117,11 +153,20 @@ def run(command: Any) -> int:
     """Run one parsed command; return its exit code."""
     from console import commands
 
-    entries = (*commands.COMMANDS, *commands.MOTIONS, *commands.OBJECTS, *commands.TEACHING)
+    inner = (entry for group in commands.GROUPS for entry in group.entries)
+    entries = (*commands.COMMANDS, *inner)
     module, _, function = next(e.function for e in entries if e.flags is type(command)).partition(
         ":"
     )
     return getattr(importlib.import_module(module), function)(command)
+
+
+def execute(command: Any, words: Sequence[str]) -> int:
+    """Run one parsed command, after a line on a MUJOCO_GL that is not there; return the exit
+    code."""
+    if surroundings.missing_gl is not None and words[:1] != ["doctor"]:
+        print(f"inhabit: {surroundings.missing_gl}: ignored", file=sys.stderr, flush=True)
+    return run(command)
 
 
 def exit_code(error: BaseException) -> int:
@@ -137,6 +182,20 @@ def one_line(error: BaseException) -> str:
     return f"{type(error).__name__}: {text} (--debug shows where)"
 
 
+SERVICES = ("serve", "style", "play")
+"""Commands that wait for others once they run."""
+
+
+def version() -> str:
+    """Return the version of the installed package."""
+    from importlib import metadata
+
+    try:
+        return metadata.version("inhabit")
+    except metadata.PackageNotFoundError:
+        return "(not installed: run from its folder)"
+
+
 def _expected() -> tuple[type[BaseException], ...]:
     from rpc.errors import RpcError
 
@@ -150,12 +209,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit code. A traceback is shown with --debug alone."""
     # Waiting OpenMP threads would otherwise spin on the cores that step the simulator.
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+    for stream in (sys.stdout, sys.stderr):
+        # frames and bullets of tables, and names of files, where the encoding has no such character
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
     words = list(sys.argv[1:] if arguments is None else arguments)
+    if words == ["--version"]:
+        print(f"inhabit {version()}")
+        return DONE
     try:
-        command = parse(words)
-        if surroundings.missing_gl is not None and words[:1] != ["doctor"]:
-            print(f"inhabit: {surroundings.missing_gl}: ignored", file=sys.stderr, flush=True)
-        return run(command)
+        if arguments is not None:
+            return execute(parse(words), words)
+        from console import terminal
+
+        with terminal.answering():
+            command = parse(words)
+            serves = words[0] in SERVICES or words[:2] == ["motions", "play"]
+            with terminal.signs_of_life(f"inhabit {words[0]}", serves):
+                return execute(command, words)
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else DONE if stop.code is None else FAILED
     except KeyboardInterrupt:

@@ -1,10 +1,30 @@
-"""Standard output for tables: as wide as the terminal, or a fixed width in a file."""
+"""Standard output and standard error: widths, progress, signs of life, and Ctrl-C."""
 
-from typing import IO
+import itertools
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import FrameType
+from typing import IO, Any
 
 from rich.console import Console
+from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
+from rich.text import Text
 
 FILE_WIDTH = 150
+#: Silence after which a command says that it works, s: on a terminal, and in a file.
+SILENCE_S, IN_FILE_S = 1.0, 1.8
+#: In a file, the same before the work begins, where an error is to be the only line, and after the
+#: first minute, s.
+UNBEGUN_S, LATER_S, FIRST_S = 5.0, 10.0, 60.0
+#: Time after Ctrl-C in which a command leaves, s.
+LEAVE_S = 4.0
+INTERRUPTED = 130
 
 
 def plain(file: IO[str] | None = None, width: int | None = None, record: bool = False) -> Console:
@@ -17,3 +37,186 @@ def screen() -> Console:
     """Return such a console on standard output."""
     console = plain()
     return console if console.is_terminal else plain(width=FILE_WIDTH)
+
+
+@dataclass
+class Work:
+    """Work of known size: its unit, how much is done, and since when."""
+
+    unit: str
+    total: float
+    began: float
+    done: float = 0.0
+
+    def text(self, now: float) -> str:
+        """Return how much is done, and the time that the rest takes at the mean rate so far."""
+        return f"{self.unit} {self.done:.0f} of {self.total:.0f}, to go {self.remaining(now)}"
+
+    def remaining(self, now: float) -> str:
+        """Return the remaining time as 2:03; '-' before any work is done."""
+        if self.done <= 0.0:
+            return "-"
+        seconds = (now - self.began) * max(0.0, self.total - self.done) / self.done
+        return f"{int(seconds) // 60}:{int(seconds) % 60:02d}"
+
+
+_works: list[Work] = []
+
+
+@contextmanager
+def progress(unit: str, total: float) -> Iterator[Callable[[float], None]]:
+    """Show the progress of work on a terminal; yield a function that takes what is done so far.
+
+    Elsewhere the lines of `signs_of_life` tell it.
+    """
+    output, work = screen(), Work(unit, total, time.monotonic())
+    columns = (TextColumn("{task.description}"), BarColumn(), _Remaining(work))
+    _works.append(work)
+    try:
+        shown = Progress(
+            *columns, console=output, transient=True, disable=not output.is_terminal
+        )  # fmt: skip
+        with shown as bar:
+            row = bar.add_task(unit, total=total)
+
+            def update(done: float) -> None:
+                work.done = done
+                bar.update(row, completed=done)
+
+            yield update
+    finally:
+        _works.remove(work)
+
+
+class _Remaining(ProgressColumn):
+    """How much is done, and the time left by the work done."""
+
+    def __init__(self, work: Work) -> None:
+        super().__init__()
+        self._work = work
+
+    def render(self, task: Task) -> Text:
+        return Text(self._work.text(time.monotonic()).removeprefix(f"{self._work.unit} "))
+
+
+class Watch:
+    """When something was last written, and what is to be said of the silence since.
+
+    now: a clock, s.
+    """
+
+    def __init__(self, name: str, terminal: bool, now: float) -> None:
+        self._name, self._terminal = name, terminal
+        self._began = self._last = self._said = now
+
+    def written(self, now: float) -> None:
+        """Note that the command wrote something."""
+        self._last = now
+
+    def due(self, now: float) -> str | None:
+        """Return the line to write now; None while there is nothing to say.
+
+        On a terminal it is due each second of silence; in a file every 2 s in the first minute of
+        work, every 10 s later, and rarely before the work begins.
+        """
+        if self._terminal:
+            interval = SILENCE_S
+        elif now - self._began > FIRST_S:
+            interval = LATER_S
+        else:
+            interval = IN_FILE_S if _works else UNBEGUN_S
+        if now - max(self._last, self._said) < interval:
+            return None
+        self._said = now
+        work = f", {_works[-1].text(now)}" if _works else ""
+        return f"{self._name}: working, {now - self._began:.0f} s{work}"
+
+
+@contextmanager
+def signs_of_life(name: str, serves: bool = False) -> Iterator[None]:
+    """Say on standard error what the command does where it wrote nothing for 2 s.
+
+    On a terminal this is one line that the next output replaces. serves: once the command wrote
+    something it waits for others, and its silence means nothing.
+    """
+    stream, lock, ended = sys.stderr, threading.Lock(), threading.Event()
+    terminal = stream.isatty()
+    watch = Watch(name, terminal, time.monotonic())
+    shown = False
+
+    def clear() -> None:
+        nonlocal shown
+        if shown:
+            _raw("\r\x1b[K")
+            shown = False
+
+    def watched(write: Callable[[str], int]) -> Callable[[str], int]:
+        def wrapped(text: str) -> int:
+            with lock:
+                clear()
+                watch.written(time.monotonic())
+                if serves:
+                    ended.set()
+            return write(text)
+
+        return wrapped
+
+    def work() -> None:
+        nonlocal shown
+        while not ended.wait(0.2):
+            with lock:
+                line = watch.due(time.monotonic())
+                if line is not None:
+                    _raw(f"\r\x1b[K{line}" if terminal else f"{line}\n")
+                    shown = terminal
+
+    streams: list[Any] = [sys.stdout, sys.stderr]
+    for one in streams:
+        one.write = watched(one.write)
+    thread = threading.Thread(target=work, name="signs of life", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
+        clear()
+        for one in streams:
+            del one.write
+
+
+def _raw(text: str) -> None:
+    """Write to standard error, past its buffer."""
+    try:
+        os.write(2, text.encode())
+    except OSError:
+        return  # nobody reads it
+
+
+def leave_soon() -> None:
+    """End the process after LEAVE_S, whatever it waits for then."""
+    timer = threading.Timer(LEAVE_S, os._exit, (INTERRUPTED,))
+    timer.daemon = True
+    timer.start()
+
+
+@contextmanager
+def answering() -> Iterator[None]:
+    """Answer the first Ctrl-C at once and leave within LEAVE_S; the second leaves at once.
+
+    Commands with handlers of their own set them within.
+    """
+    pressed = itertools.count()
+
+    def handle(_number: int, _frame: FrameType | None) -> None:
+        if next(pressed):
+            os._exit(INTERRUPTED)
+        _raw("\ninhabit: stopping\n")
+        leave_soon()
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, handle)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -26,7 +26,12 @@ ENDED_S = 30.0  # the exit status is set shortly after the last line of the log
 
 
 def entrypoint(words: Sequence[str]) -> str:
-    """Return the command of the job; SystemExit with 2 if the run would be lost with the job."""
+    """Return the command of the job; SystemExit with 2 if the run would be lost with the job, with
+    0 after --help."""
+    if {"-h", "--help"} & set(words):
+        print("usage: python deploy/submit.py TASK --run DIR [flags of inhabit train]\n")
+        print((__doc__ or "").strip())
+        raise SystemExit(0)
     flags = [word.partition("=")[0] for word in words]
     if "--run" not in flags and "--dry-run" not in flags:
         print(

@@ -3,8 +3,8 @@
 inhabit serve pretrained/sit & python examples/drive_mujoco.py 127.0.0.1:50051
 """
 
+import argparse
 import queue
-import sys
 
 import grpc
 import mujoco
@@ -58,4 +58,10 @@ def drive(address: str, seconds: float = 10.0) -> np.ndarray:
 
 
 if __name__ == "__main__":
-    print("the hip ends at", drive(sys.argv[1])[-1].round(2), "m; the seat is at 1.5, 0, 0.45")
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("address", nargs="?", default="127.0.0.1:50051", help="of the service")
+    try:
+        hip = drive(parser.parse_args().address)[-1].round(2)
+    except grpc.RpcError as error:
+        parser.exit(1, f"{parser.prog}: {error.details()}\n")
+    print("the hip ends at", hip, "m; the seat is at 1.5, 0, 0.45")

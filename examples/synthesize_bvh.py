@@ -4,7 +4,7 @@ inhabit serve pretrained/sit &
 python examples/synthesize_bvh.py 127.0.0.1:50051 walk_and_sit.bvh
 """
 
-import sys
+import argparse
 
 import grpc
 import numpy as np
@@ -78,4 +78,15 @@ def write(address: str, out: str, piece: str = "chair-test-000", seconds: float 
 
 
 if __name__ == "__main__":
-    print(f"{sys.argv[2]}: {write(*sys.argv[1:])} frames")
+    lines = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=lines)
+    parser.add_argument("address", nargs="?", default="127.0.0.1:50051", help="of the service")
+    parser.add_argument("out", nargs="?", default="motion.bvh", help="file to write")
+    parser.add_argument("piece", nargs="?", default="chair-test-000", help="piece of furniture")
+    parser.add_argument("seconds", nargs="?", type=float, default=10.0, help="longest time, s")
+    given = parser.parse_args()
+    try:
+        frames = write(given.address, given.out, given.piece, given.seconds)
+    except grpc.RpcError as error:
+        parser.exit(1, f"{parser.prog}: {error.details()}\n")
+    print(f"{given.out}: {frames} frames")

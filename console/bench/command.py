@@ -4,7 +4,7 @@ import math
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from torch import Tensor
 from console.bench import box as bench_box
 from console.bench import endurance as bench_endurance
 from console.bench import furniture as bench_furniture
+from console.bench import meanings
 from console.bench import servos as bench_servos
 from console.bench import warp_world as bench_warp_world
 from console.bench import world as bench_world
@@ -73,13 +74,20 @@ def bench_command(command: Bench) -> int:
         "scenes": experiment.scenes,
         "figures": figures,
     }
-    table = Table("figure", "", title=f"bench {command.part}", title_justify="left")
-    for name, value in figures.items():
-        table.add_row(name, f"{value:,.4g}")
-    screen().print(table)
+    screen().print(table(command.part, figures))
     if command.json is not None:
         write_json(command.json, result)
     return 0
+
+
+def table(part: str, figures: Mapping[str, float]) -> Table:
+    """Return the figures with their meanings, and whether they meet the limits stated for them."""
+    shown = Table("figure", "", "meaning", "limit", title=f"bench {part}", title_justify="left")
+    for name, value in figures.items():
+        shown.add_row(
+            name, f"{value:,.4g}", meanings.meaning(name), meanings.verdict(name, figures)
+        )
+    return shown
 
 
 def world_figures(command: Bench, experiment: Experiment, _threads: int) -> dict[str, float]:

@@ -56,8 +56,40 @@ TEACHING = (
     Entry("record", TeachRecord, "console.teaching.command:record_command"),
 )
 
+
+@dataclass(frozen=True)
+class Motions:
+    """import|list|check|play: motion clips, and how well they fit the character."""
+
+
+@dataclass(frozen=True)
+class Objects:
+    """import|list|check|show: furniture, from meshes or the package's own."""
+
+
+@dataclass(frozen=True)
+class Teach:
+    """carry|try|record: the scripted teacher of carry."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """Commands under one word: name, a class whose docstring is its help, and its commands."""
+
+    name: str
+    flags: type
+    entries: tuple[Entry, ...]
+
+
+GROUPS = (
+    Group("motions", Motions, MOTIONS),
+    Group("objects", Objects, OBJECTS),
+    Group("teach", Teach, TEACHING),
+)
+
 __all__ = [
     "COMMANDS",
+    "GROUPS",
     "MOTIONS",
     "OBJECTS",
     "TEACHING",
@@ -66,6 +98,7 @@ __all__ = [
     "Entry",
     "Evaluate",
     "Export",
+    "Group",
     "Meshes",
     "MotionsCheck",
     "MotionsImport",

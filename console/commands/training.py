@@ -183,10 +183,13 @@ class Publish:
     """Run directory (its latest checkpoint) or checkpoint folder."""
     out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="DIR")]
     """Folder to write."""
-    data: str
-    """Training data of the weights."""
-    licence: str
-    """Licence of the weights."""
+    data: str = ""
+    """Training data of the weights, beside the clips, pieces and ancestors that the checkpoint
+    itself names."""
+    licence: str = ""
+    """Licence of the weights; default: the terms of all that they were trained on."""
+    relicense: bool = False
+    """Accept a --licence that restricts less than the terms of the training data."""
     average: int = 1
     """Number of the run's last checkpoints whose weights are averaged."""
     evaluation: tuple[Path, ...] = ()

@@ -5,8 +5,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from rich.progress import Progress
-
 from console.commands import Evaluate
 from console.evaluation import tracking, trials
 from console.evaluation.presets import start_m
@@ -18,7 +16,8 @@ from console.evaluation.tables import tables
 from console.recording import format as recording
 from console.run import assembly, machine
 from console.run.directory import run_of, write_json
-from console.terminal import screen
+from console.terminal import progress, screen
+from policy.checkpoints import lineage
 from world import tasks
 from world.character.model import CONTROL_HZ
 from world.config import WorldConfig
@@ -44,14 +43,13 @@ def evaluate_command(command: Evaluate) -> int:
     pieces = objects_of(found, command.objects, command.trials, command.seed)
     library = clips(command, found.experiment.world) if command.quality else None
     output = screen()
-    with Progress(console=output, transient=True, disable=not output.is_terminal) as bar:
-        row = bar.add_task("trials", total=command.trials)
+    with progress("trials", command.trials) as update:
         figures, results = evaluate(
             found,
             pieces,
             command,
             library,
-            lambda done: bar.update(row, completed=done),
+            update,
         )
     for table in tables(figures):
         output.print(table)
@@ -61,7 +59,7 @@ def evaluate_command(command: Evaluate) -> int:
     if command.json is not None:
         write_json(command.json, figures)
     if command.record is not None:
-        meta = {"task": found.task, "checkpoint": str(found.path), "seed": command.seed}
+        meta = recording_meta(command, found)
         takes = trials.recording(results, meta)
         kept = recording.Recording(takes.takes[: command.record_trials], takes.meta)
         recording.write(command.record, kept)
@@ -74,8 +72,7 @@ def evaluate_tracking(command: Evaluate, found: assembly.Trained) -> int:
         raise ConfigError("--perturb, --objects: this task follows clips; leave them out")
     motions = tuple(str(path.resolve()) for path in command.motions)
     output = screen()
-    with Progress(console=output, transient=True, disable=not output.is_terminal) as bar:
-        row = bar.add_task("trials", total=command.trials)
+    with progress("trials", command.trials) as update:
         figures, takes = tracking.evaluate(
             found,
             motions,
@@ -83,7 +80,7 @@ def evaluate_tracking(command: Evaluate, found: assembly.Trained) -> int:
             command.seed,
             command.threads or machine.cores(),
             command.record_trials if command.record else 0,
-            lambda done: bar.update(row, completed=done),
+            update,
         )
     output.print(tracking.table(figures))
     run = run_of(found.path)
@@ -92,10 +89,20 @@ def evaluate_tracking(command: Evaluate, found: assembly.Trained) -> int:
     if command.json is not None:
         write_json(command.json, figures)
     if command.record is not None:
-        meta = {"task": found.task, "checkpoint": str(found.path), "seed": command.seed}
-        meta = {"control_hz": CONTROL_HZ, **meta}
+        meta = {"control_hz": CONTROL_HZ, **recording_meta(command, found)}
         recording.write(command.record, recording.Recording(takes, meta))
     return 0
+
+
+def recording_meta(command: Evaluate, found: assembly.Trained) -> dict[str, object]:
+    """Return what a recording says of its policy, with the terms of its training data."""
+    return {
+        "task": found.task,
+        "checkpoint": str(found.path),
+        "seed": command.seed,
+        "trained_on": lineage.data(found.manifest.notes),
+        "licence": lineage.licence(found.manifest.notes),
+    }
 
 
 def check(command: Evaluate, task: str) -> Evaluate:
@@ -143,6 +150,25 @@ def clips(command: Evaluate, world: WorldConfig) -> MotionLibrary | None:
         return None
 
 
+def clips_named(command: Evaluate, found: assembly.Trained) -> str:
+    """Return what the motion quality is compared with, in a few words.
+
+    A published policy records no paths of clips, so that the package's own clips stand in for those
+    that it was trained on: the words say so.
+    """
+    if command.motions:
+        names = ", ".join(path.name for path in command.motions[:3])
+        more = len(command.motions) - 3
+        return f"clips of {names}" + (f" and {more} more" if more > 0 else "")
+    if found.experiment.world.motions:
+        return "the training clips"
+    own = any(one.what == assembly.OWN_CLIPS for one in lineage.of(found.manifest.notes))
+    # a run records the paths of its clips, a published folder says what it was trained on
+    published = "licence" in found.manifest.notes
+    unlike = ", not the training clips" if published and not own else ""
+    return assembly.OWN_CLIPS + unlike
+
+
 def manifest_of(
     task: str,
     pieces: Sequence[Piece],
@@ -163,7 +189,7 @@ def evaluate(
     pieces: tuple[Piece, ...],
     command: Evaluate,
     library: MotionLibrary | None = None,
-    progress: Callable[[int], None] = lambda done: None,
+    progress: Callable[[float], None] = lambda done: None,
 ) -> tuple[dict[str, Any], trials.Results]:
     """Return the evaluation JSON, and the results of each trial."""
     began = time.perf_counter()
@@ -201,6 +227,8 @@ def evaluate(
     if command.quality:
         tracks = results.tracks[: command.quality]
         figures["quality"] = quality_of(tracks, world, library, pieces, style, command.seed)
+        named = None if library is None else clips_named(command, found)
+        figures["quality"]["compared_with"] = named
     return figures | {"wall_s": time.perf_counter() - began}, results
 
 

@@ -65,14 +65,24 @@ def results_table(figures: dict[str, Any]) -> Table:
 
 
 def quality_table(quality: dict[str, Any]) -> Table:
-    """Return the table of motion quality, of policy and mocap."""
-    shown = Table(
-        "motion quality", "policy", "mocap", title=f"{quality['trials']} trials before any fall",
-        title_justify="left",
-    )  # fmt: skip
+    """Return the table of motion quality, of policy and of the clips that it is compared with."""
+    reference = reference_of(quality)
+    title = f"{quality['trials']} trials before any fall"
+    if reference is None:
+        shown = Table("motion quality", "policy", title=title, title_justify="left")
+    else:
+        shown = Table("motion quality", "policy", "clips", title_justify="left",
+                      title=f"{title}; compared with {reference}")  # fmt: skip
     for name, ours, theirs in quality_rows(quality):
-        shown.add_row(name, ours, theirs)
+        shown.add_row(name, ours, *([] if reference is None else [theirs]))
     return shown
+
+
+def reference_of(quality: dict[str, Any]) -> str | None:
+    """Return what a policy's motion quality is compared with; None for no clips."""
+    if quality["mocap"] is None:
+        return None
+    return quality.get("compared_with") or "mocap"
 
 
 def quality_rows(quality: dict[str, Any]) -> list[tuple[str, str, str]]:

@@ -16,7 +16,9 @@ from world.character import model as character
 from world.config import WorldConfig
 from world.furniture.piece import Piece
 from world.scene import perturbations
+from world.scene.batch import Scenes
 from world.scene.perturbations import Disturbance
+from world.scene.target import Target
 
 #: Trials stepped together: fixed, so that no figure depends on the number of threads.
 CHUNK = 128
@@ -81,7 +83,7 @@ def run(
     steps: int,
     threads: int,
     record: int = 0,
-    progress: Callable[[int], None] = lambda done: None,
+    progress: Callable[[float], None] = lambda done: None,
     simulator: str = "mujoco",
 ) -> Results:
     """Return the results of all trials with the policy's mean actions; record the first
@@ -97,20 +99,28 @@ def drive(
     steps: int,
     threads: int,
     record: int = 0,
-    progress: Callable[[int], None] = lambda done: None,
+    progress: Callable[[float], None] = lambda done: None,
     simulator: str = "mujoco",
 ) -> Results:
-    """Return the results of all trials with any driver; record the first `record`."""
+    """Return the results of all trials with any driver; record the first `record`.
+
+    progress: takes the trials done, in which each control step of a trial counts as a part.
+    """
     chunks = [range(i, min(i + CHUNK, len(trials))) for i in range(0, len(trials), CHUNK)]
-    done = 0
+    counts = dict.fromkeys(chunks, 0.0)
 
     def one(rows: range) -> Results:
-        nonlocal done
         torch.set_num_threads(1)
         recorded = max(0, min(record - rows.start, len(rows)))
-        part = step_chunk(world, driver, trials, rows, steps, recorded, simulator)
-        done += len(rows)
-        progress(done)
+
+        def counted(scenes: Scenes, state: Tensor, goal: Tensor, target: Target) -> None:
+            driver(scenes, state, goal, target)
+            counts[rows] += len(rows) / steps
+            progress(min(sum(counts.values()), len(trials)))
+
+        part = step_chunk(world, counted, trials, rows, steps, recorded, simulator)
+        counts[rows] = len(rows)
+        progress(sum(counts.values()))
         return Results(
             part.error_m,
             part.fell_at,

@@ -72,8 +72,10 @@ class FurnitureKind:
         piece = piece_of(named(command)).scaled(scale)
         count = task.affordance.use_point_count(piece)
         if not 0 <= command.place < count:
+            choices = "0, the only one" if count == 1 else f"0 to {count - 1}"
             raise ConfigError(
-                f"--place {command.place}: {piece.name} has {count} use points, counted from 0"
+                f"--place {command.place}: {piece.name} has {count} use"
+                f" point{'s' * (count != 1)} to {task.affordance.name}; choose {choices}"
             )
         x, y, yaw = numbers("--at", command.at, "X,Y,YAW (m, m, degrees)")
         half = 0.5 * math.radians(yaw)

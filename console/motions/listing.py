@@ -1,6 +1,8 @@
 """`inhabit motions`: dispatch of its commands, and the list of clips."""
 
 import json
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -13,6 +15,9 @@ from console.terminal import screen
 from world.motions import load
 from world.motions.clip import Clip
 from world.motions.fit.objects import with_any
+
+#: Characters of a licence in the table.
+_LICENCE = 48
 
 
 @lru_cache(maxsize=1)
@@ -50,12 +55,25 @@ def motions_command(command: MotionsList | MotionsCheck | MotionsImport | Motion
             row["uses"] or "",
             span,
             _size(row),
-            Text(row["licence"][:48]),
+            Text(_short(row["licence"])),
         )
     screen().print(table)
+    for line in terms(rows):
+        print(line)
     total = sum(row["seconds"] for row in rows)
     print(f"{len(rows)} clips, {total:.0f} s: {_totals(rows)}")
     return 0
+
+
+def terms(rows: Sequence[dict[str, Any]]) -> Iterator[str]:
+    """Yield, whole, each licence that the table shows in part, with its number of clips."""
+    for text, count in Counter(row["licence"] for row in rows).items():
+        if _short(text) != text:
+            yield f"licence of {count} clips: {text}"
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _LICENCE else f"{text[: _LICENCE - 1]}…"
 
 
 def listed(clip: Clip) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """`inhabit objects`: import meshes as furniture, list, check and show pieces."""
 
+import itertools
 import json
 from collections import Counter
 from collections.abc import Sequence
@@ -7,14 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.progress import Progress
 from rich.table import Table
 
 from console.commands import Meshes, ObjectsCheck, ObjectsImport, ObjectsList, ObjectsShow
 from console.objects import drop
 from console.objects.rows import listed, outcome_row
 from console.run import machine
-from console.terminal import screen
+from console.terminal import progress, screen
 from world.errors import ChoiceError, ConfigError, PieceError
 from world.furniture.catalogue import REGISTRY
 from world.furniture.piece import Piece
@@ -97,11 +97,10 @@ def import_pieces(command: ObjectsImport) -> int:
 def imported(paths: Sequence[Path], mesh: Meshes) -> list[Outcome]:
     """Return the outcomes of importing meshes, with a progress bar on a terminal."""
     work = importing.jobs(paths, options(mesh))
-    output = screen()
-    with Progress(console=output, transient=True, disable=not output.is_terminal) as bar:
-        row = bar.add_task("pieces", total=len(work))
+    done = itertools.count(1)
+    with progress("pieces", len(work)) as update:
         return importing.run(
-            work, mesh.threads or machine.cores(), lambda outcome: bar.advance(row)
+            work, mesh.threads or machine.cores(), lambda outcome: update(next(done))
         )
 
 

@@ -3,7 +3,6 @@
 from typing import Any
 
 import torch
-from rich.progress import Progress
 from rich.table import Table
 
 from console.commands import Realism
@@ -11,7 +10,7 @@ from console.evaluation.tables import number
 from console.realism import sources
 from console.run import assembly
 from console.run.directory import write_json
-from console.terminal import screen
+from console.terminal import progress, screen
 from world import tasks
 from world.errors import ConfigError
 from world.motions import load
@@ -23,13 +22,13 @@ def realism_command(command: Realism) -> int:
     """Measure, print the table, write the JSON; return the exit code."""
     torch.set_num_threads(1)  # the classifier's matrices are too small for more
     clips, task, against = _motions(command)
+    output = screen()
     use = tasks.make(task).affordance.clips
     mocap, groups = sources.mocap(against, use, command.group)
     if command.noise_rad:
         clips = phases.noised(clips, command.noise_rad, command.seed)
     if not clips:
         raise ConfigError(f"{command.source}: no motion to measure")
-    output = screen()
     with output.status("comparing with mocap"):
         found = relative.compare(clips, mocap, groups, command.folds, command.seed)
     output.print(table(found, f"{command.source.name}: {len(clips)} motions, {task}"))
@@ -48,12 +47,8 @@ def _motions(command: Realism) -> tuple[list[Clip], str, tuple[str, ...]]:
     source = command.source
     if sources.is_policy(source):
         found = assembly.trained(source)
-        output = screen()
-        with Progress(console=output, transient=True, disable=not output.is_terminal) as bar:
-            row = bar.add_task("trials", total=command.trials)
-            clips = sources.clips_of_policy(
-                found, command, lambda done: bar.update(row, completed=done)
-            )
+        with progress("trials", command.trials) as update:
+            clips = sources.clips_of_policy(found, command, update)
         return clips, found.task, against or found.experiment.world.motions
     if source.suffix == sources.RECORDING_SUFFIX:
         clips, task = sources.clips_of_recording(source)

@@ -40,7 +40,7 @@ def is_policy(source: Path) -> bool:
 
 
 def clips_of_policy(
-    found: assembly.Trained, command: Realism, progress: Callable[[int], None]
+    found: assembly.Trained, command: Realism, progress: Callable[[float], None]
 ) -> list[Clip]:
     """Return the motions of a policy's trials by the protocol: successes, failures and falls."""
     task = tasks.make(found.task)

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from rpc import codec
 from world.errors import InhabitError
-from world.furniture.piece import Box, Piece
+from world.furniture.piece import SLOTS, Box, Piece
 from world.partial_files import replacing
 from world.refusals import one_line, refusing
-from world.scene.model import PROJECTILE_BODY, Ball, compile_scene
+from world.scene.model import PROJECTILE_BODY, Ball, add_boxes, scene_spec
 
 FORMAT = "inhabit-recording"
 VERSION = 1
@@ -83,13 +83,16 @@ def model_of(take: Take) -> mujoco.MjModel:
     boxes = tuple(
         Box((r[0], r[1], r[2]), (r[3], r[4], r[5]), (r[6], r[7], r[8], r[9])) for r in rows
     )
-    piece = Piece(take.piece or "piece", "", boxes, (), 0.0) if boxes else None
+    # an imported piece has more boxes, one for each hull, than a piece made of boxes may have
+    piece = Piece(take.piece or "piece", "", boxes[:SLOTS], (), 0.0) if boxes else None
     cargo = None
     if len(take.cargo):
         x, y, z = take.cargo.tolist()
         cargo = Piece("box", "box", (Box((0.0, 0.0, 0.0), (x, y, z)),), (), 1.0)
     ball = Ball(radius_m=float(take.meta.get("ball_radius_m", Ball().radius_m)))
-    return compile_scene(piece, (ball,) * take.balls.shape[1], cargo)
+    spec = scene_spec(piece, (ball,) * take.balls.shape[1], cargo)
+    add_boxes(spec, boxes[SLOTS:], SLOTS)
+    return spec.compile()
 
 
 def pose(model: mujoco.MjModel, data: mujoco.MjData, take: Take, frame: int) -> None:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.progress import Progress
 
 from console.commands import Evaluate, Report
 from console.evaluation.command import check, clips, evaluate, objects_of
@@ -23,7 +22,8 @@ from console.run import assembly
 from console.run.directory import RunDirectory, run_of, write_text
 from console.run.experiment import to_json
 from console.run.metrics import read_metrics
-from console.terminal import screen
+from console.terminal import progress
+from policy.checkpoints import lineage
 from world import tasks
 from world.errors import ConfigError
 from world.furniture.piece import Piece
@@ -43,13 +43,9 @@ def report_command(command: Report) -> int:
         )
     pieces = objects_of(found, command.objects, command.trials, command.seed)
     evaluation = evaluation_of(command, found.task)
-    output = screen()
-    with Progress(console=output, transient=True, disable=not output.is_terminal) as bar:
-        row = bar.add_task("trials", total=command.trials)
+    with progress("trials", command.trials) as update:
         library = clips(evaluation, found.experiment.world)
-        figures, results = evaluate(
-            found, pieces, evaluation, library, lambda done: bar.update(row, completed=done)
-        )
+        figures, results = evaluate(found, pieces, evaluation, library, update)
     protocol = Protocol(success_m=task.success_m, limit_s=task.evaluation.limit_s)
     known = evaluations(folder, run)
     own = ("trials of this report", figures)
@@ -58,7 +54,9 @@ def report_command(command: Report) -> int:
     judge_style = judge_of(found)
     content = page.Report(
         title=f"inhabit {found.task}: {folder.name}",
-        subtitle=f"Checkpoint {found.path.name}, {found.manifest.samples / 1e6:.1f} M samples.",
+        subtitle=f"Checkpoint {found.path.name}, {found.manifest.samples / 1e6:.1f} M samples."
+        f" Trained on: {lineage.data(found.manifest.notes)}."
+        f" Licence: {lineage.licence(found.manifest.notes)}",
         main=main,
         evaluations=(*known, own),
         metrics=tuple(read_metrics(folder / "metrics.jsonl")),

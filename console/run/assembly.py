@@ -1,6 +1,7 @@
 """Assembly of an experiment: layout, learner, discriminator, shards, trained policies."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -17,7 +18,9 @@ from discriminator.process import ServiceSpec
 from discriminator.service import ServiceConfig
 from discriminator.trainer import Discriminator
 from learner.ppo import Learner
+from policy.checkpoints import lineage
 from policy.checkpoints.format import Layout, Manifest, read
+from policy.checkpoints.lineage import Origin
 from policy.errors import CheckpointError
 from rpc.server import ServerConfig
 from world import tasks, teachers
@@ -27,6 +30,7 @@ from world.config import WorldConfig
 from world.device import CPU
 from world.episodes.shard import Shard
 from world.furniture.piece import Piece
+from world.meshes import collection
 from world.motions import load
 from world.motions.library import MotionLibrary, StyleMixture, StyleSource
 from world.objects.bank import ObjectBank
@@ -180,12 +184,39 @@ def discriminator(
     )
 
 
-def notes(experiment: Experiment) -> dict[str, str]:
-    """Return the notes of a checkpoint: its experiment and data licences. With them it can be used
-    without its run's config.json."""
-    clips = library_of(experiment.world).clips
-    licences = sorted({clip.licence for clip in clips})
-    return {"experiment": json.dumps(to_json(experiment)), "data_licences": "; ".join(licences)}
+def notes(experiment: Experiment, inherited: Sequence[Origin] = ()) -> dict[str, str]:
+    """Return the notes of a checkpoint: its experiment, data and licences. With them it can be used
+    without its run's config.json.
+
+    inherited: origins of the checkpoint that the training begins from.
+    """
+    found = (*origins(experiment), *inherited)
+    licences = sorted({origin.licence for origin in found})
+    return {
+        "experiment": json.dumps(to_json(experiment)),
+        "data_licences": "; ".join(licences),
+        lineage.NOTE: lineage.note(found),
+    }
+
+
+OWN_CLIPS = "the package's synthetic clips"
+
+
+def origins(experiment: Experiment) -> tuple[Origin, ...]:
+    """Return the clips and imported pieces of an experiment with their licences, one for each
+    licence."""
+    world = experiment.world
+    named = f"clips of {', '.join(Path(path).name for path in world.motions)}"
+    clips = library_of(world).clips
+    found = [Origin(named if world.motions else OWN_CLIPS, clip.licence) for clip in clips]
+    for name in world.objects:
+        if name in collection.SPLITS:
+            continue  # the package's own furniture, under the package's licence
+        found += [
+            Origin(f"furniture of {Path(name).name}", piece.licence, piece.credit)
+            for piece in collection.pieces((name,))
+        ]
+    return tuple(dict.fromkeys(found))
 
 
 @dataclass(frozen=True)

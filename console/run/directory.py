@@ -147,6 +147,8 @@ def checkpoint_folder(where: Path) -> Path:
                 f" a policy: {', '.join(pretrained.names())}"
             )
         return named
+    if where.is_file():
+        raise RunError(f"{where} is a file: give a run directory or a checkpoint folder")
     if (where / "manifest.json").exists():
         return where.resolve()
     checkpoints = where / "checkpoints" if (where / "checkpoints").is_dir() else where

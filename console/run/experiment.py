@@ -174,7 +174,7 @@ def read_experiment(run: RunDirectory) -> Experiment:
 def check(experiment: Experiment) -> Experiment:
     """Return the experiment; ConfigError where its settings contradict one another."""
     if experiment.scenes <= 0 or experiment.horizon <= 0 or experiment.block <= 0:
-        raise ConfigError("scenes, horizon and block must be above 0")
+        raise ConfigError("--scenes, --horizon and --block must be above 0")
     if experiment.scenes % experiment.block:
         raise ConfigError(
             f"--scenes {experiment.scenes} is not a multiple of --block {experiment.block}: choose "

@@ -52,6 +52,14 @@ RENAMED_SERVE: Table = {
 }
 """The same for the flags of `serve`."""
 
+REPEATED: Mapping[str, str] = {
+    "world.task": "the word TASK",
+    "world.motions": "--motions",
+    "world.objects": "--objects",
+    "ppo.threads": "--threads",
+}
+"""Settings of an experiment that another flag of `train` sets; they have no flag of their own."""
+
 RENAMED_METRICS = {
     f"episode/{figure}_clip": f"episode/{figure}_reference"
     for figure in ("success", "fall", "length")
@@ -99,6 +107,15 @@ def refuse_old_flags(words: Sequence[str], table: Table = RENAMED) -> None:
             raise ConfigError(f"{name} no longer exists: leave it out")
         today = flag(new.key if isinstance(new, Converted) else new)
         raise ConfigError(f"{name} is now {today}: use that")
+
+
+def refuse_repeated_flags(words: Sequence[str]) -> None:
+    """Raise ConfigError for a flag whose setting another flag of `train` sets, and name that."""
+    today = {flag(key): other for key, other in REPEATED.items()}
+    for word in words:
+        typed = word.partition("=")[0]
+        if typed.replace("_", "-") in today:
+            raise ConfigError(f"{typed} is set by {today[typed.replace('_', '-')]}: use that")
 
 
 def flag(key: str) -> str:

@@ -5,7 +5,7 @@ run; its manifest states training data and licence.
 """
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,9 @@ from console.commands import Publish
 from console.run import assembly
 from console.run.directory import RunDirectory, RunError, checkpoint_folder, run_of
 from console.run.experiment import to_json
+from policy.checkpoints import lineage
 from policy.checkpoints.format import Layout, Manifest, read, write
+from policy.checkpoints.lineage import Origin
 from policy.checkpoints.run_checkpoints import RunCheckpoints
 from policy.model.averaging import mean_policy
 from policy.model.normaliser import NormaliserConfig
@@ -51,10 +53,8 @@ def publish_command(command: Publish) -> int:
         found.state["policy"] = mean_policy(policies, limits)
     # paths of clips and pieces on this machine are not published: the notes name the data
     world = replace(experiment.world, motions=(), objects=())
-    notes = {
+    notes = terms_of(command, found.manifest.notes) | {
         "experiment": json.dumps(to_json(replace(experiment, world=world))),
-        "data": command.data,
-        "licence": command.licence,
     }
     if len(averaged) > 1:
         notes["average"] = f"of checkpoints {', '.join(one.name for one in averaged)}"
@@ -75,8 +75,36 @@ def publish_command(command: Publish) -> int:
     for name, figures in evaluations.items():
         own = figures | {"checkpoint": command.out.name}
         (command.out / name).write_text(json.dumps(own, indent=1) + "\n")
-    print(f"{command.out}: {found.manifest.samples / 1e6:.1f} M samples, {command.licence}")
+    print(
+        f"{command.out}: {found.manifest.samples / 1e6:.1f} M samples, trained on"
+        f" {lineage.data(notes)}; licence: {lineage.licence(notes)}"
+    )
     return 0
+
+
+def terms_of(command: Publish, notes: Mapping[str, str]) -> dict[str, str]:
+    """Return data, licence and lineage of the published weights, from those of the checkpoint.
+
+    Raises ConfigError for a --licence that drops terms of the training data, without --relicense.
+    """
+    origins = lineage.of(notes)
+    own = lineage.terms(origins)
+    licence = command.licence.strip() or notes.get("licence") or own
+    # the weights may have stricter terms than their data, which a second publication keeps
+    stated = (Origin("the weights", notes["licence"]),) if notes.get("licence") else ()
+    lost = lineage.lost(licence, (*origins, *stated))
+    if lost and not command.relicense:
+        what = "; ".join(
+            f"{one.what}: {one.licence} ({', '.join(sorted(names))})" for one, names in lost.items()
+        )
+        raise ConfigError(
+            f"--licence {command.licence}: restricts less than the terms of the training data,"
+            f" {what}: leave --licence out, or add --relicense if you may"
+        )
+    data = command.data.strip() or notes.get("data", "")
+    return {"licence": licence, lineage.NOTE: lineage.note(origins)} | (
+        {"data": data} if data else {}
+    )
 
 
 def _last(path: Path, count: int, layout: Layout) -> list[Path]:

@@ -3,14 +3,13 @@
 import itertools
 
 import torch
-from rich.progress import Progress
 
 from console.commands import Synthesize
 from console.serving import loading
 from console.synthesis import files
 from console.synthesis import request as scene_request
 from console.synthesis.motion import Motion, simulate
-from console.terminal import screen
+from console.terminal import progress, screen
 from policy.checkpoints.served import Served
 from world.character import model as character
 from world.errors import ConfigError
@@ -44,10 +43,9 @@ def tried(command: Synthesize, served: Served) -> Motion:
     output = screen()
     request, piece = scene_request.scene(command, served.task, command.seed)
     frames = round(request.seconds * character.CONTROL_HZ) + 1
-    with Progress(console=output, transient=True, disable=not output.is_terminal) as bar:
-        row = bar.add_task("frames", total=frames)
+    with progress("frames", frames) as update:
         for attempt in itertools.count(1):
-            motion = simulate(request, served, piece, lambda done: bar.update(row, completed=done))
+            motion = simulate(request, served, piece, update)
             if command.tries > 1:
                 how = f"seed {request.seed}" if request.HasField("seed") else "mean actions"
                 output.print(f"try {attempt}, {how}: {motion.outcome()}")

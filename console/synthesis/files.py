@@ -10,6 +10,7 @@ from console.run.directory import write_text
 from console.synthesis import replay
 from console.synthesis.motion import Motion
 from console.video import rendering
+from policy.checkpoints import lineage
 from world.character import model as character
 from world.errors import ConfigError, InhabitError
 from world.motions import bvh_file, clip_file
@@ -27,7 +28,10 @@ def _clip(path: Path, motion: Motion) -> None:
 
 
 def _bvh(path: Path, motion: Motion) -> None:
-    write_text(path, bvh_file.text(motion.clip()))
+    clip = motion.clip()
+    write_text(path, bvh_file.text(clip))
+    # BVH has no place for terms: they are beside it, as the REUSE specification names such a file
+    write_text(path.with_name(f"{path.name}.license"), f"{clip.licence}\n{clip.source}\n")
 
 
 def _page(path: Path, motion: Motion) -> None:
@@ -59,6 +63,8 @@ def recorded(motion: Motion) -> Recording:
         "task": served.task.name,
         "checkpoint": served.version,
         "control_hz": character.CONTROL_HZ,
+        "trained_on": lineage.data(served.manifest.notes),
+        "licence": lineage.licence(served.manifest.notes),
     }
     return Recording([motion.track.take], meta)
 

@@ -9,6 +9,7 @@ from torch import Tensor
 
 from console.evaluation.stepping import Track
 from console.recording.format import Take, rows_of
+from policy.checkpoints import lineage
 from policy.checkpoints.served import Served
 from policy.synthesis.simulation import Simulation
 from rpc.v1 import policy_pb2 as pb
@@ -78,7 +79,7 @@ class Motion:
             root_position_m=qpos[:, :3].astype(np.float32),
             local_rotation=_local(qpos),
             source=f"synthesised by policy {served.name}, version {served.version}",
-            licence=notes.get("licence", "") or notes.get("data_licences", "") or "unknown",
+            licence=lineage.licence(notes),
             box=self._box(),
         )
         run = self._stretch()

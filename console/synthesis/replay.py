@@ -7,6 +7,7 @@ from console.report.charts import Line, chart
 from console.report.page import document, player, table
 from console.report.scene3d import drawable
 from console.synthesis.motion import Motion
+from policy.checkpoints import lineage
 
 
 def page(motion: Motion) -> str:
@@ -55,8 +56,8 @@ def _facts(motion: Motion) -> list[tuple[str, str]]:
     facts = [
         ("policy", f"{served.task.name}, version {served.version}"),
         ("training samples", f"{served.manifest.samples / 1e6:.1f} M"),
-        ("trained on", notes.get("data", "") or notes.get("data_licences", "") or "not stated"),
-        ("licence", notes.get("licence", "") or "not stated"),
+        ("trained on", lineage.data(notes)),
+        ("licence", lineage.licence(notes)),
         ("piece", motion.piece),
         ("frames", str(summary.frames)),
     ]

@@ -29,7 +29,9 @@ from console.teaching.regression import Regression, Samples, action_weights
 from console.teaching.scenes import TeachingScenes
 from learner.config import LearnerConfig
 from learner.ppo import Learner
-from policy.checkpoints.format import Manifest, read, write
+from policy.checkpoints import lineage
+from policy.checkpoints.format import Manifest, read, read_manifest, write
+from policy.checkpoints.lineage import Origin
 from policy.checkpoints.transfer import widened
 from policy.model.acting import Policy
 from world.config import WorldConfig
@@ -42,7 +44,7 @@ _CHUNK, _REPORT_S, _SAVE_S = 50, 20.0, 60.0
 #: Seconds between two lines while the first samples are collected; time without labels that ends
 #: the training.
 _FIRST_S, _SILENCE_S = 2.0, 120.0
-_DATA = "none: a scripted teacher (world.teachers.carry)"
+_TEACHER = Origin("a scripted teacher (world.teachers.carry), no motion capture", "Apache-2.0")
 
 
 class TeachingError(InhabitError):
@@ -90,11 +92,22 @@ def work(practice: Practice, world: WorldConfig, labels: Any, spell: Any, weight
 
 
 def save(
-    out: Path, experiment: Experiment, learner: Learner, samples: int, lines: list[dict[str, float]]
+    out: Path,
+    experiment: Experiment,
+    learner: Learner,
+    samples: int,
+    lines: list[dict[str, float]],
+    inherited: Sequence[Origin] = (),
 ) -> None:
     """Write the networks as a checkpoint with its metrics. The critic is untrained; PPO's warm-up
-    trains it first."""
-    notes = {"experiment": json.dumps(to_json(experiment)), "data": _DATA}
+    trains it first.
+
+    inherited: origins of the policies that the student begins from and learns from.
+    """
+    notes = {
+        "experiment": json.dumps(to_json(experiment)),
+        lineage.NOTE: lineage.note((_TEACHER, *inherited)),
+    }
     manifest = Manifest(assembly.layout(experiment), 0, samples, notes)
     write(out, {"policy": learner.policy_state()}, manifest)
     (out / "metrics.jsonl").write_text("".join(f"{json.dumps(line)}\n" for line in lines))
@@ -157,6 +170,13 @@ def initialised(command: TeachCarry, experiment: Experiment) -> Learner:
 def _regress(
     command: TeachCarry, experiment: Experiment, learner: Learner, workers: Workers
 ) -> None:
+    begun = (command.init, command.practice.walker)
+    terms = [
+        origin
+        for source in begun
+        if source is not None
+        for origin in lineage.of(read_manifest(checkpoint_folder(source)).notes)
+    ]
     regression = Regression(learner, action_weights(experiment.world), command.rate, command.batch)
     width = assembly.layout(experiment).observation
     samples = Samples(command.capacity, width, regression.device)
@@ -193,10 +213,17 @@ def _regress(
                 errors, ended, reported = [], [], now
                 _publish(regression.updated_learner(), workers.student)
             if now - saved > _SAVE_S:
-                save(command.out, experiment, regression.updated_learner(), samples.total, lines)
+                save(
+                    command.out,
+                    experiment,
+                    regression.updated_learner(),
+                    samples.total,
+                    lines,
+                    terms,
+                )
                 saved = now
     finally:
-        save(command.out, experiment, regression.updated_learner(), samples.total, lines)
+        save(command.out, experiment, regression.updated_learner(), samples.total, lines, terms)
     print(f"{command.out}: {samples.total} samples, {regression.steps} batches")
 
 

@@ -2,10 +2,12 @@
 
 import contextlib
 import json
+import shutil
 import signal
 import sys
+import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -27,6 +29,8 @@ from console.run.experiment import (
     with_learner_threads,
 )
 from console.run.metrics import Recorder, open_recorders, truncate_metrics
+from console.run.renamed import flag
+from console.terminal import leave_soon
 from console.training import dry_run
 from console.training.display import Display, Goal, open_display
 from console.training.runners import open_runner
@@ -34,7 +38,9 @@ from learner.cloning import clone
 from learner.config import LoopConfig
 from learner.loop import Loop
 from learner.ppo import Learner
+from policy.checkpoints import lineage
 from policy.checkpoints.format import Manifest, read, read_manifest
+from policy.checkpoints.lineage import Origin
 from policy.checkpoints.run_checkpoints import RunCheckpoints, read_newest
 from policy.checkpoints.transfer import adopt
 from policy.errors import CheckpointError
@@ -55,9 +61,32 @@ def train(command: Train) -> int:
         print(dry_run.describe(experiment))
         return 0
     run = RunDirectory(command.run) if command.run else new_run(command.task)
-    with run.lock():
-        prepare(run, command, experiment)
-        return learn(run, command, experiment)
+    occupied = run.occupied
+    made = [folder for folder in (run.path, *run.path.parents) if not folder.exists()]
+    try:
+        with run.lock():
+            prepare(run, command, experiment)
+            return learn(run, command, experiment)
+    finally:
+        if not occupied:
+            remove_unbegun(run, made)
+
+
+def remove_unbegun(run: RunDirectory, made: Sequence[Path]) -> None:
+    """Remove a run in which nothing was trained: no iteration recorded and no checkpoint.
+
+    made: its folders that were not there before, the innermost first; others stay.
+    """
+    recorded_any = run.metrics.exists() and run.metrics.stat().st_size > 0
+    if recorded_any or any(run.checkpoints.glob("[0-9]*")):
+        return
+    run.erase()
+    (run.path / ".lock").unlink(missing_ok=True)
+    if run.path in made:
+        shutil.rmtree(run.path, ignore_errors=True)
+    for folder in made[1:]:
+        with contextlib.suppress(OSError):
+            folder.rmdir()
 
 
 def resolve(command: Train) -> Experiment:
@@ -109,7 +138,7 @@ def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
         if changed:
             raise RunError(
                 f"{run.path} was started with other settings, which --resume keeps: "
-                f"{'; '.join(changed)}"
+                f"{'; '.join(map(flag, changed))}"
                 " (start another run with --init to change them)"
             )
         folder = checkpoint_folder(run.path)
@@ -174,7 +203,8 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
     goal = Goal(command.iterations, command.samples, (command.minutes or 0) * 60 or None)
     with ExitStack() as stack:
         display = stack.enter_context(open_display(f"{command.task} {run.path}", goal))
-        stopped = stack.enter_context(interrupts(display.note))
+        begun = threading.Event()
+        stopped = stack.enter_context(interrupts(display.note, begun))
         display.note(f"run {run.path}")
         if left_out := assembly.training_pieces(experiment.world)[1]:
             display.note(left_out)
@@ -193,7 +223,10 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
         note = display.note
         sinks = Recorders(display)
         checkpoints = RunCheckpoints(
-            run.checkpoints, assembly.layout(experiment), assembly.notes(experiment), command.keep
+            run.checkpoints,
+            assembly.layout(experiment),
+            assembly.notes(experiment, inherited(run, command)),
+            command.keep,
         )
         loop = Loop(
             learner,
@@ -214,10 +247,24 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
         initialise(loop, run, command, experiment, note)
         sinks.open(open_recorders(run, learner.samples))
         stack.callback(sinks.close)
+        begun.set()
         deadline = time.monotonic() + command.minutes * 60 if command.minutes else None
         loop.run(lambda: stopped() or (deadline is not None and time.monotonic() >= deadline))
         display.note(f"checkpoint {learner.version} in {run.checkpoints}")
         return INTERRUPTED if stopped() else 0
+
+
+def inherited(run: RunDirectory, command: Train) -> tuple[Origin, ...]:
+    """Return the origins of the weights that a training begins from: those of --init, or those that
+    the run's newest readable checkpoint names."""
+    if command.init:
+        return lineage.of(read_manifest(checkpoint_folder(command.init)).notes)
+    if command.resume:
+        for path in sorted(run.checkpoints.glob("[0-9]*"), reverse=True):
+            with contextlib.suppress(CheckpointError):
+                notes = read_manifest(path).notes
+                return lineage.of(notes) if lineage.NOTE in notes else ()
+    return ()
 
 
 def initialise(
@@ -251,6 +298,7 @@ def initialise(
         other = "" if theirs.task == mine.task else f", of the task {theirs.task}"
         note(f"networks and normalisers from {path}{other}")
     elif experiment.clone_passes:
+        note(f"behaviour cloning: {experiment.clone_passes} passes over clips")
         began = time.perf_counter()
         errors = clone_clips(learner, experiment)
         note(
@@ -300,14 +348,20 @@ class Recorders:
 
 
 @contextmanager
-def interrupts(note: Callable[[str], None]) -> Iterator[Callable[[], bool]]:
+def interrupts(note: Callable[[str], None], begun: threading.Event) -> Iterator[Callable[[], bool]]:
     """Handle Ctrl-C and SIGTERM: the first stops after the iteration, the second at once. Yields
-    whether a stop is requested."""
+    whether a stop is requested.
+
+    begun: set when the first iteration begins; before it there is nothing to keep, and the first
+    signal stops at once.
+    """
     requested = False
 
     def handle(_number: int, _frame: FrameType | None) -> None:
         nonlocal requested
-        if requested:
+        if requested or not begun.is_set():
+            note("stopping at once")
+            leave_soon()
             raise KeyboardInterrupt
         requested = True
         note("stopping after this iteration; press again to stop at once, without a checkpoint")

@@ -121,7 +121,9 @@ def block(title: str, goal: Goal, metrics: Mapping[str, float], eta: str) -> Gro
         f"{_figure(metrics, 'lag/policy', '.0f')} style {_figure(metrics, 'lag/style', '.0f')}  "
         f"dropped {_figure(metrics, 'dropped/samples', '.0f')}",
     )
-    return Group(head, ProgressBar(total=1.0, completed=_progress(goal, metrics)), table)
+    bar = Table.grid(expand=True)  # a bar alone ends no line: the next row would stand behind it
+    bar.add_row(ProgressBar(total=1.0, completed=_progress(goal, metrics)))
+    return Group(head, bar, table)
 
 
 class LiveDisplay:

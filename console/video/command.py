@@ -1,15 +1,19 @@
 """`inhabit video`: a recording, or a run's policy in a few trials, as mp4 and filmstrip."""
 
-from rich.progress import Progress
+from pathlib import Path
 
+from console import outputs
 from console.commands import Video
 from console.evaluation import tracking, trials
 from console.evaluation.command import objects_of
 from console.recording import format as recording
 from console.recording.format import Recording
 from console.run import assembly, machine
-from console.terminal import screen
+from console.run.directory import checkpoint_folder
+from console.terminal import progress
 from console.video import rendering
+from policy.checkpoints import lineage
+from policy.checkpoints.format import read_manifest
 from world import tasks
 from world.character.model import CONTROL_HZ
 from world.errors import ConfigError
@@ -21,25 +25,30 @@ def video_command(command: Video) -> int:
         raise ConfigError("nothing to write: give OUT.mp4, or a filmstrip by --sheet FILE.png")
     if command.trials < 1:
         raise ConfigError("--trials must be at least 1")
+    outputs.check(command.out, "OUT", (".mp4", *rendering.ANIMATED))
+    outputs.check(command.sheet, "--sheet", (".png",))
     rendering.require_gl()
     if command.source.is_file():
         found = recording.read(command.source)
         found = Recording(found.takes[: command.trials], found.meta)
     else:
-        found = played(command)
+        found = with_terms(played(command), command.source)
     if command.out is not None:
         look = rendering.Look(command.width, command.height, command.look, command.captions)
-        output = screen()
-        with Progress(console=output, transient=True, disable=not output.is_terminal) as bar:
-            row = bar.add_task("images", total=rendering.image_count(found))
-            frames = rendering.write_video(
-                found, command.out, look, progress=lambda done: bar.update(row, completed=done)
-            )
+        with progress("images", rendering.image_count(found)) as update:
+            frames = rendering.write_video(found, command.out, look, progress=update)
         print(f"{command.out}: {frames} frames, {len(found.takes)} trials")
     if command.sheet is not None:
         rendering.write_filmstrip(found, command.sheet)
         print(f"{command.sheet}: {len(found.takes)} trials")
     return 0
+
+
+def with_terms(found: Recording, source: Path) -> Recording:
+    """Return a recording that says what its policy was trained on, and under which terms."""
+    notes = read_manifest(checkpoint_folder(source)).notes
+    terms = {"trained_on": lineage.data(notes), "licence": lineage.licence(notes)}
+    return Recording(found.takes, found.meta | terms)
 
 
 def played(command: Video) -> Recording:

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -22,6 +23,7 @@ from world.partial_files import replacing
 
 Image = NDArray[np.uint8]
 #: Endings of animated pictures, drawn at every second control step; their quality, of 100.
+_COPYRIGHT = 0x8298  # tag of EXIF
 ANIMATED, _HALF, _WEBP_QUALITY = (".webp", ".gif"), 2, 60
 #: Colour of a reference.
 GHOST_RGBA = (0.95, 0.75, 0.35, 0.35)
@@ -227,6 +229,7 @@ def _animate(
         loop=0,
         quality=_WEBP_QUALITY,
         method=4,
+        **_picture_terms(recording, out),
     )
     return len(found)
 
@@ -250,6 +253,7 @@ def _encode(
         quality=7,
         macro_block_size=2,
         ffmpeg_log_level="error",
+        output_params=_terms(recording),
     )
     writer.send(None)
     count = 0
@@ -262,6 +266,26 @@ def _encode(
         progress(count)
     writer.close()
     return count
+
+
+def _picture_terms(recording: Recording, out: Path) -> dict[str, Any]:
+    """Return the parameters that write the licence of a recording into an animated picture."""
+    from PIL import Image as pictures
+
+    licence = recording.meta.get("licence")
+    if not licence:
+        return {}
+    if out.suffix.lower() == ".gif":
+        return {"comment": str(licence).encode()}
+    exif = pictures.Exif()
+    exif[_COPYRIGHT] = str(licence)
+    return {"exif": exif}
+
+
+def _terms(recording: Recording) -> list[str]:
+    """Return the encoder's parameters that write the licence of a recording into its video."""
+    licence = recording.meta.get("licence")
+    return ["-metadata", f"copyright={licence}"] if licence else []
 
 
 def write_filmstrip(

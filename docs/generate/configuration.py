@@ -1,6 +1,7 @@
 """The page of an experiment's settings."""
 
 from console.run.experiment import PRESETS, Experiment
+from console.run.renamed import REPEATED
 from docs.generate import fields
 from docs.generate.markdown import code, table
 
@@ -23,7 +24,9 @@ def page() -> str:
         "# Configuration\n",
         "An experiment is one tree of frozen dataclasses; `config.json` of a run holds it, and each"
         " field is a flag of `inhabit train`: `world.initial.near_m` is"
-        " `--world.initial.near-m 0.75 1.6`. A schedule is a list of (samples, value) points,"
+        " `--world.initial.near-m 0.75 1.6`. Other flags set "
+        + ", ".join(f"`{key}` ({flag})" for key, flag in REPEATED.items())
+        + ". A schedule is a list of (samples, value) points,"
         " linear between them. The column of a preset is empty where the preset has the default.\n",
     ]
     for prefix, title in SECTIONS:

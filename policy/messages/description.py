@@ -5,6 +5,7 @@ from functools import cache
 
 import mujoco
 
+from policy.checkpoints import lineage
 from policy.checkpoints.served import ACTIONS, Served
 from rpc.malformed import redact
 from rpc.v1 import policy_pb2 as pb
@@ -90,8 +91,10 @@ def action(served: Served) -> pb.Action:
 
 def training_data(notes: Mapping[str, str]) -> tuple[str, str]:
     """Training data and licence of the weights."""
-    data = notes.get("data") or "motion clips of the run's configuration; not published with it"
-    return data, notes.get("licence") or notes.get("data_licences") or "not stated"
+    data = lineage.data(notes)
+    if data == lineage.NOT_STATED:
+        data = "motion clips of the run's configuration; not published with it"
+    return data, lineage.licence(notes)
 
 
 def policy(served: Served, reloads: int = 0, last_refusal: str = "") -> pb.PolicyDescription:

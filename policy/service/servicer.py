@@ -299,3 +299,5 @@ async def serve(
     async with serving(sources, server_config, config, report) as (server, service):
         started(server, service)
         await server.wait()
+        if report is not None:
+            report(f"stopping: calls in progress have {server_config.drain_s:g} s to end")

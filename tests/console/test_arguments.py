@@ -1,13 +1,25 @@
 """Words that are no command: exit code 2 and one line that names what would be."""
 
+import re
+from importlib import metadata
+
 import pytest
 
+from console import commands
 from console.app import main
 from console.arguments import one_line
+from console.run.renamed import REPEATED
+from world.tasks import REGISTRY
 
 WRONG = [
     ("", "train, evaluate"),
     ("frobnicate", "frobnicate; Available subcommands: train, evaluate"),
+    ("plan --help", "plan; Available subcommands: train, evaluate"),
+    ("motions lits --help", "lits; Available subcommands: import, list, check"),
+    ("train fly --help", "unknown task 'fly': choose one of carry, lie, sit, track, walk"),
+    ("train sit --world.motions a", "--world.motions is set by --motions: use that"),
+    ("train sit --world.task=lie", "--world.task is set by the word TASK: use that"),
+    ("train sit --ppo.threads 2", "--ppo.threads is set by --threads: use that"),
     ("train", "TASK"),
     ("train sit --scnes 4", "--scnes, 4; Perhaps you meant: --scenes; see inhabit train --help"),
     ("train sit --runner cloud", "'cloud' for argument '--runner'. Expected one of ('local', "),
@@ -52,3 +64,58 @@ def test_boxes_of_all_kinds() -> None:
     assert one_line(framed) == "invalid choice; see it --help"
     assert one_line(" Invalid \n ------ \n  no\n  -----\n  choice.\n \n") == "no; choice"
     assert one_line("some other\n  text\n") == "some other text"
+
+
+def help_of(words: str, capsys: pytest.CaptureFixture[str]) -> str:
+    assert main([*words.split(), "--help"]) == 0
+    return capsys.readouterr().out
+
+
+def flags_of(text: str) -> list[str]:
+    """The flags of a help text, in its order; further lines of a text are indented more."""
+    return re.findall(r"^(?:│ |  )(--[a-z][-a-z.]*)", text, re.MULTILINE)
+
+
+def listed_in(text: str) -> list[str]:
+    """The commands that a help text lists, in its order."""
+    return re.findall(r"^[│ ]+[^\w\s│] ([a-z]+)", text, re.MULTILINE)
+
+
+def test_the_top_level_lists_every_command_and_group(capsys: pytest.CaptureFixture[str]) -> None:
+    listed = listed_in(help_of("", capsys))
+    entries = [*commands.COMMANDS, *commands.GROUPS]
+    assert listed == [entry.name for entry in entries]
+    for group in commands.GROUPS:
+        inner = listed_in(help_of(group.name, capsys))
+        assert inner == [entry.name for entry in group.entries]
+
+
+def test_the_help_of_a_task_has_its_own_settings(capsys: pytest.CaptureFixture[str]) -> None:
+    found = {task: set(flags_of(help_of(f"train {task}", capsys))) for task in REGISTRY}
+    shared = found["sit"]
+    assert found["lie"] == found["walk"] == shared
+    for task in ("carry", "track"):
+        own = found[task] - shared
+        assert own and all(flag.startswith(f"--world.{task}.") for flag in own)
+        assert not shared - found[task]
+    # without a task, those of every task
+    assert set(flags_of(help_of("train", capsys))) == set().union(*found.values())
+
+
+def test_no_setting_has_two_flags(capsys: pytest.CaptureFixture[str]) -> None:
+    flags = flags_of(help_of("train track", capsys))
+    assert len(flags) == len(set(flags))
+    assert not {f"--{key.replace('_', '-')}" for key in REPEATED} & set(flags)
+    for words in ("objects check", "motions play", "teach try", "evaluate"):
+        text = help_of(words, capsys)
+        assert "--no-json" not in text and "--no-debug" not in text
+
+
+def test_a_flag_that_turns_off_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    text = " ".join(help_of("motions play", capsys).split())
+    assert "--no-open Turns off: Open the browser." in text
+
+
+def test_the_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"inhabit {metadata.version('inhabit')}\n"

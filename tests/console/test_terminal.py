@@ -1,11 +1,16 @@
 """Tables in files are wide enough to be read."""
 
 import io
+import itertools
+import os
+import signal
+import sys
 
 import pytest
 from rich.table import Table
 
-from console.terminal import FILE_WIDTH, screen
+from console import terminal
+from console.terminal import FILE_WIDTH, Watch, Work, answering, progress, screen, signs_of_life
 
 
 def test_a_file_is_as_wide_as_it_should_be(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -29,3 +34,67 @@ def test_text_is_shown_as_it_is(capsys: pytest.CaptureFixture[str]) -> None:
     output.print(table)
     output.print(text)
     assert capsys.readouterr().out.count(text) == 4
+
+
+def test_the_remaining_time_is_that_of_the_work_done() -> None:
+    work = Work("trials", 100.0, began=10.0)
+    assert work.text(20.0) == "trials 0 of 100, to go -"
+    work.done = 25.0
+    assert work.remaining(40.0) == "1:30"  # 25 in 30 s, so 75 in 90 s
+    work.done = 100.0
+    assert work.remaining(50.0) == "0:00"
+
+
+def test_progress_is_told_while_it_lasts() -> None:
+    watch = Watch("inhabit evaluate", False, 0.0)
+    with progress("trials", 4) as update:
+        update(1)
+        assert "inhabit evaluate: working, 2 s, trials 1 of 4, to go" in str(watch.due(2.0))
+    assert watch.due(100.0) == "inhabit evaluate: working, 100 s"
+
+
+def said_at(watch: Watch, seconds: int) -> list[int]:
+    """The tenths of a second at which a silent command speaks."""
+    return [t for t in range(10 * seconds) if watch.due(t / 10) is not None]
+
+
+def test_a_silent_command_speaks_within_two_seconds() -> None:
+    """Each second on a terminal; in a file while work is counted, in its first minute."""
+    times = said_at(Watch("x", True, 0.0), 10)
+    assert times[0] <= 20 and all(b - a <= 11 for a, b in itertools.pairwise(times))
+    assert said_at(Watch("x", False, 0.0), 18) == [50, 100, 150]
+    with progress("trials", 4):
+        times = said_at(Watch("x", False, 0.0), 100)
+    gaps = [b - a for a, b in itertools.pairwise(times)]
+    assert times[0] <= 20 and max(gaps[:30]) <= 20 and gaps[-1] == 100
+
+
+def test_output_of_its_own_is_a_sign_of_life() -> None:
+    watch = Watch("x", True, 0.0)
+    watch.written(1.5)
+    assert watch.due(2.4) is None and watch.due(2.6) == "x: working, 3 s"
+
+
+def test_streams_are_as_before(capsys: pytest.CaptureFixture[str]) -> None:
+    before = sys.stdout.write
+    with signs_of_life("x"):
+        assert sys.stdout.write != before
+        print("words")
+    assert sys.stdout.write == before and capsys.readouterr().out == "words\n"
+
+
+def test_the_first_interrupt_is_answered(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    left: list[str] = []
+    monkeypatch.setattr(terminal, "leave_soon", lambda: left.append("soon"))
+    monkeypatch.setattr(os, "_exit", lambda code: left.append(f"at once, {code}"))
+    before = signal.getsignal(signal.SIGINT)
+    with answering():
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        assert left == ["soon"] and "inhabit: stopping" in capfd.readouterr().err
+        with pytest.raises(KeyboardInterrupt):  # here the exit is replaced
+            signal.raise_signal(signal.SIGINT)
+        assert left[1] == "at once, 130"
+    assert signal.getsignal(signal.SIGINT) == before

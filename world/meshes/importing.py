@@ -72,11 +72,10 @@ def jobs(paths: Sequence[Path], options: ImportOptions) -> list[Job]:
             files = sorted(p for p in path.rglob("*") if p.suffix.lower() in _READ)
             if not files:
                 raise PieceError(f"{path}: no meshes; choose files of {', '.join(_READ)}")
-            known = notes.of_folder(path)
             for file in files:
-                found += _of_file(file, options, known.get(file.stem, Note()))
+                found += _of_file(file, options, notes.of_file(file))
         elif path.exists():
-            found += _of_file(path, options, notes.of_folder(path.parent).get(path.stem, Note()))
+            found += _of_file(path, options, notes.of_file(path))
         else:
             raise PieceError(f"no such file or folder: {path}")
     return _distinct(found)

@@ -4,9 +4,12 @@ its libraries in the folder's README."""
 import csv
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 CATALOGUE = "catalog.csv"
+#: Folders above that of a file whose catalogue may list it.
+_ABOVE = 2
 #: A line of terms: `Licences: NAME: TERMS, (c) OWNER; NAME: TERMS`, possibly a list item.
 _LINE = re.compile(r"^\W*licen[cs]es?\W*:\W*(.+)$", re.IGNORECASE)
 #: The terms of a library end with a semicolon or a sentence.
@@ -21,6 +24,19 @@ class Note:
     licence: str = ""
     credit: str = ""
     """The creator, and the owner of the library, whom the licence may require to be named."""
+
+
+def of_file(path: Path) -> Note:
+    """The note of a mesh file, from the nearest catalogue that lists it: of its own folder, or of
+    one of the two above, as where a library has a folder for each class."""
+    known = _known(tuple(path.absolute().parents[: 1 + _ABOVE]))
+    return next((notes[path.stem] for notes in known if path.stem in notes), Note())
+
+
+@lru_cache(maxsize=64)
+def _known(folders: tuple[Path, ...]) -> tuple[dict[str, Note], ...]:
+    """The notes of folders, read once for all files of an import."""
+    return tuple(map(of_folder, folders))
 
 
 def of_folder(folder: Path) -> dict[str, Note]:

@@ -22,6 +22,7 @@ PROJECTILE_BODY = "projectile"
 #: Collision bits: the character collides with what is solid; an unused slot collides with nothing,
 #: but keeps its node in the body's bounding-volume tree, so that every piece has the same layout.
 _SOLID, _CHARACTER, _UNUSED = 2, 1, 4
+_FURNITURE_RGBA = [0.72, 0.53, 0.36, 1.0]
 #: contype and conaffinity of solid furniture.
 SOLID = _SOLID, _CHARACTER
 
@@ -112,7 +113,7 @@ def _add_furniture(spec: mujoco.MjSpec, piece: Piece | None, shared: Layout) -> 
             contype=_SOLID if used[slot] else _UNUSED,
             conaffinity=_CHARACTER if used[slot] else _UNUSED,
             friction=[1.0, 0.05, 0.001],
-            rgba=[0.72, 0.53, 0.36, 1.0 if used[slot] else 0.0],
+            rgba=_FURNITURE_RGBA if used[slot] else [*_FURNITURE_RGBA[:3], 0.0],
         )
         if slot < len(shown.hulls):
             slots.add_hull(spec, f"hull{slot}", shown.hulls[slot])
@@ -123,3 +124,22 @@ def _add_furniture(spec: mujoco.MjSpec, piece: Piece | None, shared: Layout) -> 
             geom.size, geom.pos, geom.quat = half[slot], centre[slot], quat[slot]
     for index, faces in enumerate(fillings):
         slots.add_filling(spec, f"filling{index}", faces)
+
+
+def add_boxes(spec: mujoco.MjSpec, boxes: Sequence[Box], first: int) -> None:
+    """Add boxes to the furniture of a scene that is drawn, in slots numbered from `first`.
+
+    They touch nothing: a scene that is stepped has its furniture in the slots of its layout.
+    """
+    body = spec.body(FURNITURE_BODY)
+    for slot, box in enumerate(boxes, first):
+        body.add_geom(
+            name=f"slot{slot}",
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=box.half_m,
+            pos=box.centre_m,
+            quat=box.quat,
+            contype=_UNUSED,
+            conaffinity=_UNUSED,
+            rgba=_FURNITURE_RGBA,
+        )

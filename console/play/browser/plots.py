@@ -1,5 +1,7 @@
 """Plots of the last seconds: reward terms, style reward, distance and success."""
 
+import colorsys
+
 import numpy as np
 import viser
 from numpy.typing import NDArray
@@ -10,6 +12,8 @@ from console.play.source import HZ, Curves
 #: Time range of the plots, s.
 _SECONDS = 20
 _COLOURS = ("#2f6fb3", "#c8553d", "#3a8f5c", "#8a5bb0", "#b98a1d", "#46888f")
+#: Step of the hue of further colours: the golden ratio keeps any number of them apart.
+_GOLDEN = 0.6180339887
 _HEIGHT = 170
 _SUCCESS = "success"
 _Y: dict[str, viser.uplot.Scale] = {_SUCCESS: {"range": (-0.05, 1.05)}}
@@ -30,6 +34,15 @@ def series_of(curves: Curves, weights: dict[str, float]) -> dict[str, dict[str, 
         plots["distance from the goal, m"] = {"distance": curves.error_m, "success below": limit}
         plots[_SUCCESS] = {"success": success(curves), "fallen": curves.fell.astype(np.float64)}
     return plots
+
+
+def colour_of(number: int) -> str:
+    """Return the colour of the line `number`, from 0; lines of one plot have different ones."""
+    if number < len(_COLOURS):
+        return _COLOURS[number]
+    hue = (number * _GOLDEN) % 1.0
+    rgb = colorsys.hls_to_rgb(hue, 0.35 + 0.1 * (number % 3), 0.55)
+    return "#" + "".join(f"{round(255 * part):02x}" for part in rgb)
 
 
 def window(frame: int) -> slice:
@@ -63,8 +76,8 @@ class Plots:
                 series=(
                     {"label": "s"},
                     *(
-                        {"label": name, "stroke": colour, "width": 1.5}
-                        for name, colour in zip(lines, _COLOURS, strict=False)
+                        {"label": name, "stroke": colour_of(number), "width": 1.5}
+                        for number, name in enumerate(lines)
                     ),
                 ),
                 title=title,

@@ -6,12 +6,15 @@ import pytest
 
 from console.run import assembly
 from console.run.experiment import PRESETS, Experiment
+from policy.checkpoints import lineage
 from policy.checkpoints.format import Manifest
+from policy.checkpoints.lineage import Origin
 from policy.errors import CheckpointError
 from tests.support.paths import ROOT
 from world.character.features import STATE
 from world.config import WorldConfig
 from world.errors import ConfigError
+from world.furniture.catalogue import whole
 
 
 def test_the_layout_is_the_tasks() -> None:
@@ -52,3 +55,18 @@ def test_a_style_service_is_told_everything() -> None:
     spec = assembly.style_service(experiment, state="here")
     assert spec.seed == 4 and spec.service.state == "here" and spec.style == experiment.style
     assert spec.object_mask == assembly.object_mask().tolist()
+
+
+def test_imported_pieces_are_named_with_their_terms(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Once for each licence and credit; the package's own furniture has the package's licence."""
+    ours = whole("test")[0]
+    found = [replace(ours, licence=licence, credit="Ann") for licence in ("CC BY", "CC BY", "CC0")]
+    monkeypatch.setattr(assembly.collection, "pieces", lambda names: tuple(found))
+    fast = PRESETS["fast"]
+    experiment = replace(fast, world=replace(fast.world, objects=("train", "/data/mine")))
+    clips, *pieces = assembly.origins(experiment)
+    assert clips == Origin(assembly.OWN_CLIPS, "Apache-2.0")
+    assert pieces == [Origin("furniture of mine", terms, "Ann") for terms in ("CC BY", "CC0")]
+    notes = assembly.notes(fast, [Origin("another run", "research only")])
+    assert notes["data_licences"] == "Apache-2.0; research only"
+    assert lineage.of(notes) == (clips, Origin("another run", "research only"))

@@ -17,10 +17,22 @@ def test_a_published_folder_describes_itself_and_acts(tmp_path: Path) -> None:
     disturbed = tmp_path / "p.json"
     disturbed.write_text(json.dumps(json.loads(figures.read_text()) | {"perturbation": "moved"}))
     out = tmp_path / "mine"
-    words = ["publish", str(source), str(out), "--data", "clips", "--licence", "as you like"]
+    words = [
+        "publish",
+        str(source),
+        str(out),
+        "--data",
+        "clips",
+        "--licence",
+        "as you like",
+        "--relicense",
+    ]
     assert main([*words, "--evaluation", str(figures), str(disturbed)]) == 0
     manifest = json.loads((out / "manifest.json").read_text())
     assert manifest["notes"]["data"] == "clips"
+    # the data that the source names stay, whatever is stated beside them
+    lineage = json.loads(manifest["notes"]["lineage"])
+    assert "SAMP" in lineage[0]["what"] and "CC BY-NC-SA" in lineage[0]["licence"]
     assert manifest["notes"]["licence"] == "as you like"
     assert json.loads(manifest["notes"]["experiment"])["world"]["motions"] == []
     assert json.loads(manifest["notes"]["evaluation"])["perturbation"] == "none"
@@ -36,7 +48,7 @@ def test_two_evaluations_of_a_kind_or_none_at_all_are_refused(
     source = ROOT / "pretrained" / "sit"
     figures, broken = str(source / "evaluation.json"), tmp_path / "b.json"
     broken.write_text("[]")
-    words = ["publish", str(source), str(tmp_path / "mine"), "--data", "clips", "--licence", "any"]
+    words = ["publish", str(source), str(tmp_path / "mine"), "--data", "clips"]
     assert main([*words, "--evaluation", figures, figures]) in (1, 2)
     assert "a second evaluation with perturbation none" in capsys.readouterr().err
     assert main([*words, "--evaluation", str(broken)]) in (1, 2)
@@ -48,9 +60,42 @@ def test_an_average_needs_the_checkpoints(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     source = ROOT / "pretrained" / "sit"
-    words = ["publish", str(source), str(tmp_path / "mine"), "--data", "clips", "--licence", "any"]
+    words = ["publish", str(source), str(tmp_path / "mine"), "--data", "clips"]
     assert main([*words, "--average", "2"]) == 1
     assert "--average 2: only 1 up to" in capsys.readouterr().err
     assert main([*words, "--average", "0"]) in (1, 2)
     assert "--average 0: must be 1 to 1000" in capsys.readouterr().err
     assert not (tmp_path / "mine").exists()
+
+
+def notes_of(folder: Path) -> dict[str, str]:
+    return json.loads((folder / "manifest.json").read_text())["notes"]
+
+
+def test_data_and_licence_are_those_of_the_checkpoint(tmp_path: Path) -> None:
+    source, out = ROOT / "pretrained" / "sit", tmp_path / "mine"
+    assert main(["publish", str(source), str(out)]) == 0
+    before, after = notes_of(source), notes_of(out)
+    assert after["data"] == before["data"] and after["licence"] == before["licence"]
+    # published twice, it says the same
+    again = tmp_path / "again"
+    assert main(["publish", str(out), str(again)]) == 0
+    assert notes_of(again) == after
+
+
+def test_a_laxer_licence_needs_relicense(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source, out = str(ROOT / "pretrained" / "sit"), tmp_path / "mine"
+    assert main(["publish", source, str(out), "--licence", "Apache-2.0"]) == 2
+    line = capsys.readouterr().err
+    assert line.startswith("inhabit: --licence Apache-2.0: restricts less") and "SAMP" in line
+    assert "non-commercial use" in line and "--relicense" in line and line.count("\n") == 1
+    assert not out.exists()
+    assert main(["publish", source, str(out), "--licence", "CC BY-NC-SA 4.0"]) == 0
+    assert notes_of(out)["licence"] == "CC BY-NC-SA 4.0"
+    words = ["--licence", "Apache-2.0", "--relicense", "--replace"]
+    assert main(["publish", source, str(out), *words]) == 0
+    # the terms of the data stay in its lineage, and hold for what is made of it
+    assert "SAMP" in json.loads(notes_of(out)["lineage"])[0]["what"]
+    assert main(["publish", str(out), str(tmp_path / "b"), "--licence", "MIT"]) == 2

@@ -5,6 +5,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -16,13 +17,17 @@ import torch
 from safetensors.torch import load_file
 
 from console.app import main
+from console.commands import Train
+from console.run import assembly
 from console.run.directory import RunDirectory, RunError, checkpoint_folder
 from console.run.experiment import Experiment, to_json
 from console.run.metrics import read_metrics
+from console.training import command as training
 from console.training.command import require_unedited
 from policy.checkpoints.format import Manifest, read
 from tests.support.console.runs import SMALL, said
 from tests.support.paths import ROOT
+from world.errors import ConfigError
 
 
 def test_ctrl_c_leaves_a_checkpoint(tmp_path: Path) -> None:
@@ -143,6 +148,49 @@ def test_clips_that_cannot_be_used(tmp_path: Path, capsys: pytest.CaptureFixture
     assert not (run / "config.json").exists()
 
 
+def test_a_failed_start_leaves_what_was_there_before(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def prepare(run: RunDirectory, *_: object) -> None:
+        run.create()
+        run.write_config({})
+
+    def learn(*_: object) -> int:
+        raise ConfigError("the start fails")
+
+    monkeypatch.setattr(training, "prepare", prepare)
+    monkeypatch.setattr(training, "learn", learn)
+    deep = tmp_path / "runs" / "mine"
+    assert main(["train", "sit", "--run", str(deep)]) == 2
+    assert list(tmp_path.iterdir()) == []
+    # a folder of the user stays, with its files; so does a run in which something was trained
+    deep.mkdir(parents=True)
+    (deep / "notes.txt").write_text("mine")
+    assert main(["train", "sit", "--run", str(deep)]) == 2
+    assert [path.name for path in deep.rglob("*") if path.is_file()] == ["notes.txt"]
+    (deep / "metrics.jsonl").write_text("{}\n")
+    assert main(["train", "sit", "--run", str(deep)]) == 2
+    assert (deep / "config.json").exists() and (deep / "metrics.jsonl").exists()
+
+
+def test_before_the_first_iteration_a_signal_stops_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    left: list[str] = []
+    monkeypatch.setattr(training, "leave_soon", lambda: left.append("soon"))
+    notes: list[str] = []
+    begun = threading.Event()
+    with training.interrupts(notes.append, begun) as stopped:
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        assert notes == ["stopping at once"] and left == ["soon"] and not stopped()
+        begun.set()
+        signal.raise_signal(signal.SIGTERM)
+        assert stopped() and "after this iteration" in notes[1]
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+
+
 def test_checkpoints_that_cannot_be_read(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -189,3 +237,30 @@ def test_a_checkpoint_with_former_names_of_settings_is_unedited() -> None:
     require_unedited(manifest, Experiment(), run)
     with pytest.raises(RunError, match=r"scenes: \d+ -> 7 \(restore"):
         require_unedited(manifest, replace(Experiment(), scenes=7), run)
+
+
+def origins_of(folder: Path) -> list[str]:
+    notes = json.loads((folder / "manifest.json").read_text())["notes"]
+    return [origin["what"] for origin in json.loads(notes["lineage"])]
+
+
+def test_origins_of_the_weights_a_training_begins_from(run: Path, tmp_path: Path) -> None:
+    """Those of --init, and with --resume those that the checkpoint itself names."""
+    command = Train(task="sit", experiment=Experiment())
+    own = training.inherited(RunDirectory(run), command)
+    assert own == ()
+    named = ROOT / "pretrained" / "sit"
+    (first,) = training.inherited(RunDirectory(run), replace(command, init=named))
+    assert "SAMP" in first.what and "CC BY-NC-SA 4.0" in first.licence
+    resumed = training.inherited(RunDirectory(run), replace(command, resume=True))
+    assert [origin.what for origin in resumed] == origins_of(run / "checkpoints" / "latest")
+    assert resumed[0].what == assembly.OWN_CLIPS and resumed[0].licence == "Apache-2.0"
+    # a damaged newest checkpoint is passed over
+    copy = RunDirectory(tmp_path / "copy")
+    copy.create()
+    for name in ("000001", "000002"):
+        (copy.checkpoints / name).mkdir()
+    manifest = (run / "checkpoints" / "latest" / "manifest.json").read_text()
+    (copy.checkpoints / "000001" / "manifest.json").write_text(manifest)
+    (copy.checkpoints / "000002" / "manifest.json").write_text("{")
+    assert training.inherited(copy, replace(command, resume=True)) == resumed

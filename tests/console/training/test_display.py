@@ -1,9 +1,11 @@
 """The display's figures and its time to go."""
 
+import io
+
 import pytest
 from rich.console import Console
 
-from console.training.display import Goal, open_display, remaining
+from console.training.display import Goal, block, open_display, remaining
 
 
 def test_time_to_go_follows_the_nearest_limit():
@@ -37,3 +39,16 @@ def test_display_names_every_figure(terminal, tmp_path):
         shown = file.read()
     for figure in ("3.0", "0.500", "0.250", "0.0123", "87.5%"):
         assert figure in shown
+
+
+@pytest.mark.parametrize("done", [0.0, 30.0, 100.0])
+@pytest.mark.parametrize("width", [60, 80, 200])
+def test_the_bar_has_a_row_of_its_own(done: float, width: int) -> None:
+    """Behind a bar that is full the samples per second would be cropped."""
+    console = Console(width=width, record=True, file=io.StringIO(), force_terminal=True)
+    figures = {"iteration": done, "rate/samples_per_s": 8219.0}
+    console.print(block("sit", Goal(iterations=100), figures, "1:00"))
+    lines = console.export_text().splitlines()
+    rate = next(line for line in lines if "samples/s" in line)
+    assert rate.startswith("rate") and "8,219 samples/s" in rate
+    assert all(len(line) <= width for line in lines)

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from world.meshes.notes import Note, of_folder
+from world.meshes.notes import Note, of_file, of_folder
 
 
 def test_a_library_s_terms_come_from_the_readme(tmp_path: Path) -> None:
@@ -39,3 +39,19 @@ def test_without_notes_nothing_is_printed(tmp_path: Path) -> None:
     assert of_folder(tmp_path) == {}
     (tmp_path / "catalog.csv").write_text("file,library\na,Unknown\n,Unknown\n")
     assert of_folder(tmp_path) == {"a": Note()}
+
+
+def test_the_nearest_catalogue_that_lists_a_file_counts(tmp_path: Path) -> None:
+    """A library has one catalogue and a folder for each class."""
+    (tmp_path / "catalog.csv").write_text("file,licence\na,CC0\nb,CC BY 4.0\nc,MIT\n")
+    inner = tmp_path / "chair" / "old"
+    inner.mkdir(parents=True)
+    (inner / "catalog.csv").write_text("file,licence\nb,GPL-3.0\n")
+    assert of_file(tmp_path / "a.obj").licence == "CC0"
+    assert of_file(tmp_path / "chair" / "b.obj").licence == "CC BY 4.0"
+    assert of_file(inner / "b.obj").licence == "GPL-3.0"
+    assert of_file(inner / "c.obj").licence == "MIT"  # not in the nearest one
+    assert of_file(inner / "d.obj") == Note()
+    deep = inner / "more"
+    deep.mkdir()
+    assert of_file(deep / "a.obj") == Note()  # three folders above

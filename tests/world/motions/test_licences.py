@@ -17,4 +17,11 @@ def test_the_line_that_tells_the_licence(tmp_path: Path) -> None:
     )
     assert licence(tmp_path) == "For non-commercial research only: so."
     readme.write_text("Licence: " + "x" * 500)
-    assert len(licence(tmp_path)) == 200
+    assert len(licence(tmp_path)) > 200  # whole, whatever its length
+
+
+def test_a_file_of_terms_beside_a_motion_comes_first(tmp_path: Path) -> None:
+    (tmp_path / "README.md").write_text("Licence: MIT\n")
+    (tmp_path / "walk.bvh.license").write_text("CC BY-NC 4.0\nsynthesised by policy sit\n")
+    assert licence(tmp_path, "walk.bvh") == "CC BY-NC 4.0"
+    assert licence(tmp_path, "run.bvh") == licence(tmp_path) == "Licence: MIT"
