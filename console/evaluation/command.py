@@ -21,7 +21,7 @@ from policy.checkpoints import lineage
 from world import tasks
 from world.character.model import CONTROL_HZ
 from world.config import WorldConfig
-from world.errors import ClipError, ConfigError
+from world.errors import ClipError, ConfigError, InhabitError
 from world.furniture.piece import Piece
 from world.motions.library import MotionLibrary
 from world.scene import perturbations
@@ -43,6 +43,8 @@ def evaluate_command(command: Evaluate) -> int:
     pieces = objects_of(found, command.objects, command.trials, command.seed)
     library = clips(command, found.experiment.world) if command.quality else None
     output = screen()
+    if strange := unfamiliar(found.experiment.world, pieces):
+        output.print(f"note: not trained on pieces of the class {', '.join(strange)}")
     with progress("trials", command.trials) as update:
         figures, results = evaluate(
             found,
@@ -92,6 +94,16 @@ def evaluate_tracking(command: Evaluate, found: assembly.Trained) -> int:
         meta = {"control_hz": CONTROL_HZ, **recording_meta(command, found)}
         recording.write(command.record, recording.Recording(takes, meta))
     return 0
+
+
+def unfamiliar(world: WorldConfig, pieces: Sequence[Piece]) -> list[str]:
+    """Return the classes of pieces that the training had none of; empty where its furniture is not
+    at hand."""
+    try:
+        trained, _ = assembly.training_pieces(world)
+    except InhabitError:
+        return []
+    return sorted({piece.category for piece in pieces} - {piece.category for piece in trained})
 
 
 def recording_meta(command: Evaluate, found: assembly.Trained) -> dict[str, object]:
@@ -222,6 +234,7 @@ def evaluate(
         "preset": command.preset,
         **({} if command.simulator == "mujoco" else {"simulator": command.simulator}),
         "start_m": list(distances(command, found.task)),
+        "pieces": len({piece.name for piece in pieces}),
         **scored(results, chosen, protocol, task.stages),
     }
     if command.quality:

@@ -32,7 +32,7 @@ def results_table(figures: dict[str, Any]) -> Table:
     perturbed = "" if figures["perturbation"] == "none" else f", {figures['perturbation']}"
     shown = Table(
         "", "success %", "95 %", "sustained %", "time s", "precision cm", "falls %",
-        title=f"{figures['task']}: {figures['trials']} trials, {figures['objects']} pieces, "
+        title=f"{figures['task']}: {figures['trials']} trials, {_pieces(figures)}, "
         f"{start[0]:g}-{start[1]:g} m{perturbed}, {figures['wall_s']:.0f} s",
         title_justify="left",
     )  # fmt: skip
@@ -106,6 +106,12 @@ def quality_rows(quality: dict[str, Any]) -> list[tuple[str, str, str]]:
     style = number(theirs.get("style_reward"), 1, 3)
     rows.append(("style reward, −log(1 − D)", number(ours["style_reward"], 1, 3), style))
     return rows
+
+
+def _pieces(figures: dict[str, Any]) -> str:
+    """Return the number and the set of an evaluation's pieces; older figures lack the number."""
+    count = figures.get("pieces")
+    return f"{count or ''} {figures['objects']} pieces".lstrip()
 
 
 def number(value: float | None, scale: float = 1.0, digits: int = 1) -> str:

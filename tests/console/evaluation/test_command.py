@@ -4,6 +4,9 @@ import json
 from pathlib import Path
 
 from console.app import main
+from console.evaluation.command import unfamiliar
+from world.config import WorldConfig
+from world.furniture.catalogue import catalogue
 
 
 def test_evaluate_does_not_depend_on_threads(run: Path, tmp_path: Path) -> None:
@@ -17,6 +20,17 @@ def test_evaluate_does_not_depend_on_threads(run: Path, tmp_path: Path) -> None:
     assert figures[0] == figures[1]
     assert {"success", "sustained", "falls", "by_object", "by_distance"} <= set(figures[0])
     assert {"by_stage", "quality", "preset"} <= set(figures[0])
+    assert figures[0]["pieces"] == len(figures[0]["by_object"]) > 1
     assert figures[0]["quality"]["policy"]["style_reward"] > 0
     assert figures[0]["quality"]["mocap"]["nearest_mocap"]["median"] > 0
     assert list((run / "evaluations").glob("*.json"))
+
+
+def test_classes_without_training_pieces_are_named() -> None:
+    trained = WorldConfig(task="sit", pieces=1)
+    (only,) = {piece.category for piece in catalogue("train", 1)}
+    others = {piece.category for piece in catalogue("test", 12)} - {only}
+    assert others and unfamiliar(trained, catalogue("test", 12)) == sorted(others)
+    assert unfamiliar(WorldConfig(task="sit"), catalogue("test", 12)) == []
+    gone = WorldConfig(task="sit", objects=("/nowhere",))
+    assert unfamiliar(gone, catalogue("test", 12)) == []
