@@ -116,10 +116,9 @@ def test_files_named_in_repository_pages_exist() -> None:
 
 def test_flags_named_in_pages_exist() -> None:
     """Of every `inhabit ...` line and every flag in backticks."""
-    known = {
-        f.flag for _, entries in commands.GROUPS for e in entries for f in fields.walk(e.flags)
-    }
-    known |= {"--help", "--debug"}
+    found = [f for _, entries in commands.GROUPS for e in entries for f in fields.walk(e.flags)]
+    known = {f.flag for f in found} | {"--help", "--debug"}
+    known |= {f.flag.replace("--", "--no-") for f in found if f.kind == "yes or no"}
     unknown = []
     for name, text in {**PLAIN, "README.md": (ROOT / "README.md").read_text()}.items():
         joined = snippets.filled(text).replace("\\\n", " ")
