@@ -17,6 +17,7 @@ COPY actors actors
 COPY discriminator discriminator
 COPY learner learner
 COPY console console
+COPY pretrained pretrained
 # The pinned torch first, so that no package pulls a CUDA build.
 RUN pip install --no-cache-dir -c constraints.txt torch==2.13.0 \
     && pip install --no-cache-dir -c constraints.txt .

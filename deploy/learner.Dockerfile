@@ -17,10 +17,10 @@ COPY actors actors
 COPY discriminator discriminator
 COPY learner learner
 COPY console console
+COPY pretrained pretrained
 # The pinned torch first, so that no package pulls a CUDA build.
 RUN pip install --no-cache-dir -c constraints.txt torch==2.13.0 \
     && pip install --no-cache-dir -c constraints.txt '.[export]'
 
-COPY pretrained pretrained
 ENV MUJOCO_GL=osmesa OMP_WAIT_POLICY=PASSIVE RAY_USAGE_STATS_ENABLED=0
 USER 1000

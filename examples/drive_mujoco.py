@@ -30,8 +30,7 @@ def pose(data: mujoco.MjData) -> pb.Pose:
 def drive(address: str, seconds: float = 10.0) -> np.ndarray:
     """Simulate for `seconds`; return the root's positions [T, 3] m, one per control step."""
     # a proxy of the environment (http_proxy) does not reach this machine
-    direct = [("grpc.enable_http_proxy", 0)]
-    with grpc.insecure_channel(address, direct) as channel:
+    with grpc.insecure_channel(address, [("grpc.enable_http_proxy", 0)]) as channel:
         stub = policy_pb2_grpc.PolicyStub(channel)
         info = stub.Describe(pb.DescribeRequest(task="sit"))
         spec, solid = mujoco.MjSpec.from_string(info.mjcf), {"contype": 2, "conaffinity": 1}
