@@ -94,7 +94,8 @@ class StyleServicer:
         raise NotImplementedError('Method not implemented!')
 
     def Restore(self, request_iterator, context):
-        """Load a state; if it is truncated or of another layout, nothing changes.
+        """Load a state; if it is truncated or of another layout, nothing changes. The training (metadata
+        `inhabit-training`, a secret) that restores first has the service: calls of others are refused.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
