@@ -63,9 +63,12 @@ def test_time_is_bounded_by_processor_and_by_clock() -> None:
 def test_ctrl_c_ends_all_at_once() -> None:
     """A real command with a real signal: no process of it is left."""
     code = (
+        "import signal\n"
         "from tests.world.test_bounded import LAVISH, work\n"
         "from world.bounded import Task, run\n"
         "if __name__ == '__main__':\n"
+        # tests that a shell runs in its background are born with the signal ignored
+        "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "    print('ready', flush=True)\n"
         "    list(run([Task('a', (w,), LAVISH) for w in ('hang', 'spin')], work, 2))\n"
     )
