@@ -5,12 +5,15 @@ BIN := .venv/bin
 RUN ?= runs/first
 MINUTES ?= 10
 TRIALS ?= 256
+# From the shipped walker: no cloning, and a noise under which it does not fall.
+FROM_WALKER := --init walk --clone-passes 0 --ppo.sigma 0 0.035 --ppo.kl-target 0 0.06 \
+    --world.initial.standing-fraction 0.4
 
 .PHONY: help setup train test check docs format proto clean
 .DEFAULT_GOAL := help
 
 help:
-	@echo "make train   set up, train sit for about $(MINUTES) minutes, evaluate, render $(RUN)/replay.mp4"
+	@echo "make train   set up, train sit from the shipped walker for about $(MINUTES) minutes, evaluate, render $(RUN)/replay.mp4"
 	@echo "make test    set up and run every test"
 	@echo "make check   set up and check format, lint, types, direction of imports and documentation"
 	@echo "make docs    build the documentation into site/; every warning is an error"
@@ -29,7 +32,7 @@ setup: .venv/.installed
 	@touch $@
 
 train: setup
-	$(BIN)/inhabit train sit --run $(RUN) --restart --minutes $(MINUTES)
+	$(BIN)/inhabit train sit --run $(RUN) --restart --minutes $(MINUTES) $(FROM_WALKER)
 	$(BIN)/inhabit evaluate $(RUN) --trials $(TRIALS)
 	$(BIN)/inhabit video $(RUN) $(RUN)/replay.mp4
 	@echo "the video is $(RUN)/replay.mp4"
