@@ -62,7 +62,7 @@ def table(found: dict[str, relative.Phase], title: str) -> Table:
     shown = Table("measure", *phases.PHASES, title=title, title_justify="left")
     seconds = [f"{found[phase].seconds[0]:.0f}" for phase in phases.PHASES]
     shown.add_row("duration, s", *seconds)
-    for name, (meaning, unit, _) in relative.MEASURES.items():
+    for name, (meaning, unit) in relative.MEASURES.items():
         cells = []
         for phase in phases.PHASES:
             value = found[phase].values[name]

@@ -29,7 +29,6 @@ def can_draw() -> bool:
 def of_piece(piece: Piece, width: int = 200, height: int = 160) -> str:
     """Return a picture of the piece alone, from its front and side, as a data URI."""
     model = stage.stage(compile_scene(piece), piece.name)
-    model.vis.quality.offsamples = STILL.samples
     data = mujoco.MjData(model)
     data.qpos[2] = -50.0  # the character is out of the picture
     low, high = piece.bounds()
@@ -41,8 +40,7 @@ def of_piece(piece: Piece, width: int = 200, height: int = 160) -> str:
     camera.lookat[:] = centre
     camera.distance = 1.6 * float(np.linalg.norm(high - low))
     camera.azimuth, camera.elevation = 215.0, -22.0
-    renderer = mujoco.Renderer(model, height, width)
-    renderer.scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = 1
+    renderer = stage.renderer(model, height, width, STILL.samples)
     try:
         renderer.update_scene(data, camera, stage.options())
         return data_uri(renderer.render())
@@ -55,7 +53,7 @@ def filmstrip(track: Track, columns: int = 8, size: int = 200) -> str:
     look = replace(STILL, width=size, height=size, captions=False)
     last = min(len(track.take), track.steps + 15) - 1
     moments = np.linspace(0, last, columns).round().astype(int).tolist()
-    images = list(rendering.draw(track.take, look, moments.tolist(), track.model))
+    images = list(rendering.draw(track.take, look, moments, track.model))
     return data_uri(np.concatenate(images, axis=1))
 
 

@@ -109,15 +109,11 @@ def draw(
     model: of the take's scene, if available. task: name in the captions.
     """
     shown = stage.stage(model_of(take) if model is None else model, take.piece, look.shapes)
-    shown.vis.quality.offsamples = look.samples
-    shown.vis.global_.offwidth = max(look.width, shown.vis.global_.offwidth)
-    shown.vis.global_.offheight = max(look.height, shown.vis.global_.offheight)
     data = mujoco.MjData(shown)
     ghost = _Ghost(look.shapes) if len(take.ghost) else None
     path = camera.plan(take, shown)
     view, options = mujoco.MjvCamera(), stage.options()
-    renderer = mujoco.Renderer(shown, look.height, look.width)
-    renderer.scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = 1
+    renderer = stage.renderer(shown, look.height, look.width, look.samples)
     try:
         for frame in frames:
             pose(shown, data, take, frame)

@@ -141,6 +141,16 @@ def light_at(model: mujoco.MjModel, centre: np.ndarray) -> None:
     model.light("sun").pos[:] = centre - _SUN_M * np.array(_SUN)
 
 
+def renderer(model: mujoco.MjModel, height: int, width: int, samples: int) -> mujoco.Renderer:
+    """Return a renderer of a display model, with fog and `samples` of each pixel; to be closed."""
+    model.vis.quality.offsamples = samples
+    model.vis.global_.offwidth = max(width, model.vis.global_.offwidth)
+    model.vis.global_.offheight = max(height, model.vis.global_.offheight)
+    found = mujoco.Renderer(model, height, width)
+    found.scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = 1
+    return found
+
+
 def options() -> mujoco.MjvOption:
     """Return the options that show what is drawn alone."""
     shown = mujoco.MjvOption()

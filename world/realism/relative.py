@@ -22,17 +22,17 @@ from world.realism.measures import Motion
 _WALKS_M_S = 0.3
 #: Windows that a spectrum needs, so that it is an average.
 _SPECTRA = 24
-#: What each measure is, its unit, and whether less is better (None: nearer to mocap is better).
-MEASURES: dict[str, tuple[str, str, bool | None]] = {
-    "jerk": ("mean jerk of the bodies", "m/s³", None),
-    "skating": ("mean speed of sole corners on the floor", "m/s", True),
-    "penetration": ("mean depth of the body below the floor", "mm", True),
-    "tremor": ("share of joint power above 5 Hz", "", None),
-    "walking_speed": ("median speed of the root while it walks", "m/s", None),
-    "spectral_distance": ("distance of joint power spectra", "dB", True),
-    "frechet": ("Fréchet distance of 0.5 s windows", "", True),
-    "separability": ("area under the ROC curve of a classifier", "", True),
-    "coverage": ("share of mocap windows that are covered", "", False),
+#: What each measure is, and its unit.
+MEASURES: dict[str, tuple[str, str]] = {
+    "jerk": ("mean jerk of the bodies", "m/s³"),
+    "skating": ("mean speed of sole corners on the floor", "m/s"),
+    "penetration": ("mean depth of the body below the floor", "mm"),
+    "tremor": ("share of joint power above 5 Hz", ""),
+    "walking_speed": ("median speed of the root while it walks", "m/s"),
+    "spectral_distance": ("distance of joint power spectra", "dB"),
+    "frechet": ("Fréchet distance of 0.5 s windows", ""),
+    "separability": ("area under the ROC curve of a classifier", ""),
+    "coverage": ("share of mocap windows that are covered", ""),
 }
 
 
