@@ -37,7 +37,8 @@ class EpisodeWindow:
         if len(start) == 0:
             return {}
         found = {f"episode/{key}": float(self._held[key].mean()) for key in KEYS[:-1]}
-        more = [key for key in self._held if _may_lack(key)]
+        # no episode may have ended yet of the task that records it
+        more = [k for k in self._held if _may_lack(k) and not self._held[k].isnan().all()]
         found |= {f"episode/{key}": float(self._held[key].nanmean()) for key in more}
         for number, name in enumerate(self.categories):
             chosen = start == number

@@ -42,6 +42,8 @@ class Batch:
     """The valid samples of one iteration, flat [n, ..]; observations are normalised."""
 
     observations: Tensor
+    seen: Tensor
+    """Observations of the actor: 0 where the critic alone sees them"""
     actions: Tensor
     means: Tensor
     log_probs: Tensor
@@ -60,7 +62,7 @@ class Batch:
             some = rows[::2]
             images = image.observations[some], image.means[some], image.gates[some]
         return (
-            self.observations[rows],
+            self.seen[rows],
             self.actions[rows],
             self.means[rows],
             self.log_probs[rows],
@@ -75,7 +77,7 @@ class Mirrored:
     """Mirror images of the samples of a batch, [n, ..]."""
 
     observations: Tensor
-    """Normalised"""
+    """Normalised; of the actor"""
     means: Tensor
     """Mirror images of the acting policy's means"""
     gates: Tensor

@@ -7,6 +7,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 
 import torch
+from torch import Tensor
 
 from learner.config import LoopConfig
 from learner.episodes import EpisodeWindow
@@ -34,6 +35,25 @@ class _Scored:
     seconds: float
 
 
+@dataclass(frozen=True)
+class _Scores:
+    """StyleScores of all scenes of a mixture: 0 where a task has no style reward."""
+
+    reward: Tensor
+    version: int
+    metrics: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Division:
+    """The scenes of a mixture of tasks."""
+
+    styled: Tensor
+    """[N] bool: scenes whose reward has a style term; others have the task reward alone."""
+    terms: Tensor
+    """[N, terms] bool: the reward terms that a scene has."""
+
+
 class Loop:
     """Training loop over a learner, a fleet and a style.
 
@@ -52,7 +72,9 @@ class Loop:
         config: LoopConfig,
         terms: Sequence[str] = (),
         categories: Sequence[str] = (),
+        division: Division | None = None,
     ) -> None:
+        """division: of the scenes over the tasks of a mixture; None: one task."""
         self.learner = learner
         self.fleet = fleet
         self.gathering = Gathering(fleet, config.lag.overlap, learner.device)
@@ -61,6 +83,7 @@ class Loop:
         self.checkpointer = checkpointer
         self.config = config
         self.terms = tuple(terms)
+        self.division = division
         self.episodes = EpisodeWindow(config.episode_window, categories)
         self.failures = Failures()
         self.seconds = 0.0
@@ -102,11 +125,12 @@ class Loop:
             style_s = style.seconds
             metrics |= style.scores.metrics
             metrics["lag/style"] = float(style.lag)
-            metrics["reward/style"] = float(style_reward[rollout.valid].mean())
+            metrics["reward/style"] = self._mean_style(rollout, style_reward)
         gather_s = scored - began - style_s
 
+        styled = None if self.division is None else self.division.styled
         rewards = mixed_reward(
-            rollout.rewards, style_reward, config.task_weight, config.style_weight
+            rollout.rewards, style_reward, config.task_weight, config.style_weight, styled
         )
         metrics |= learner.update(rollout, rewards, gathered.sigma)
         updated = time.perf_counter()
@@ -120,7 +144,8 @@ class Loop:
         self.failures.add(rollout.episodes)
         ended = time.perf_counter()
         self.seconds += ended - began
-        means = rollout.term_means(self.terms) if self.terms else {}
+        of = None if self.division is None else self.division.terms
+        means = rollout.term_means(self.terms, of) if self.terms else {}
         return (
             metrics
             | self.episodes.metrics()
@@ -172,13 +197,39 @@ class Loop:
             return None
         began = time.perf_counter()
         batch, self.batches = self.batches, self.batches + 1
-        scores = self.style.score(
-            batch, rollout.states, rollout.end_index, rollout.end_states, rollout.valid
-        )
+        scores = self._scored(self.style, batch, rollout)
         seconds = time.perf_counter() - began
         training = self._background.submit(_timed_train, self.style, scores.version)
         # One training follows each batch, so the lag is the batch id minus the version.
         return _Scored(scores, training, batch - scores.version, seconds)
+
+    def _scored(self, style: Style, batch: int, rollout: Rollout) -> StyleScores:
+        """The scores of a rollout; in a mixture, of the scenes that have a style reward."""
+        ends, end_states = rollout.end_index, rollout.end_states
+        if self.division is None:
+            return style.score(batch, rollout.states, ends, end_states, rollout.valid)
+        columns = torch.nonzero(self.division.styled).flatten().to(ends.device)
+        place = torch.full((rollout.scenes,), -1, device=ends.device)
+        place[columns] = torch.arange(len(columns), device=ends.device)
+        kept = place[ends[:, 1]] >= 0
+        ends = torch.stack((ends[kept, 0], place[ends[kept, 1]]), dim=1)
+        found = style.score(
+            batch,
+            rollout.states[:, columns],
+            ends,
+            end_states[kept],
+            rollout.valid[:, columns],
+        )
+        reward = torch.zeros(rollout.rewards.shape)
+        reward[:, columns.cpu()] = found.reward.cpu()
+        return _Scores(reward, found.version, found.metrics)
+
+    def _mean_style(self, rollout: Rollout, reward: Tensor) -> float:
+        """Mean style reward of the valid samples that have one."""
+        valid = rollout.valid
+        if self.division is not None:
+            valid = valid & self.division.styled.to(valid.device)
+        return float(reward[valid].mean())
 
     def _finished(self) -> bool:
         iterations, samples = self.config.iterations, self.config.samples

@@ -52,9 +52,14 @@ class Learner:
         precision: Precision | None = None,
         symmetry: Symmetry | None = None,
         device: torch.device = CPU,
+        hidden: Tensor | None = None,
     ) -> None:
         """symmetry: mirror symmetry of observations and actions, for the mirror loss and for
-        networks that act on one canonical side; None: neither."""
+        networks that act on one canonical side; None: neither.
+
+        hidden: [d] bool: observations that the critic alone sees; None: none.
+        """
+        self._hidden = None if hidden is None or not hidden.any() else hidden.to(device)
         self.device = device
         self.symmetry = None if symmetry is None else moved(symmetry, device)
         # with a canonical side the networks are symmetric without a loss
@@ -99,11 +104,11 @@ class Learner:
 
     def weights(self) -> dict[str, Tensor]:
         """Weights for acting: the actor and the observation normaliser; on the CPU."""
-        return _on_cpu(publish(self.actor, self.normaliser, self.symmetry))
+        return _on_cpu(publish(self.actor, self.normaliser, self.symmetry, self._hidden))
 
     def averaged_weights(self) -> dict[str, Tensor]:
         """Weights for acting of the averaged actor; on the CPU."""
-        return _on_cpu(publish(self.average, self.normaliser, self.symmetry))
+        return _on_cpu(publish(self.average, self.normaliser, self.symmetry, self._hidden))
 
     def update(self, rollout: Rollout, rewards: Tensor, sigma: float) -> dict[str, float]:
         """One PPO iteration on a rollout with mixed rewards [T, N]; returns `ppo/` metrics."""
@@ -184,8 +189,10 @@ class Learner:
         self._update_values(returns)
         spread = gain.std() if gain.numel() > 1 else gain.new_ones(())
         labels = rollout.teacher_action
+        seen = observations[:-1][valid]
         batch = Batch(
-            observations=observations[:-1][valid],
+            observations=seen,
+            seen=seen if self._hidden is None else seen.masked_fill(self._hidden, 0.0),
             actions=rollout.actions[valid],
             means=rollout.means[valid],
             log_probs=rollout.log_probs[valid],
@@ -198,9 +205,10 @@ class Learner:
     def _mirror(self, symmetry: Symmetry, rollout: Rollout, raw: Tensor, batch: Batch) -> Mirrored:
         """Mirror images of a batch; raw: observations [T+1, N, d] before normalisation."""
         images = self.normaliser(symmetry.observation(raw[:-1][rollout.valid]))
+        shown = images if self._hidden is None else images.masked_fill(self._hidden, 0.0)
         better = self._infer_values(batch.observations) - self._infer_values(images)
         gates = torch.sigmoid((better / self.values.std - MIRROR_MARGIN) / MIRROR_WIDTH)
-        return Mirrored(images, symmetry.action(batch.means), gates)
+        return Mirrored(shown, symmetry.action(batch.means), gates)
 
     def _infer_values(self, observations: Tensor) -> Tensor:
         """Values [..] of normalised observations [.., d], in fixed blocks over the threads."""
@@ -245,14 +253,16 @@ class Learner:
         # a feature that was nearly constant had no influence yet: its weights stay
         known &= (scale > 0.5) & (scale < 2.0)
         scale, shift = torch.where(known, scale, 1.0), torch.where(known, shift, 0.0)
-        for network in (self.actor, self.average, self.critic):
+        # an actor never reads what is hidden from it, whose moments must not move its bias
+        own = shift if self._hidden is None else shift.masked_fill(self._hidden, 0.0)
+        for network, moved_by in ((self.actor, own), (self.average, own), (self.critic, shift)):
             first = network.layers[0]
             assert isinstance(first, nn.Linear)
-            first.bias.add_(first.weight @ shift)
+            first.bias.add_(first.weight @ moved_by)
             first.weight.mul_(scale)
         for actor in (self.actor, self.average):
             if actor.skip is not None:
-                actor.head.bias.add_(actor.skip.weight @ shift)
+                actor.head.bias.add_(actor.skip.weight @ own)
                 actor.skip.weight.mul_(scale)
 
     @torch.no_grad()

@@ -5,11 +5,19 @@ from torch import Tensor
 
 
 def mixed_reward(
-    task: Tensor, style: Tensor | None, task_weight: float, style_weight: float
+    task: Tensor,
+    style: Tensor | None,
+    task_weight: float,
+    style_weight: float,
+    styled: Tensor | None = None,
 ) -> Tensor:
-    """Mixed reward w_task r_task + w_style r_style, [T, N]; without style only the first term."""
+    """Mixed reward w_task r_task + w_style r_style, [T, N]; without style only the first term.
+
+    styled: [N] bool: scenes with this reward; others have r_task alone, of weight 1. None: all.
+    """
     mixed = task_weight * task
-    return mixed if style is None else mixed + style_weight * style
+    mixed = mixed if style is None else mixed + style_weight * style
+    return mixed if styled is None else torch.where(styled.to(task.device), mixed, task)
 
 
 def advantages(

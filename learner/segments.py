@@ -24,14 +24,15 @@ class Failures:
         """Count the finished episodes [K] of an iteration."""
         if SEGMENT not in episodes:
             return
-        segment = episodes[SEGMENT].long()
+        told = torch.isfinite(episodes[SEGMENT])  # those of other tasks have none
+        segment, fall = episodes[SEGMENT][told].long(), episodes["fall"][told]
         most = max([len(self._counts), *(segment + 1).tolist()])
         counts = torch.zeros(most)
         counts[: len(self._counts)] = _DECAY * self._counts
         # integers up to 2^24 are exact: the order of additions does not matter
-        self._counts = counts + torch.bincount(
-            segment, weights=episodes["fall"].double(), minlength=most
-        ).to(torch.float32)
+        self._counts = counts + torch.bincount(segment, weights=fall.double(), minlength=most).to(
+            torch.float32
+        )
 
     def published(self) -> dict[str, Tensor]:
         """What workers are told with the weights: [S] decayed counts; empty before any."""

@@ -70,9 +70,16 @@ class Rollout:
         """Number of control steps over all scenes, including dropped ones."""
         return self.rewards.numel()
 
-    def term_means(self, names: Sequence[str]) -> dict[str, float]:
-        """Mean of each unweighted reward term over the valid samples, by name."""
-        means = self.term_sums.sum(0) / max(1, int(self.valid.sum()))
+    def term_means(self, names: Sequence[str], of: Tensor | None = None) -> dict[str, float]:
+        """Mean of each unweighted reward term over the valid samples, by name.
+
+        of: [N, terms] bool: the terms that a scene has; None: every scene has all of them.
+        """
+        counts = self.valid.sum(0).double()
+        rows = counts[:, None].expand_as(self.term_sums)
+        if of is not None:
+            rows = torch.where(of.to(rows.device), rows, 0.0)
+        means = self.term_sums.sum(0) / rows.sum(0).clamp_min(1.0)
         return dict(zip(names, means.tolist(), strict=True))
 
     @staticmethod

@@ -84,6 +84,10 @@ class TrackConfig:
     focus: float = 0.5
     """Fraction of the initial states that are drawn by the recent failures of their segments and of
     the second after them; the others are drawn independently of failures."""
+    goal: str = ""
+    """In a mixture: task whose goal the policy sees in these scenes, in place of the reference,
+    which the critic alone sees; actions are then added to the neutral set-points. Empty: the
+    reference."""
     handling: float = 2.0
     """Weight of frames in which the clip reaches for its object, lifts it or puts it down, in the
     draw of initial states; other frames have 1."""

@@ -83,6 +83,9 @@ class Evaluate:
 
     source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT")]
     """Run directory (its latest checkpoint) or checkpoint folder."""
+    task: str = ""
+    """Of a policy that was trained for several tasks (train --mix): the task to evaluate; default:
+    the first."""
     trials: int = 4096
     """Number of trials; the default is the paper's."""
     objects: str = "test"
@@ -183,6 +186,9 @@ class Publish:
     """Run directory (its latest checkpoint) or checkpoint folder."""
     out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="DIR")]
     """Folder to write."""
+    task: str = ""
+    """Of a policy that was trained for several tasks (train --mix): the task that the published
+    policy is for; default: the first."""
     data: str = ""
     """Training data of the weights, beside the clips, pieces and ancestors that the checkpoint
     itself names."""

@@ -36,7 +36,7 @@ def objects_of(found: assembly.Trained, objects: str, number: int, seed: int) ->
 
 def evaluate_command(command: Evaluate) -> int:
     """Evaluate, print the tables, write the JSON; return the exit code."""
-    found = assembly.trained(command.source)
+    found = assembly.trained(command.source, command.task)
     check(command, found.task)
     if tasks.make(found.task).affordance.follows_clips:
         return evaluate_tracking(command, found)

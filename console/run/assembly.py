@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -11,10 +11,12 @@ import torch
 from torch import Tensor
 
 from actors.worker import ShardLike
+from console.run import mixing
 from console.run.directory import RunDirectory, checkpoint_folder
 from console.run.experiment import Experiment, experiment_from_json, to_json
 from console.run.nan_dump import NanDump
 from discriminator.process import ServiceSpec
+from discriminator.protocols import MocapSampler
 from discriminator.service import ServiceConfig
 from discriminator.trainer import Discriminator
 from learner.ppo import Learner
@@ -28,13 +30,16 @@ from world.character.features import OBJECT, STATE
 from world.character.model import NU
 from world.config import WorldConfig
 from world.device import CPU
+from world.episodes.mixed import MixedShard
 from world.episodes.shard import Shard
 from world.furniture.piece import Piece
 from world.meshes import collection
 from world.motions import load
-from world.motions.library import MotionLibrary, StyleMixture, StyleSource
+from world.motions.library import MixedSource, MotionLibrary, StyleMixture, StyleSource
 from world.objects.bank import ObjectBank
 from world.scene.warp_config import DEFAULT, WarpConfig
+from world.tasks import Task
+from world.tasks.mixture import Mixture
 from world.tasks.symmetry import symmetry
 
 
@@ -56,7 +61,11 @@ def library_of(world: WorldConfig) -> MotionLibrary:
 @lru_cache(maxsize=2)
 def training_bank(world: WorldConfig) -> ObjectBank:
     """Return the training objects of a configuration, compiled once per process."""
-    return tasks.make(world.task).affordance.bank(world)
+    affordance = tasks.make(world.task).affordance
+    bank = affordance.bank(world)
+    if not world.track.goal:
+        return bank
+    return affordance.showing(world, bank, tasks.make(world.track.goal).affordance.clips)
 
 
 def training_pieces(world: WorldConfig) -> tuple[tuple[Piece, ...], str]:
@@ -70,11 +79,12 @@ def training_pieces(world: WorldConfig) -> tuple[tuple[Piece, ...], str]:
 
 def layout(experiment: Experiment) -> Layout:
     """Return the layout of this experiment's checkpoints."""
-    task = tasks.make(experiment.world.task)
+    task, mixed = tasks.make(experiment.world.task), mixing.mixture_of(experiment)
+    goal = task.goal if mixed is None else mixed.goal
     return Layout(
         task=task.name,
         features=tuple((f.name, f.width) for f in STATE),
-        goal=tuple((f.name, f.width) for f in task.goal),
+        goal=tuple((f.name, f.width) for f in goal),
         actions=NU,
         hidden=tuple(experiment.ppo.hidden),
         skip=experiment.ppo.skip,
@@ -83,9 +93,13 @@ def layout(experiment: Experiment) -> Layout:
 
 def learner(experiment: Experiment, device: torch.device = CPU) -> Learner:
     """Return a new learner."""
-    sides = symmetry(tasks.make(experiment.world.task))
-    width = layout(experiment).observation
-    return Learner(width, NU, experiment.ppo, experiment.seed, symmetry=sides, device=device)
+    mixed, width = mixing.mixture_of(experiment), layout(experiment).observation
+    if mixed is None:
+        sides, hidden = symmetry(tasks.make(experiment.world.task)), None
+    else:
+        sides, hidden = mixed.symmetry, mixing.hidden_columns(mixed)
+    ppo, seed = experiment.ppo, experiment.seed
+    return Learner(width, NU, ppo, seed, symmetry=sides, device=device, hidden=hidden)
 
 
 @dataclass(frozen=True)
@@ -98,27 +112,45 @@ class MakeShard:
     simulator: str = "mujoco"
     device: torch.device = CPU
     warp: WarpConfig = DEFAULT
+    mixed: Mixture | None = None
+    block: int = 64
+    """Scenes in which a mixture has its shares."""
 
     def __call__(self, scenes: range) -> ShardLike:
         torch.set_num_threads(1)
-        pieces = training_bank(self.world).pieces
-        made = shard(self.world, scenes, self.seed, self.simulator, self.device, self.warp)
-        return NanDump(made, scenes, pieces, self.recordings)
+        if self.mixed is None:
+            return self._part(self.world, scenes)
+        parts, places = [], []
+        for k, world in enumerate(self.mixed.worlds(self.world)):
+            own = self.mixed.scenes(k, scenes, self.block)
+            parts.append(self._part(world, own, self.mixed.shown[k]))
+            places.append(torch.tensor(own, device=self.device) - scenes.start)
+        return MixedShard(self.mixed, parts, places)
+
+    def _part(
+        self, world: WorldConfig, scenes: Sequence[int], shown: Sequence[Task] = ()
+    ) -> NanDump:
+        made = shard(world, scenes, self.seed, self.simulator, self.device, self.warp, shown)
+        return NanDump(made, scenes, training_bank(world).pieces, self.recordings)
 
 
 def shard(
     world: WorldConfig,
-    scenes: range,
+    scenes: Sequence[int],
     seed: int,
     simulator: str = "mujoco",
     device: torch.device = CPU,
     warp: WarpConfig = DEFAULT,
+    shown: Sequence[Task] = (),
 ) -> Shard:
-    """Return a shard on the clips and furniture of this process."""
+    """Return a shard on the clips and furniture of this process.
+
+    shown: tasks whose goals are observed; see Shard.
+    """
     bank = training_bank(world)
-    teacher = teachers.make(world, bank, scenes)
     library = library_of(world)
-    return Shard(world, library, bank, scenes, seed, teacher, simulator, device, warp)
+    teacher = teachers.make(world, bank, scenes)
+    return Shard(world, library, bank, scenes, seed, teacher, simulator, device, warp, shown)
 
 
 def make_shard(experiment: Experiment, run: RunDirectory, device: torch.device = CPU) -> MakeShard:
@@ -133,15 +165,24 @@ def make_shard(experiment: Experiment, run: RunDirectory, device: torch.device =
         experiment.simulator,
         device if experiment.simulator == "warp" else CPU,
         experiment.warp,
+        mixing.mixture_of(experiment),
+        experiment.block,
     )
 
 
-def mocap(experiment: Experiment) -> StyleSource:
-    """Return the mocap transitions that train the discriminator."""
-    return StyleSource(library_of(experiment.world), experiment.seed, StyleMixture())
+def mocap(experiment: Experiment) -> MocapSampler:
+    """Return the mocap transitions that train the discriminator; of a mixture, of its tasks by
+    their shares."""
+    mixed, seed = mixing.mixture_of(experiment), experiment.seed
+    if mixed is None:
+        return StyleSource(library_of(experiment.world), seed, StyleMixture())
+    parts = zip(mixed.parts, mixed.worlds(experiment.world), mixed.counts, strict=True)
+    styled = [(w, count) for part, w, count in parts if not part.affordance.follows_clips]
+    sources = [StyleSource(library_of(w), seed, StyleMixture()) for w, _ in styled]
+    return MixedSource(sources, [float(count) for _, count in styled])
 
 
-def mocap_of(experiment: dict[str, Any]) -> StyleSource:
+def mocap_of(experiment: dict[str, Any]) -> MocapSampler:
     """Return the mocap transitions of an experiment's JSON, in the style service's process."""
     return mocap(experiment_from_json(experiment))
 
@@ -207,7 +248,7 @@ def origins(experiment: Experiment) -> tuple[Origin, ...]:
     licence."""
     world = experiment.world
     named = f"clips of {', '.join(Path(path).name for path in world.motions)}"
-    clips = library_of(world).clips
+    clips = [clip for one in mixing.worlds(experiment) for clip in library_of(one).clips]
     found = [Origin(named if world.motions else OWN_CLIPS, clip.licence) for clip in clips]
     for name in world.objects:
         if name in collection.SPLITS:
@@ -233,21 +274,25 @@ class Trained:
         return self.manifest.layout.task
 
 
-def trained(source: Path) -> Trained:
+def trained(source: Path, task: str = "") -> Trained:
     """Return the policy of a run or checkpoint.
 
-    Raises LayoutError for a policy of other features or goals, CheckpointError for a damaged
-    checkpoint, RunError without any.
+    task: of a mixture's tasks, the one that the policy is for; default: its first.
+
+    Raises ConfigError for a task that the policy was not trained for, LayoutError for a policy of
+    other features or goals, CheckpointError for a damaged checkpoint, RunError without any.
     """
     path = checkpoint_folder(source)
     found = read(path, ("policy",))
     experiment = experiment_of(found.manifest, path)
     layout(experiment).require(found.manifest.layout, str(path))
+    experiment, state = mixing.of_one_task(experiment, found.state["policy"], task)
     actor = learner(experiment)
-    actor.load_policy_state(found.state["policy"])
+    actor.load_policy_state(state)
     weights = actor.averaged_weights()
     actor.close()
-    return Trained(path, found.manifest, experiment, weights)
+    manifest = replace(found.manifest, layout=layout(experiment))
+    return Trained(path, manifest, experiment, weights)
 
 
 def experiment_of(manifest: Manifest, path: Path) -> Experiment:

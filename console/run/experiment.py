@@ -24,6 +24,9 @@ class Experiment:
 
     seed: int = 0
     """Seed of all random draws."""
+    mix: tuple[str, ...] = ()
+    """Tasks that share scenes and one policy, TASK=SHARE each, as in track=0.5 carry=0.5; empty:
+    the trained task alone."""
     scenes: int = 512
     """Number of scenes that are simulated at once, over all actors."""
     horizon: int = 8

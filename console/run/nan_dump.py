@@ -23,7 +23,9 @@ KEPT, MOST = 30, 20
 class NanDump:
     """A shard that writes `broken-SCENE-CLOCK.msgpack` to a folder for a non-finite scene."""
 
-    def __init__(self, shard: Shard, scenes: range, pieces: Sequence[Piece], folder: Path) -> None:
+    def __init__(
+        self, shard: Shard, scenes: Sequence[int], pieces: Sequence[Piece], folder: Path
+    ) -> None:
         self._shard, self._scenes, self._pieces, self._folder = shard, scenes, pieces, folder
         self._states: deque[dict[str, Tensor]] = deque(maxlen=KEPT)
         self._written = 0

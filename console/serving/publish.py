@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from console.commands import Publish
-from console.run import assembly
+from console.run import assembly, mixing
 from console.run.directory import RunDirectory, RunError, checkpoint_folder, run_of
 from console.run.experiment import to_json
 from policy.checkpoints import lineage
@@ -44,6 +44,8 @@ def publish_command(command: Publish) -> int:
     path = checkpoint_folder(command.source)
     found = read(path, ("policy",))
     experiment = assembly.experiment_of(found.manifest, path)
+    # an unknown task is refused before anything is read or written
+    single, _ = mixing.of_one_task(experiment, found.state["policy"], command.task)
     averaged = _last(path, command.average, found.manifest.layout)
     if len(averaged) > 1:
         limits = NormaliserConfig(
@@ -51,10 +53,13 @@ def publish_command(command: Publish) -> int:
         )
         policies = [read(one, ("policy",)).state["policy"] for one in averaged]
         found.state["policy"] = mean_policy(policies, limits)
+    single, found.state["policy"] = mixing.of_one_task(
+        experiment, found.state["policy"], command.task
+    )
     # paths of clips and pieces on this machine are not published: the notes name the data
-    world = replace(experiment.world, motions=(), objects=())
+    world = replace(single.world, motions=(), objects=())
     notes = terms_of(command, found.manifest.notes) | {
-        "experiment": json.dumps(to_json(replace(experiment, world=world))),
+        "experiment": json.dumps(to_json(replace(single, world=world))),
     }
     if len(averaged) > 1:
         notes["average"] = f"of checkpoints {', '.join(one.name for one in averaged)}"
@@ -62,7 +67,7 @@ def publish_command(command: Publish) -> int:
     if _UNDISTURBED in evaluations:
         notes["evaluation"] = json.dumps(_headline(evaluations[_UNDISTURBED]))
     manifest = Manifest(
-        found.manifest.layout, found.manifest.iteration, found.manifest.samples, notes
+        assembly.layout(single), found.manifest.iteration, found.manifest.samples, notes
     )
     write(command.out, found.state, manifest)
     for file in command.out.iterdir():

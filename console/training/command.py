@@ -17,7 +17,7 @@ from typing import Any
 import torch
 
 from console.commands import Train
-from console.run import assembly, machine
+from console.run import assembly, machine, mixing
 from console.run.directory import RunDirectory, RunError, checkpoint_folder, new_run
 from console.run.experiment import (
     Experiment,
@@ -46,10 +46,12 @@ from policy.checkpoints.transfer import adopt
 from policy.errors import CheckpointError
 from world import device as devices
 from world import tasks
+from world.character.features import STATE
 from world.episodes.cloning import pairs
 from world.errors import ConfigError
 from world.meshes import collection
 from world.scene.simulators import require_warp
+from world.tasks.mixture import is_mixed
 
 INTERRUPTED = 130
 
@@ -112,6 +114,7 @@ def resolve(command: Train) -> Experiment:
     if command.objects:
         world = replace(world, objects=tuple(_furniture(name) for name in command.objects))
     experiment = replace(command.experiment, world=world)
+    mixing.mixture_of(experiment)  # a mixture that cannot be is refused before a run is made
     return check(with_learner_threads(experiment, command.threads or machine.cores()))
 
 
@@ -150,8 +153,9 @@ def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
     if command.init and checkpoint_folder(command.init).is_relative_to(run.path.resolve()):
         raise RunError(f"--init {command.init} lies in {run.path}, which --restart erases")
     # unusable furniture and unreadable clips are found before the run exists or an old one is lost
-    assembly.training_pieces(experiment.world)
-    assembly.library_of(experiment.world)
+    for world in mixing.worlds(experiment):
+        assembly.training_pieces(world)
+        assembly.library_of(world)
     if command.restart:
         run.erase()
     run.create()
@@ -206,8 +210,9 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
         begun = threading.Event()
         stopped = stack.enter_context(interrupts(display.note, begun))
         display.note(f"run {run.path}")
-        if left_out := assembly.training_pieces(experiment.world)[1]:
-            display.note(left_out)
+        for world in mixing.worlds(experiment):
+            if left_out := assembly.training_pieces(world)[1]:
+                display.note(left_out)
         device = devices.resolve(experiment.device)
         display.note(device.reason)
         blocks = experiment.scenes, experiment.block
@@ -240,8 +245,9 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
                 command.checkpoint_every,
                 lag=experiment.lag,
             ),
-            list(tasks.make(command.task).terms),
+            mixing.term_names(experiment),
             runner.kinds,
+            mixing.division(experiment),
         )
         stack.callback(loop.close)
         initialise(loop, run, command, experiment, note)
@@ -289,7 +295,17 @@ def initialise(
         path = checkpoint_folder(command.init)
         found, mine = read(path, ("policy",)), assembly.layout(experiment)
         state, theirs = found.state["policy"], found.manifest.layout
-        if theirs.task == mine.task:
+        mixed = mixing.mixture_of(experiment)
+        if theirs.goal != mine.goal and is_mixed(theirs.goal):
+            # of a mixture, the policy of this task alone, or else of its first one
+            older = assembly.experiment_of(found.manifest, path)
+            others = mixing.mixture_of(older)
+            own = command.task if others is not None and command.task in others.names else ""
+            older, state = mixing.of_one_task(older, state, own)
+            theirs = assembly.layout(older)
+        if mixed is not None and theirs.goal != mine.goal:
+            state = adopt(state, theirs, mine, mixed.equivalents(theirs.task), str(path))
+        elif theirs.task == mine.task:
             mine.require(theirs, str(path))
         else:
             equivalents = tasks.make(command.task).equivalents
@@ -317,6 +333,9 @@ def clone_clips(learner: Learner, experiment: Experiment) -> list[float]:
         experiment.clone_samples,
         seed,
     )
+    if (mixed := mixing.mixture_of(experiment)) is not None:
+        state, goal = found[0].split((STATE.width, found[0].shape[1] - STATE.width), dim=1)
+        found = torch.cat((state, mixed.embed(0, goal)), dim=1), found[1]
     inputs, actions = learner.canonical(*(devices.put(tensor, learner.device) for tensor in found))
     return clone(
         learner.actor, learner.normaliser, inputs, actions, experiment.clone_passes, seed=seed

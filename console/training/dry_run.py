@@ -5,29 +5,41 @@ import json
 
 from rich.table import Table
 
+from console.run import mixing
 from console.run.experiment import Experiment, to_json
 from console.terminal import plain
 from world import tasks
 from world.character.features import STATE
 from world.character.features import Table as Features
+from world.tasks import Task
 
 
 def describe(experiment: Experiment, width: int = 100) -> str:
     """Return all tables of an experiment as text of `width` columns."""
     console = plain(io.StringIO(), width, record=True)
-    task = tasks.make(experiment.world.task)
+    mixed = mixing.mixture_of(experiment)
+    parts = (tasks.make(experiment.world.task),) if mixed is None else mixed.parts
     console.print_json(json.dumps(to_json(experiment)), indent=2)
     console.print(features(STATE, "state"))
-    console.print(features(task.goal, "goal (policy and value function only)"))
+    goal = parts[0].goal if mixed is None else mixed.goal
+    console.print(features(goal, "goal (policy and value function only)"))
+    if mixed is not None:
+        shares = zip(mixed.names, mixed.counts, strict=True)
+        console.print("; ".join(f"{n} of {experiment.block} scenes: {task}" for task, n in shares))
+    for task in parts:
+        console.print(_rewards(task, experiment, mixed is not None))
+    return console.export_text().rstrip()
+
+
+def _rewards(task: Task, experiment: Experiment, mixed: bool) -> Table:
     rewards = Table("term", "weight", title=f"reward of {task.name}", title_justify="left")
     for name, weight in task.terms.items():
         rewards.add_row(name, f"{weight:g}")
-    weights = experiment.ppo
+    weights, alone = experiment.ppo, mixed and task.affordance.follows_clips
     rewards.add_section()
-    rewards.add_row("task, of all", f"{weights.task_weight:g}")
-    rewards.add_row("style, of all", f"{weights.style_weight:g}")
-    console.print(rewards)
-    return console.export_text().rstrip()
+    rewards.add_row("task, of all", f"{1.0 if alone else weights.task_weight:g}")
+    rewards.add_row("style, of all", f"{0.0 if alone else weights.style_weight:g}")
+    return rewards
 
 
 def features(table: Features, title: str) -> Table:

@@ -12,7 +12,7 @@ from actors.local import LocalFleet
 from actors.processes import ProcessFleet
 from console.commands import Train
 from console.commands.training import StyleAddress
-from console.run import assembly
+from console.run import assembly, mixing
 from console.run.directory import RunDirectory
 from console.run.experiment import Experiment
 from console.training.style_service import attached
@@ -23,7 +23,6 @@ from rpc.channel import ChannelConfig
 from rpc.server import ServerConfig
 from world.device import CPU
 from world.errors import ConfigError
-from world.initial.furniture import KINDS
 
 
 @dataclass(frozen=True)
@@ -80,7 +79,7 @@ def local_runner(
     try:
         styled = experiment.ppo.style_weight > 0.0
         style = assembly.discriminator(experiment, device=device) if styled else None
-        yield Runner(fleet, style, KINDS)
+        yield Runner(fleet, style, mixing.kind_names(experiment))
     finally:
         fleet.close()
 
@@ -110,7 +109,7 @@ def ray_runner(
         stack.enter_context(ray_session(workers, address))
         fleet = RayFleet(assembly.make_shard(experiment, run), *_shape(experiment, workers))
         stack.callback(fleet.close)
-        yield Runner(fleet, client, KINDS)
+        yield Runner(fleet, client, mixing.kind_names(experiment))
 
 
 @contextmanager

@@ -15,16 +15,31 @@ ACTOR, NORMALISER, SYMMETRY = "actor.", "normaliser.", "symmetry."
 
 
 def publish(
-    actor: Actor, normaliser: Normaliser, symmetry: Symmetry | None = None
+    actor: Actor,
+    normaliser: Normaliser,
+    symmetry: Symmetry | None = None,
+    hidden: Tensor | None = None,
 ) -> dict[str, Tensor]:
-    """Flat copies of the weights of an actor, its normaliser and its symmetry, ready to be sent."""
+    """Flat copies of the weights of an actor, its normaliser and its symmetry, ready to be sent.
+
+    hidden: [d] bool: observations that the actor does not see: it gets 0 in their place.
+    """
     weights = {f"{ACTOR}{k}": v.detach().clone() for k, v in actor.state_dict().items()}
     sides = {} if symmetry is None else symmetry.tensors()
     return (
         weights
-        | {f"{NORMALISER}{k}": v for k, v in normaliser.published().items()}
+        | {f"{NORMALISER}{k}": v for k, v in _seen(normaliser, hidden).items()}
         | {f"{SYMMETRY}{k}": v for k, v in sides.items()}
     )
+
+
+def _seen(normaliser: Normaliser, hidden: Tensor | None) -> dict[str, Tensor]:
+    """What the normaliser publishes; division by infinity gives 0 for what is hidden."""
+    found = normaliser.published()
+    if hidden is not None:
+        found["mean"] = found["mean"].masked_fill(hidden, 0.0)
+        found["std"] = found["std"].masked_fill(hidden, torch.inf)
+    return found
 
 
 class Policy:

@@ -102,6 +102,12 @@ class Affordance(ABC):
     def bank(self, config: WorldConfig) -> ObjectBank:
         """The bank of training objects."""
 
+    def showing(self, config: WorldConfig, bank: ObjectBank, use: ClipUse) -> ObjectBank:
+        """The bank for scenes that show the goal of another task, which uses clips as `use` does:
+        `bank` itself unless the task follows clips. Raises ClipError where no clip has that
+        use."""
+        return bank
+
     @abstractmethod
     def sampler(
         self, config: WorldConfig, library: MotionLibrary, bank: ObjectBank, seed: int

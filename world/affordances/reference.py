@@ -8,6 +8,7 @@ from world.initial.sampler import InitialStateSampler
 from world.motions import load
 from world.motions.library import MotionLibrary
 from world.motions.uses.any_object import ANY
+from world.motions.uses.use import ClipUse
 from world.objects.bank import ObjectBank
 from world.tracking.bank import TrackBank
 from world.tracking.reference import reference
@@ -34,6 +35,14 @@ class ReferenceMotion(Affordance):
             config.motions, config.mirror, self.clips, config.playback_speeds
         ).clips
         return TrackBank(clips, reference(clips, config.track.handling), config.track)
+
+    def showing(self, config: WorldConfig, bank: ObjectBank, use: ClipUse) -> ObjectBank:
+        """See Affordance: initial states in the clips alone that have the object of `use`."""
+        assert isinstance(bank, TrackBank), "tracking needs a bank of clips"
+        clips = load.cached_library(
+            config.motions, config.mirror, self.clips, config.playback_speeds
+        ).clips
+        return bank.starting_in([use.read(clip).has_object for clip in clips])
 
     def sampler(
         self, config: WorldConfig, library: MotionLibrary, bank: ObjectBank, seed: int

@@ -3,7 +3,7 @@
 All of it is torch over index sets; the only loops run over the few scenes whose object changes.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import torch
@@ -25,7 +25,7 @@ from world.scene import simulators
 from world.scene.target import Target
 from world.scene.warp_config import DEFAULT, WarpConfig
 from world.tasks import HELD
-from world.tasks.task import statistic
+from world.tasks.task import Task, statistic
 from world.teachers.teacher import Teacher
 
 #: Index sets are padded to multiples of this: torch's vectorised loops and their scalar tails may
@@ -67,29 +67,34 @@ class Step:
 
 
 class Shard:
-    """The scenes `scenes` (a range of global ids) of one task."""
+    """The scenes with the global ids `scenes`, of one task."""
 
     def __init__(
         self,
         config: WorldConfig,
         library: MotionLibrary,
         bank: ObjectBank,
-        scenes: range,
+        scenes: Sequence[int],
         seed: int,
         teacher: Teacher | None = None,
         simulator: str = "mujoco",
         device: torch.device = CPU,
         warp: WarpConfig = DEFAULT,
+        shown: Sequence[Task] = (),
     ) -> None:
-        """device: where everything is computed and kept, the simulator's arrays too."""
+        """device: where everything is computed and kept, the simulator's arrays too.
+
+        shown: tasks whose goals are observed, one after the other; by default the task's own.
+        """
         self.config = config
         self.device = device
         library, bank = moved(library, device), moved(bank, device)
         self.task = tasks.make(config.task)
+        self._shown = tuple(shown) or (self.task,)
         self.n = len(scenes)
         self.clock = 0
         self._seed = seed
-        self._ids = torch.arange(scenes.start, scenes.stop, device=device)
+        self._ids = torch.tensor(scenes, dtype=torch.int64, device=device)
         self._all = torch.arange(self.n, device=device)
         self._bank = bank
         self._sampler = moved(self.task.affordance.sampler(config, library, bank, seed), device)
@@ -108,7 +113,8 @@ class Shard:
         stages = len(self.task.stages) + 1
         self._stages = torch.zeros(self.n, stages, dtype=torch.bool, device=device)
         self._state = torch.zeros(self.n, features.STATE.width, device=device)
-        self._goal = torch.zeros(self.n, self.task.goal.width, device=device)
+        width = sum(task.goal.width for task in self._shown)
+        self._goal = torch.zeros(self.n, width, device=device)
         self._targets: Target | None = None
         if teacher is not None and simulator != "mujoco":
             raise ConfigError("--world.teacher: the teachers need --simulator mujoco")
@@ -206,7 +212,8 @@ class Shard:
     def _write_observations(self, body: Body, target: Target, ids: Tensor | None) -> None:
         """Store states and goals of all scenes, or of `ids`."""
         state = tasks.state(body, target)
-        goal = self.task.goal_features(body, target)
+        goals = [task.goal_features(body, target) for task in self._shown]
+        goal = goals[0] if len(goals) == 1 else torch.cat(goals, dim=1)
         if ids is None:
             self._state, self._goal = state, goal
         else:

@@ -185,3 +185,29 @@ class StyleSource:
         anywhere = root[:, :2] + offset
         batch = TransitionBatch(index, relocated, anywhere, yaw, u[:, 3])
         return library.use.transitions(library, batch, self._mixture)
+
+
+class MixedSource:
+    """Mocap transitions of several tasks, a fixed part of each batch from each task's clips."""
+
+    def __init__(self, sources: Sequence[StyleSource], shares: Sequence[float]) -> None:
+        self._sources = tuple(sources)
+        edges = torch.tensor(shares, dtype=torch.float64).cumsum(0)
+        self._edges = (edges / edges[-1]).tolist()
+
+    def sample(self, n: int, counter: int) -> tuple[Tensor, Tensor]:
+        """As StyleSource.sample."""
+        return _stacked([s.sample(m, counter) for s, m in self._parts(n)])
+
+    def held_out(self, n: int, counter: int) -> tuple[Tensor, Tensor]:
+        """As StyleSource.held_out."""
+        return _stacked([s.held_out(m, counter) for s, m in self._parts(n)])
+
+    def _parts(self, n: int) -> list[tuple[StyleSource, int]]:
+        stops = [round(n * edge) for edge in self._edges]
+        counts = [b - a for a, b in zip([0, *stops[:-1]], stops, strict=True)]
+        return [(s, m) for s, m in zip(self._sources, counts, strict=True) if m]
+
+
+def _stacked(parts: list[tuple[Tensor, Tensor]]) -> tuple[Tensor, Tensor]:
+    return torch.cat([before for before, _ in parts]), torch.cat([after for _, after in parts])

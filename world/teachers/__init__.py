@@ -1,6 +1,6 @@
 """The teachers, by name. A new one is a file and a line here."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from world.config import WorldConfig
@@ -15,7 +15,7 @@ class Entry:
     """One teacher: the tasks that it teaches, and its factory."""
 
     tasks: tuple[str, ...]
-    make: Callable[[ObjectBank, range], Teacher]
+    make: Callable[[ObjectBank, Sequence[int]], Teacher]
 
 
 REGISTRY: dict[str, Entry] = {"carry": Entry(("carry",), CarryTeacher.of_bank)}
@@ -34,8 +34,8 @@ def check(config: WorldConfig) -> None:
         )
 
 
-def make(config: WorldConfig, bank: ObjectBank, scenes: range) -> Teacher | None:
-    """The teacher of a world's scenes `scenes` (a range of global ids); None where it has none.
+def make(config: WorldConfig, bank: ObjectBank, scenes: Sequence[int]) -> Teacher | None:
+    """The teacher of a world's scenes `scenes` (global ids); None where it has none.
     Raises as `check` does."""
     check(config)
     return None if config.teacher is None else REGISTRY[config.teacher].make(bank, scenes)

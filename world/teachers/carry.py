@@ -1,6 +1,6 @@
 """The teacher of the carry task: labels of the scripted controller, which observes the student."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import torch
 from torch import Tensor
@@ -33,17 +33,17 @@ _RENAMED = {
 
 
 class CarryTeacher:
-    """Labels the scenes `scenes` (a range of global ids) near the box and where the student stalls;
+    """Labels the scenes `scenes` (global ids) near the box and where the student stalls;
     a world.teachers.teacher.Teacher."""
 
-    def __init__(self, mass_kg: Tensor, scenes: range) -> None:
+    def __init__(self, mass_kg: Tensor, scenes: Sequence[int]) -> None:
         """mass_kg [V]: of the boxes of the bank."""
         self.controller = CarryController(len(scenes))
         self._mass_kg = mass_kg
-        self._ids = torch.arange(scenes.start, scenes.stop, dtype=torch.int64)
+        self._ids = torch.tensor(scenes, dtype=torch.int64)
 
     @staticmethod
-    def of_bank(bank: ObjectBank, scenes: range) -> "CarryTeacher":
+    def of_bank(bank: ObjectBank, scenes: Sequence[int]) -> "CarryTeacher":
         """The teacher of scenes whose objects are the boxes of `bank`."""
         mass_kg = getattr(bank, "mass", None)
         assert mass_kg is not None, "the teacher of carry needs boxes"

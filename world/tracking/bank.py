@@ -1,13 +1,15 @@
 """The bank of tracking scenes: each clip with its box, seat or bed."""
 
+import copy
 from collections.abc import Sequence
+from dataclasses import replace
 
 import mujoco
 import numpy as np
 import torch
 
 from world.config import TrackConfig
-from world.errors import ConfigError
+from world.errors import ClipError, ConfigError
 from world.furniture.piece import Box, Piece
 from world.motions.clip import Clip
 from world.scene import box as box_scene
@@ -75,6 +77,18 @@ class TrackBank:
 
     def __len__(self) -> int:
         return len(self.models)
+
+    def starting_in(self, chosen: Sequence[bool]) -> "TrackBank":
+        """Return this bank with initial states in the chosen clips alone; ClipError where none of
+        these has one."""
+        weight = self.reference.start_weight
+        some = torch.tensor(chosen, device=weight.device)[self.reference.clip]
+        weight = torch.where(some, weight, 0.0)
+        if not bool((weight > 0.0).any()):
+            raise ClipError("no clip has the object of the task whose goal is shown: add clips")
+        found = copy.copy(self)
+        found.reference = replace(self.reference, start_weight=weight)
+        return found
 
 
 def _checked(config: TrackConfig) -> int:

@@ -15,11 +15,13 @@ from world.initial.reference import LIFT_M
 from world.scene.batch import Scenes
 from world.scene.target import BoxState
 from world.tracking.bank import TrackBank
-from world.tracking.reference import drawn
+from world.tracking.reference import Reference, drawn
 from world.tracking.target import TrackTarget
 
 #: Initial position of an unused box, on its stand, m.
 _PARKED_M = (-50.0, 5.0, 0.5)
+#: Distance of the target from where a clip ends with the box in hand, m.
+_ONWARDS_M = 2.0
 #: Initial height of a box above its stand, m: contacts are unloaded.
 _BOX_LIFT_M = 0.001
 
@@ -47,10 +49,13 @@ class TrackSampler:
 
     def __init__(self, config: WorldConfig, bank: TrackBank, seed: int) -> None:
         self._bank, self._reference, self._seed = bank, bank.reference, seed
-        self._residual, self._focus = config.track.residual, config.track.focus
+        # a set-point of the reference would tell the policy what it is not shown
+        self._residual = config.track.residual and not config.track.goal
+        self._focus = config.track.focus
         if not 0.0 <= self._focus <= 1.0:
             raise ConfigError(f"track.focus {self._focus}: choose a fraction from 0 to 1")
         self._weight = self._reference.start_weight
+        self._aim = _aims(self._reference)
 
     def update_sampling(self, failures: Tensor) -> None:
         """Draw more states in, and shortly before, the segments of recent failures [S]."""
@@ -93,7 +98,7 @@ class TrackSampler:
                 velocity[:, :3],
                 half,
                 reference.picked[clip, :3] + states.origin,
-                reference.put[clip, :3] + states.origin,
+                self._aim[clip] + states.origin,
             )
             corners = box.corners()
         return TrackTarget(
@@ -152,3 +157,14 @@ class TrackSampler:
         velocity = reference.box_velocity[states.frame]
         zero = torch.zeros_like(velocity)
         return torch.where(boxed, pose, parked), torch.where(boxed, velocity, zero)
+
+
+def _aims(reference: Reference) -> Tensor:
+    """Return the targets [C, 3] of the boxes, m: where they are put down; a clip that ends with the
+    box in hand is on its way to a place ahead of it."""
+    last = reference.stop - 1
+    ahead = torch.cat(
+        (reference.heading[last], torch.zeros_like(reference.heading[last, :1])), dim=1
+    )
+    onwards = reference.box[last, :3] + _ONWARDS_M * ahead
+    return torch.where(reference.has_put[:, None], reference.put[:, :3], onwards)
