@@ -15,6 +15,8 @@ BOX_KG = 4.0
 #: Collision bits: the box collides with the character, the floor, the stands and projectiles.
 _ALL = 3
 _SOLID, _CHARACTER = 2, 1
+#: contype and conaffinity of a stand that holds the box and lets everything else pass.
+PASSABLE = 0, _SOLID
 #: Contact with the box. Palms are wide and soft, the hands' spheres make point contacts: friction
 #: 1.2 (skin or fabric on cardboard), and a torsional coefficient of two thirds of that over a patch
 #: of 4 cm radius, so that a box between two hands does not swing about the line between them.
@@ -52,8 +54,12 @@ STAND = Piece(
 )
 
 
-def add(spec: mujoco.MjSpec, cargo: Piece) -> None:
-    """Add the target's stand, a mocap body, and the free box `cargo`, in this order."""
+def add(spec: mujoco.MjSpec, cargo: Piece, passable: bool = False) -> None:
+    """Add the target's stand, a mocap body, and the free box `cargo`, in this order.
+
+    passable: the stand touches the box alone.
+    """
+    contype, conaffinity = PASSABLE if passable else (_SOLID, _CHARACTER)
     spec.option.impratio = IMPRATIO
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     # the solver dominates a step with elliptic cones, and a contact moves few joints: a sparse
@@ -65,8 +71,8 @@ def add(spec: mujoco.MjSpec, cargo: Piece) -> None:
             type=mujoco.mjtGeom.mjGEOM_BOX,
             size=part.half_m,
             pos=part.centre_m,
-            contype=_SOLID,
-            conaffinity=_CHARACTER,
+            contype=contype,
+            conaffinity=conaffinity,
             friction=[1.0, 0.05, 0.001],
             rgba=[0.45, 0.62, 0.45, 1.0],
         )

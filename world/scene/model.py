@@ -21,10 +21,12 @@ FURNITURE_BODY = "furniture"
 PROJECTILE_BODY = "projectile"
 #: Collision bits: the character collides with what is solid; an unused slot collides with nothing,
 #: but keeps its node in the body's bounding-volume tree, so that every piece has the same layout.
-_SOLID, _CHARACTER, _UNUSED = 2, 1, 4
+_SOLID, _CHARACTER = 2, 1
 _FURNITURE_RGBA = [0.72, 0.53, 0.36, 1.0]
 #: contype and conaffinity of solid furniture.
 SOLID = _SOLID, _CHARACTER
+#: The same of an unused slot.
+UNUSED = 4, 4
 
 _NOTHING = Piece("nothing", "none", (Box((0.0, 0.0, 0.0), (1e-3, 1e-3, 1e-3)),), (), 1.0)
 
@@ -42,6 +44,7 @@ def compile_scene(
     balls: Sequence[Ball] = (),
     cargo: Piece | None = None,
     shared: Layout | None = None,
+    passable: bool = False,
 ) -> mujoco.MjModel:
     """The model of a scene with `piece` (None: an empty floor, all slots unused), a free box
     `cargo` with the stand of its target, and free `balls`, whose coordinates come last.
@@ -49,9 +52,10 @@ def compile_scene(
     The furniture is a mocap body: it is placed by mocap_pos and mocap_quat (piece frame: origin on
     the floor, z up, +x front) and adds no joint. `shared`: layout of all models of a batch, by
     default the one that this piece needs. The servos have no force limits of their own: the limits
-    are applied to their set-points (`world.character.servos`).
+    are applied to their set-points (`world.character.servos`). `passable`: the piece and the stand
+    touch the box alone.
     """
-    return scene_spec(piece, balls, cargo, shared).compile()
+    return scene_spec(piece, balls, cargo, shared, passable).compile()
 
 
 def scene_spec(
@@ -59,6 +63,7 @@ def scene_spec(
     balls: Sequence[Ball] = (),
     cargo: Piece | None = None,
     shared: Layout | None = None,
+    passable: bool = False,
 ) -> mujoco.MjSpec:
     """What `compile_scene` compiles, to be added to."""
     spec = character.spec()
@@ -81,9 +86,9 @@ def scene_spec(
         friction=[1.0, 0.05, 0.001],
         rgba=[0.93, 0.93, 0.9, 1],
     )
-    _add_furniture(spec, piece, shared or slots.common([piece or _NOTHING]))
+    _add_furniture(spec, piece, shared or slots.common([piece or _NOTHING]), passable)
     if cargo is not None:
-        box_scene.add(spec, cargo)
+        box_scene.add(spec, cargo, passable)
     for index, ball in enumerate(balls):
         thrown = spec.worldbody.add_body(name=f"{PROJECTILE_BODY}{index}")
         thrown.add_freejoint()
@@ -99,7 +104,9 @@ def scene_spec(
     return spec
 
 
-def _add_furniture(spec: mujoco.MjSpec, piece: Piece | None, shared: Layout) -> None:
+def _add_furniture(
+    spec: mujoco.MjSpec, piece: Piece | None, shared: Layout, passable: bool
+) -> None:
     """Add the furniture's body: hulls or boxes in the first slots, the others unused."""
     body = spec.worldbody.add_body(name=FURNITURE_BODY, mocap=True)
     shown = piece or _NOTHING
@@ -107,11 +114,13 @@ def _add_furniture(spec: mujoco.MjSpec, piece: Piece | None, shared: Layout) -> 
     centre, half, quat, used = shown.boxes_padded(shared.slots)
     if piece is None:
         used = np.zeros(shared.slots, dtype=bool)
+    bits = box_scene.PASSABLE if passable else SOLID
     for slot in range(shared.slots):
+        contype, conaffinity = bits if used[slot] else UNUSED
         geom = body.add_geom(
             name=f"slot{slot}",
-            contype=_SOLID if used[slot] else _UNUSED,
-            conaffinity=_CHARACTER if used[slot] else _UNUSED,
+            contype=contype,
+            conaffinity=conaffinity,
             friction=[1.0, 0.05, 0.001],
             rgba=_FURNITURE_RGBA if used[slot] else [*_FURNITURE_RGBA[:3], 0.0],
         )
@@ -139,7 +148,7 @@ def add_boxes(spec: mujoco.MjSpec, boxes: Sequence[Box], first: int) -> None:
             size=box.half_m,
             pos=box.centre_m,
             quat=box.quat,
-            contype=_UNUSED,
-            conaffinity=_UNUSED,
+            contype=UNUSED[0],
+            conaffinity=UNUSED[1],
             rgba=_FURNITURE_RGBA,
         )

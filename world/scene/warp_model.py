@@ -16,8 +16,15 @@ from numpy.typing import NDArray
 from world.errors import PieceError
 from world.furniture.piece import MOST_HULLS, SLOTS, Piece
 from world.scene import slots
-from world.scene.box import BOX_BODY, is_box
-from world.scene.model import FURNITURE_BODY, PROJECTILE_BODY, SOLID, Ball, scene_spec
+from world.scene.box import BOX_BODY, STAND_BODY, is_box
+from world.scene.model import (
+    FURNITURE_BODY,
+    PROJECTILE_BODY,
+    SOLID,
+    UNUSED,
+    Ball,
+    scene_spec,
+)
 from world.scene.slots import Layout
 
 #: Fields of a model that differ between the pieces; the second few only where a box is carried.
@@ -64,7 +71,7 @@ def template(models: Sequence[mujoco.MjModel], pieces: Sequence[Piece]) -> Templ
                 f"{piece.name}: {len(piece.hulls)} hulls, {len(piece.boxes)} boxes: --simulator"
                 f" warp has slots for {MOST_HULLS} hulls or {SLOTS} boxes"
             )
-    model = _compile(models[0], pieces, most)
+    model = _compile(models, pieces, most)
     names = (
         GEOM_FIELDS
         if model.body(FURNITURE_BODY).id == model.nbody - 1
@@ -74,8 +81,14 @@ def template(models: Sequence[mujoco.MjModel], pieces: Sequence[Piece]) -> Templ
     return Template(model, {name: np.stack([row[name] for row in rows]) for name in names})
 
 
-def _compile(like: mujoco.MjModel, pieces: Sequence[Piece], most: int) -> mujoco.MjModel:
-    """The scene of `like` with solid slots for boxes and, beside them, for `most` hulls."""
+def _compile(
+    models: Sequence[mujoco.MjModel], pieces: Sequence[Piece], most: int
+) -> mujoco.MjModel:
+    """The scene of the models with slots for boxes and, beside them, for `most` hulls.
+
+    Which things may collide is one setting for all worlds: that of the models, which agree in it.
+    """
+    like, bits = models[0], _bits(models)
     cargo = next((piece for piece in pieces if is_box(piece)), None)
     spec = scene_spec(None, _balls(like), cargo, Layout(SLOTS))
     # there the flag means: boxes against boxes by MuJoCo's own routine, several points a pair, not
@@ -83,7 +96,12 @@ def _compile(like: mujoco.MjModel, pieces: Sequence[Piece], most: int) -> mujoco
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_NATIVECCD)
     furniture = spec.body(FURNITURE_BODY)
     for geom in furniture.geoms:
-        geom.contype, geom.conaffinity = SOLID
+        geom.contype, geom.conaffinity = bits
+    if cargo is not None:
+        first = int(like.body(STAND_BODY).geomadr[0])
+        for geom in spec.body(STAND_BODY).geoms:
+            geom.contype = int(like.geom_contype[first])
+            geom.conaffinity = int(like.geom_conaffinity[first])
     meshes = [(v, k) for v, piece in enumerate(pieces) for k in range(len(piece.hulls))]
     for v, k in meshes:
         slots.add_hull(spec, _mesh(v, k), pieces[v].hulls[k])
@@ -94,8 +112,21 @@ def _compile(like: mujoco.MjModel, pieces: Sequence[Piece], most: int) -> mujoco
             meshname=_mesh(*meshes[0]),
             friction=[1.0, 0.05, 0.001],
         )
-        geom.contype, geom.conaffinity = SOLID
+        geom.contype, geom.conaffinity = bits
     return spec.compile()
+
+
+def _bits(models: Sequence[mujoco.MjModel]) -> tuple[int, int]:
+    """contype and conaffinity of the used slots, the same in all models; SOLID where none is
+    used."""
+    found = {
+        (int(model.geom_contype[geom]), int(model.geom_conaffinity[geom]))
+        for model in models
+        for geom in _furniture(model)
+    } - {UNUSED}
+    if len(found) > 1:
+        raise PieceError("--simulator warp: solid pieces beside passable ones in one bank")
+    return found.pop() if found else SOLID
 
 
 def _balls(model: mujoco.MjModel) -> list[Ball]:
@@ -124,7 +155,7 @@ def _rows(
     for g in there[len(boxes) :]:
         rows["geom_dataid"][g] = -1
     for k, source in enumerate(own):
-        if piece.geom_contype[source] != SOLID[0]:
+        if piece.geom_contype[source] == UNUSED[0]:
             continue
         target = there[len(boxes) + k] if k < hulls else boxes[k]
         for name in GEOM_FIELDS[:-1]:

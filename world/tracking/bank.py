@@ -14,6 +14,7 @@ from world.furniture.piece import Box, Piece
 from world.motions.clip import Clip
 from world.scene import box as box_scene
 from world.scene import slots
+from world.scene.box import STAND
 from world.scene.model import Ball, compile_scene
 from world.tracking.reference import Reference
 from world.tracking.support import sunk_m, supports
@@ -40,6 +41,9 @@ class TrackBank:
         self.reference = reference
         holding = supports(clips)
         shared = slots.common([found.piece for found in holding])
+        # stands are ours: who was recorded walked where one would be in the way. Beside seats and
+        # beds they stay solid, as a simulator of all scenes at once has one setting for all.
+        passable = all(found.piece is STAND for found in holding)
         #: Position of the support's origin, m [C, 3], and its yaw (cosine, sine) [C, 2].
         self.origin = torch.tensor([found.origin_m for found in holding], dtype=torch.float32)
         yaw = torch.tensor([found.yaw_rad for found in holding], dtype=torch.float32)
@@ -66,7 +70,11 @@ class TrackBank:
                     self.models.append(self.models[-1])
                     continue
                 model = compile_scene(
-                    found.piece, balls, cargo if self.has_box else None, shared=shared
+                    found.piece,
+                    balls,
+                    cargo if self.has_box else None,
+                    shared=shared,
+                    passable=passable,
                 )
                 if self.has_box:
                     model.geom(box_scene.BOX_BODY).friction[0] = friction

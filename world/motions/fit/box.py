@@ -234,8 +234,12 @@ def _holds(
 def _from_the_bend(
     apart: np.ndarray, height: np.ndarray, start: int, stop: int, fps: int
 ) -> tuple[int, int]:
-    """A hold extended to the lowest positions of the hands before and after it, where they only
-    rise from the first and only fall to the second."""
+    """A hold from the lowest position of the hands about its begin to the one about its end.
+
+    It is extended to there where the hands only rise from the first and only fall to the second. It
+    is cut where they come down to the first and rise from the second: hands that are as far apart
+    as the box is wide, on their way to it or away from it, do not hold it.
+    """
     reach = round(_TURNING_S * fps)
     width = float(np.median(apart[start:stop]))
     # hands are still when they close on a box: moving ones hold it already
@@ -255,6 +259,15 @@ def _from_the_bend(
         and _only_rises(height[stop - 1 : lowest + 1][::-1])
         and abs(apart[lowest] - width) < _TURNING_M
     ):
+        stop = lowest + 1
+    lowest = start + int(np.argmin(height[start : min(stop, start + reach)]))
+    moving = start > 0 and speed[start] < -_ON_ITS_WAY_M_S
+    if moving and _only_rises(height[start : lowest + 1][::-1]):
+        start = lowest
+    begin = max(start, stop - reach)
+    lowest = begin + int(np.argmin(height[begin:stop]))
+    moving = stop < len(height) and speed[stop - 1] > _ON_ITS_WAY_M_S
+    if moving and _only_rises(height[lowest:stop]):
         stop = lowest + 1
     return start, stop
 

@@ -10,7 +10,7 @@ from tests.support.world.objects_in_clips import a_carry, angle_deg, shaken
 from world import rotations
 from world.motions.clip import Clip
 from world.motions.fit import poses
-from world.motions.fit.box import find_box
+from world.motions.fit.box import _from_the_bend, find_box
 
 
 @pytest.mark.parametrize(
@@ -55,3 +55,18 @@ def test_a_shaken_box_is_found_too(carried: Clip) -> None:
     off = np.linalg.norm(found.pose[:, :3] - known.pose[:, :3], axis=1)
     assert np.median(off) < 0.02
     assert off.max() < 0.06
+
+
+def test_hands_that_rise_as_far_apart_as_the_box_is_wide_have_let_go() -> None:
+    """Heights of the hands by hand: down to the box, still for a moment, and up again."""
+    down, up = np.linspace(0.9, 0.3, 40), np.linspace(0.3, 0.6, 20)
+    apart = np.full(60, 0.35)
+    assert _from_the_bend(apart, np.concatenate((down, up)), 0, 55, 30) == (0, 40)
+    # the mirror image in time: they come down as wide as the box, take it and lift it
+    lifted = np.concatenate((up[::-1], down[::-1]))
+    assert _from_the_bend(apart, lifted, 5, 60, 30) == (19, 60)
+    # a box that is put up on a shelf, where the hands are still, is held to the end
+    still = np.concatenate((down, np.linspace(0.3, 0.9, 15), np.full(5, 0.9)))
+    assert _from_the_bend(apart, still, 0, 58, 30) == (0, 58)
+    # and one that is in hand at the clip's begin was not taken in it
+    assert _from_the_bend(apart, lifted, 0, 60, 30)[0] == 0
