@@ -304,12 +304,13 @@ def initialise(
             older, state = mixing.of_one_task(older, state, own)
             theirs = assembly.layout(older)
         if mixed is not None and theirs.goal != mine.goal:
-            state = adopt(state, theirs, mine, mixed.equivalents(theirs.task), str(path))
+            names, level = mixed.equivalents(theirs.task), tasks.make(theirs.task).level
+            state = adopt(state, theirs, mine, names, str(path), level)
         elif theirs.task == mine.task:
             mine.require(theirs, str(path))
         else:
-            equivalents = tasks.make(command.task).equivalents
-            state = adopt(state, theirs, mine, equivalents, str(path))
+            equivalents, level = tasks.make(command.task).equivalents, tasks.make(theirs.task).level
+            state = adopt(state, theirs, mine, equivalents, str(path), level)
         learner.load_policy_state(state)
         other = "" if theirs.task == mine.task else f", of the task {theirs.task}"
         note(f"networks and normalisers from {path}{other}")

@@ -11,16 +11,28 @@ from policy.model.networks import hidden_widths, perceptron
 
 #: Cap on the sample count of the old task's moments, so that the new task soon outweighs them.
 _REMEMBERED = 2e5
+#: Features of a smaller standard deviation were constant (NormaliserConfig.std_floor).
+_CONSTANT = 1e-2
 _FIRST = ("layers.0.weight", "skip.weight")
 
 
 def adopt(
-    state: State, theirs: Layout, mine: Layout, names: Mapping[str, str], where: str
+    state: State,
+    theirs: Layout,
+    mine: Layout,
+    names: Mapping[str, str],
+    where: str,
+    level: Sequence[str] = (),
 ) -> State:
     """The `policy` section of a checkpoint with layout `theirs`, for layout `mine`.
 
     Features are matched by name; `names` maps a name of `mine` to the one of `theirs`. Weights on
-    features that the old task lacks are 0, so that the networks initially compute the same outputs.
+    features that the old task lacks, or that were constant in it, are 0, so that the networks initially compute the same outputs.
+
+    level: positions of `theirs` whose height above the floor never varies (Task.level). Relative to
+    the root their z is minus the root's height, up to a constant: their weights on z become weights
+    on the root's height, with equal outputs. In the new task, where the height does vary, z would
+    be many standard deviations from what the networks know.
 
     Raises LayoutError, naming the first difference, where states, actions or widths differ.
     """
@@ -30,8 +42,11 @@ def adopt(
                 f"{where}: its {name} differ from this task's, so that nothing of it carries over:"
                 " leave out --init, or choose the same preset, --ppo.hidden and --ppo.skip"
             )
+    state = _without_heights(state, theirs, level)
     columns = torch.tensor(list(_columns(theirs, mine, names)))
-    known = columns >= 0
+    # what was constant had no influence, and its weights are as they were drawn
+    varied = state["normaliser"]["variance"].sqrt() >= _CONSTANT
+    known = (columns >= 0) & varied[columns.clamp(min=0)]
     found = dict(state)
     for network in ("actor", "average", "critic"):
         if network in found:
@@ -47,6 +62,31 @@ def adopt(
     }
     values = found["values"]
     found["values"] = {**values, "count": values["count"].clamp(max=_REMEMBERED)}
+    return found
+
+
+def _without_heights(state: State, layout: Layout, level: Sequence[str]) -> State:
+    starts, start = {}, 0
+    for name, width in (*layout.features, *layout.goal):
+        starts[name] = start
+        start += width
+    found = dict(state)
+    moments = {name: value.clone() for name, value in found["normaliser"].items()}
+    std = moments["variance"].sqrt()
+    root = starts.get("root_height", 0)
+    for column in (starts[name] + 2 for name in level):
+        for network in ("actor", "average", "critic"):
+            if network in found:
+                weights = dict(found[network])
+                for name in weights.keys() & set(_FIRST):
+                    moved = weights[name].clone()
+                    moved[:, root] -= moved[:, column] * float(std[root] / std[column])
+                    moved[:, column] = 0.0
+                    weights[name] = moved
+                found[network] = weights
+        moments["mean"][column], moments["variance"][column] = 0.0, 1.0
+        moments["count"][column] = 0.0
+    found["normaliser"] = moments
     return found
 
 

@@ -68,6 +68,7 @@ class Lie(Task):
     equivalents: ClassVar[dict[str, str]] = {"corners": ""}
     # the head's target is on the left of the access side; the other side is its mirror image
     sides: ClassVar[tuple[str, str] | None] = ("facing", "head")
+    level: ClassVar[tuple[str, ...]] = ("object_position",)
     terms: ClassVar[dict[str, float]] = {
         "lie": 0.5,
         "approach": 0.2,

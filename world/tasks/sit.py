@@ -64,6 +64,7 @@ class Sit(Task):
             f"((c - u - np.array([0, 0, {HIP_ABOVE_SEAT_M}])) @ H.T).ravel()",
         ),
     )
+    level: ClassVar[tuple[str, ...]] = ("object_position",)
     terms: ClassVar[dict[str, float]] = {
         "sit": 0.5,
         "approach": 0.3,

@@ -49,6 +49,7 @@ class Walk(Task):
         ),
         Feature("facing", 2, _HEADING_FRAME, "cosine, sine", "(H @ O[:, 0])[:2]"),
     )
+    level: ClassVar[tuple[str, ...]] = ("target", "object_position")
     terms: ClassVar[dict[str, float]] = {
         "stand": 0.4,
         "approach": 0.3,

@@ -55,6 +55,34 @@ def test_what_both_observe_gives_the_same_actions_and_values(old: Learner) -> No
     assert new.actor.layers[0].weight[:, :6].all()
 
 
+def test_a_height_that_never_varied_is_known_from_the_root_alone() -> None:
+    """In the old task the target is 0.9 m up: its z is that less the root's height."""
+    layout = replace(OLD, features=(("root_height", 1), ("pose", 2)))
+    theirs, mine = learner(layout, 1), learner(replace(layout, task="carry"), 2)
+    rows = torch.randn(10_000, layout.observation)
+    rows[:, 0] = 0.85 + 0.03 * rows[:, 0]
+    rows[:, 5] = 0.9 - rows[:, 0]
+    rows[:, 2] = 0.25  # a feature that never varied, whose weights are as they were drawn
+    theirs.normaliser.update(rows)
+    with torch.no_grad():
+        for network in (theirs.actor, theirs.average, theirs.critic):
+            network.layers[-1].weight.normal_()
+    state = adopt(theirs.policy_state(), layout, layout, {}, "there", ("target",))
+    mine.load_policy_state(state)
+    some = rows[:50].clone()
+    lower = some.clone()
+    lower[:, 5] -= 0.4  # as on a seat
+    lower[:, 2] += 0.1
+    for name in ("actor", "average", "critic"):
+        wanted = getattr(theirs, name)(theirs.normaliser(some))
+        for observed in (some, lower):
+            found = getattr(mine, name)(mine.normaliser(observed))
+            torch.testing.assert_close(found, wanted, rtol=1e-4, atol=1e-4)
+    # as it was before, the seat's height alone made nonsense of the outputs
+    broken = theirs.actor(theirs.normaliser(lower)) - theirs.actor(theirs.normaliser(some))
+    assert float(broken.detach().abs().mean()) > 0.5
+
+
 def test_moments_of_the_old_task_fade_and_new_ones_begin_anew(old: Learner) -> None:
     moments = adopt(old.policy_state(), OLD, NEW, NAMES, "there")["normaliser"]
     assert moments["count"].tolist() == [2e5] * 6 + [0.0] * 4
