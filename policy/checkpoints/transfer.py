@@ -27,7 +27,8 @@ def adopt(
     """The `policy` section of a checkpoint with layout `theirs`, for layout `mine`.
 
     Features are matched by name; `names` maps a name of `mine` to the one of `theirs`. Weights on
-    features that the old task lacks, or that were constant in it, are 0, so that the networks initially compute the same outputs.
+    features that the old task lacks, or that were constant in it, are 0, so that the networks
+    initially compute the same outputs.
 
     level: positions of `theirs` whose height above the floor never varies (Task.level). Relative to
     the root their z is minus the root's height, up to a constant: their weights on z become weights

@@ -33,8 +33,9 @@ class Task(ABC):
     """Of this task's goal features: the name of the equivalent one in other tasks; empty: none.
     Networks that are initialised from another task's map features by these and by equal names."""
     level: ClassVar[tuple[str, ...]] = ()
-    """Features of state and goal that are positions of a height that never varies: what the networks know of
-    their z is the root's height. Networks that another task takes over keep that alone."""
+    """Features of state and goal that are positions of a height that never varies: what the
+    networks know of their z is the root's height. Networks that another task takes over keep that
+    alone."""
     sides: ClassVar[tuple[str, str] | None] = None
     """Two goal features whose first two numbers are directions on the floor. Where the second
     points to the right of the first, the networks observe the mirrored scene, so that they learn
