@@ -111,6 +111,11 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "scenes": ((1, 1e6),), "threads": (_THREADS,), "seconds": ((0.1, 1e6),),
         "mutations": ((1, 1e9),),
     },
+    "Plan": {
+        "actors": ((1, 1e5),), "scenes": ((1, 1e8),), "network": ((1, 16384),),
+        "horizon": ((1, 1e4),), "learner_cores": ((1, 1024),), "gbit_per_s": ((0.001, 1e6),),
+        "samples": ((1, 1e15),), "price": ((0, 1e6),), "seconds": ((0.1, 3600),),
+    },
     "Doctor": {"seconds": ((0, 3600),)},
     "Practice": {
         "steps": ((1, 1e5),), "scenes": ((1, 1e6),), "noise": ((0, 10),),

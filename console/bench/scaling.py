@@ -18,6 +18,7 @@ from torch import Tensor
 from actors.cluster import ray_session
 from actors.worker import Worker
 from console.bench.stand_in_fleet import SleepingFleet, sleepers
+from console.plan.estimate import Costs, Fleet, estimate
 from console.run import assembly
 from console.run.experiment import Experiment
 from learner.config import LagConfig, LoopConfig
@@ -34,6 +35,7 @@ RATIOS = (0.5, 1.0, 2.0)
 ROUNDS = 3
 """Number of rounds of all measurements, against varying other load on the machine."""
 OBJECT_STORE_BYTES = 2**31
+_LIMIT = "limit_samples_per_s"
 
 
 @dataclass
@@ -97,9 +99,10 @@ def measure(experiment: Experiment, scenes: int, seconds: float) -> dict[str, fl
             "actor_processes": float(PROCESSES),
         }
         figures |= limits(ready, received, max(ACTORS) * part.samples, size(part) / part.samples)
-        limit = figures["limit_samples_per_s"]
+        limit = figures[_LIMIT]
         figures |= ingested(lockstep, part, took_s, limit, "lockstep_")
         figures |= ingested(ahead, part, took_s, limit)
+        figures |= planned(experiment, part, took_s, figures)
         update_s = updating(experiment, part)
         for ratio in RATIOS:
             fleet = SleepingFleet(hosts, part, OVERLAPPING, ratio * update_s)
@@ -238,6 +241,34 @@ def ingested(
         }
         figures |= {f"{prefix}actors_{actors}_{name}": value for name, value in found.items()}
     return figures
+
+
+def planned(
+    experiment: Experiment, part: Rollout, took_s: float, figures: Mapping[str, float]
+) -> dict[str, float]:
+    """Return the rates that `inhabit plan` estimates, relative to those measured in `figures`.
+
+    Both without update and style; the plan knows an actor's time and the learner's limit.
+    """
+    costs = Costs(took_s / part.samples, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0 / figures[_LIMIT])
+    found = {}
+    for actors in ACTORS:
+        for prefix, overlap in (("lockstep_", False), ("", True)):
+            fleet = Fleet(
+                actors,
+                actors * part.scenes,
+                part.horizon,
+                experiment.ppo.epochs,
+                experiment.ppo.hidden,
+                part.goals.shape[-1],
+                style=False,
+                overlap=overlap,
+                gbit_per_s=1e6,
+            )
+            name = f"{prefix}actors_{actors}"
+            rate = estimate(fleet, costs).samples_per_s
+            found[f"{name}_plan_to_measured_ratio"] = rate / figures[f"{name}_samples_per_s"]
+    return found
 
 
 def updating(experiment: Experiment, part: Rollout) -> float:

@@ -7,7 +7,7 @@ from console.commands.objects import Meshes, ObjectsCheck, ObjectsImport, Object
 from console.commands.play import Play
 from console.commands.serving import Export, Serve, Style, Synthesize
 from console.commands.teaching import TeachCarry, TeachRecord, TeachTry
-from console.commands.tools import Bench, Doctor
+from console.commands.tools import Bench, Doctor, Plan
 from console.commands.training import Evaluate, Publish, Realism, Report, Train, Video
 
 
@@ -36,6 +36,7 @@ COMMANDS = (
     Entry("synthesize", Synthesize, "console.synthesis.command:synthesize_command"),
     Entry("export", Export, "console.serving.export:export_command"),
     Entry("bench", Bench, "console.bench.command:bench_command"),
+    Entry("plan", Plan, "console.plan.command:plan_command"),
     Entry("doctor", Doctor, "console.doctor.command:doctor_command"),
 )
 MOTIONS = (
@@ -108,6 +109,7 @@ __all__ = [
     "ObjectsImport",
     "ObjectsList",
     "ObjectsShow",
+    "Plan",
     "Play",
     "Publish",
     "Realism",

@@ -59,6 +59,42 @@ class Bench:
 
 
 @dataclass(frozen=True)
+class Plan:
+    """Estimate rates, memory, traffic and cost of a training on a cluster, and what limits it."""
+
+    actors: int = 2
+    """Number of rollout workers, each with a core of its own."""
+    scenes: int | None = None
+    """Number of scenes over all actors; default: half the preset's for each actor."""
+    network: tuple[int, ...] = ()
+    """Hidden widths of actor and critic; default: the preset's."""
+    task: str = "sit"
+    """Task: sit, lie, carry, walk or track."""
+    preset: Preset = "fast"
+    """Preset of batch and network sizes."""
+    horizon: int | None = None
+    """Control steps of a scene in an iteration; default: the preset's."""
+    overlap: bool = False
+    """Actors act while the learner updates (train --lag.overlap)."""
+    learner_cores: int = 2
+    """Number of cores of the learner; it uses at most 2."""
+    gbit_per_s: float = 10.0
+    """Bandwidth of the learner's node, Gbit/s."""
+    samples: int = 100_000_000
+    """Number of samples of the training."""
+    price: float = 0.0
+    """Price of a core for an hour, in any currency; 0: no cost is stated."""
+    measure: bool = False
+    """Measure the costs of a sample on this machine; default: the figures of the documentation."""
+    seconds: float = 15.0
+    """Time of that measurement, s."""
+    json: Path | None = None
+    """JSON file of the estimate."""
+    debug: bool = False
+    """Show the traceback of an error."""
+
+
+@dataclass(frozen=True)
 class Doctor:
     """Check this machine, a Ray cluster and services for what training needs."""
 
