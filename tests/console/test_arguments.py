@@ -14,7 +14,7 @@ from world.tasks import REGISTRY
 WRONG = [
     ("", "train, evaluate"),
     ("frobnicate", "frobnicate; Available subcommands: train, evaluate"),
-    ("dance --help", "plan; Available subcommands: train, evaluate"),
+    ("dance --help", "dance; Available subcommands: train, evaluate"),
     ("motions lits --help", "lits; Available subcommands: import, list, check"),
     ("train fly --help", "unknown task 'fly': choose one of carry, lie, sit, track, walk"),
     ("train sit --world.motions a", "--world.motions is set by --motions: use that"),
