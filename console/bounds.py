@@ -67,6 +67,7 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "hidden": ((1, 16384),), "learning_rate": (_FRACTION,), "steps_per_iteration": ((0, 1e4),),
         "batch": ((2, 1e7),), "gradient_penalty": ((0, 1e6),), "penalty_batch": ((1, 1e7),),
         "logit_regulariser": ((0, 1e6),), "weight_decay": ((0, 1e3),), "replay": ((1, 1e8),),
+        "window": ((2, 64),),
         "insert_probability": (_FRACTION,), "clamp": ((1e-12, 1),), "reward_scale": ((0, 1e6),),
         "held_out": (_FRACTION,), "held_out_batch": ((1, 1e7),), "throttle": ((0.5, 1),),
         "normaliser_samples": ((2, 1e8),),

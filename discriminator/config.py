@@ -24,8 +24,12 @@ class StyleConfig:
     """Weight of the squared weights of the output layer."""
     weight_decay: float = 1e-4
     """Weight of the squared weights of all layers."""
+    window: int = 2
+    """Number of consecutive states that the discriminator sees at once; the paper: 2, a
+    transition."""
     replay: int = 200_000
-    """Capacity of the replay, policy transitions."""
+    """Capacity of the replay, policy transitions; longer windows have so many fewer as they are
+    longer."""
     insert_probability: float = 0.15
     """Probability that a new transition enters the full replay; the paper's 0.01 is for batches of
     131,072 samples, and at 4,096 it would keep the first falls throughout the training."""
@@ -42,6 +46,9 @@ class StyleConfig:
     throttle: float | None = None
     """Accuracy above which a training is skipped, on the latest rollout and on held-out mocap
     both: a discriminator that is always right gives no gradient to learn from. None: never."""
+    mask_holding: bool = False
+    """Hide the arms from the discriminator while both hands are at a box, in the policy's
+    transitions and in mocap: a box of another size than the clips' needs other arms."""
     object_features: bool = True
     """Include the object features in the observation, as in the paper; off: the body's features
     alone."""

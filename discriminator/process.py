@@ -27,7 +27,7 @@ import torch
 from discriminator.config import StyleConfig
 from discriminator.errors import StyleError
 from discriminator.journal import Journal
-from discriminator.protocols import MocapSampler
+from discriminator.protocols import Holding, MocapSampler
 from discriminator.service import ServiceConfig, start
 from discriminator.trainer import Discriminator
 from rpc.errors import RpcError
@@ -51,6 +51,8 @@ class ServiceSpec:
     seed: int = 0
     object_mask: list[bool] | None = None
     """Features that describe the object; needed where `style.object_features` is off."""
+    holding: dict[str, Any] | None = None
+    """What `style.mask_holding` hides (Holding.to_json)."""
     server: ServerConfig = ServerConfig()
     service: ServiceConfig = ServiceConfig()
 
@@ -74,7 +76,12 @@ def build(spec: ServiceSpec) -> tuple[Discriminator, Journal | None]:
     journal = Journal(Path(spec.service.state)) if spec.service.state else None
     mask = None if spec.object_mask is None else torch.tensor(spec.object_mask)
     style = Discriminator(
-        spec.style, _mocap(spec), spec.seed, mask, journal.replay if journal else None
+        spec.style,
+        _mocap(spec),
+        spec.seed,
+        mask,
+        journal.replay if journal else None,
+        holding=None if spec.holding is None else Holding.from_json(spec.holding),
     )
     return style, journal
 

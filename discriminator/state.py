@@ -30,6 +30,8 @@ class Form:
     """Shapes of the trained parameters, in the optimiser's order."""
     inputs: int
     """Width of a row of network input."""
+    window: int
+    """States in a row."""
     capacity: int
     """Capacity of the replay."""
     steps: int
@@ -54,12 +56,30 @@ def check(state: Mapping[str, Tensor], form: Form) -> None:
     if "replay" in state:
         shape = torch.Size((counters["replay"], form.inputs))
         _same(state, "replay", torch.float32, shape)
+    history = _history(state, form)
     _moments(state, form, counters["version"])
     _figures(state, form)
-    known = {*form.tensors, *(f"counters/{name}" for name in _COUNTERS), "new", "replay"}
+    known = {*form.tensors, *(f"counters/{name}" for name in _COUNTERS), "new", "replay", *history}
     for name in state:
         if name not in known and not name.startswith(("adam/", "scores/", "trained/")):
             raise _error(name[:80], "is not part of a state")
+
+
+def _history(state: Mapping[str, Tensor], form: Form) -> tuple[str, ...]:
+    """Check the last states of every scene, from which windows longer than 2 go on."""
+    if form.window == 2:
+        return ()
+    past, age, earlier = state.get("past"), state.get("age"), form.window - 2
+    if age is None or age.ndim != 1 or len(age) > MAX_NEW_ROWS:
+        raise _error("age", f"must be [0 to {MAX_NEW_ROWS}]")
+    _same(state, "age", torch.int64, age.shape)
+    if past is None:
+        raise _error("past", "is missing")
+    shape = torch.Size((earlier, len(age), form.inputs // form.window))
+    _same(state, "past", torch.float32, shape)
+    if ((age < 0) | (age > earlier)).any():
+        raise _error("age", f"must be 0 to {earlier}")
+    return "past", "age"
 
 
 def _counters(state: Mapping[str, Tensor], form: Form) -> dict[str, int]:

@@ -1,6 +1,6 @@
 """The discriminator in process: scoring with D_k, replay, and training of D_k+1."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +10,13 @@ from torch import Tensor
 from discriminator import loss, normaliser
 from discriminator.config import StyleConfig
 from discriminator.errors import StyleError, TurnError
+from discriminator.masking import hide
 from discriminator.network import StyleNetwork
 from discriminator.pairing import check_rollout, next_states
-from discriminator.protocols import MocapSampler, StyleScores
+from discriminator.protocols import Holding, MocapSampler, StyleScores
 from discriminator.replay import Replay
 from discriminator.state import Form, check
+from discriminator.windows import Windows
 from world.device import CPU, block_rows, moved, put
 from world.graphs import forget, replayed
 from world.precision import Precision, decide
@@ -42,6 +44,7 @@ class Discriminator:
         precision: Precision | None = None,
         device: torch.device = CPU,
         record: bool = True,
+        holding: Holding | None = None,
     ) -> None:
         """Fix the normaliser from the mocap and draw the network from `seed`.
 
@@ -51,18 +54,24 @@ class Discriminator:
         precision: of the network; default: by `world.precision.decide` for the device.
         device: of network, replay and mocap; rollouts may come from any.
         record: record the kernels of a gradient step and replay them, on a GPU (world.graphs).
+        holding: what `config.mask_holding` hides; without it that setting raises StyleError.
         """
         self.device = device
         self.precision = precision or decide(device.type)
         self.config, self.mocap, self.seed = config, moved(mocap, device), seed
         mocap = self.mocap
-        states, _ = mocap.sample(config.normaliser_samples, normaliser.FIRST_COUNTER)
+        states, *rest = mocap.sample(config.normaliser_samples, normaliser.FIRST_COUNTER)
+        if len(rest) + 1 != config.window:
+            raise StyleError(f"window {config.window}: the mocap has windows of {len(rest) + 1}")
         self.width = states.shape[-1]
         self._kept = _kept_features(config, self.width, object_mask)
         if self._kept is not None:
             self._kept = put(self._kept, device)
         self.mean, self.deviation = normaliser.fit(put(states, device))
-        inputs = 2 * (self.width if self._kept is None else len(self._kept))
+        self._holding = _holding(config, holding, device)
+        each = self.width if self._kept is None else len(self._kept)
+        self._windows = Windows(config.window, each, device)
+        inputs = config.window * each
         self.network = StyleNetwork(inputs, config.hidden, torch.Generator().manual_seed(seed))
         self.network.to(device)
         self.optimiser = torch.optim.Adam(
@@ -72,7 +81,8 @@ class Discriminator:
             capturable=device.type == "cuda",
         )
         self._gradient_step = replayed(self._take_step, device, record)
-        self.replay = Replay(config.replay, inputs, seed, replay_path, device)
+        capacity = max(1, 2 * config.replay // config.window)
+        self.replay = Replay(capacity, inputs, seed, replay_path, device)
         self.version = 0
         self.batches = 0
         self.last_batch = -1
@@ -110,13 +120,22 @@ class Discriminator:
         check_rollout(states, end_index, end_states, valid, self.width)
         if not (states.isfinite().all() and end_states.isfinite().all()):
             _refuse_non_finite(states, end_index, end_states, valid)
-        rows = self._rows(states, end_index, end_states)
+        rows, whole = self._windows.rows(
+            self._features(states), end_index, self._features(end_states), valid
+        )
         logits = self.logits(rows)
         reward = loss.style_reward(logits, self.config.clamp, self.config.reward_scale)
         keep = None if valid.all() else valid.flatten()
+        if not whole.all():
+            # the first transitions of an episode: the mean of the others neither helps nor hurts
+            known = whole if keep is None else whole & keep
+            mean = reward[known].mean() if known.any() else reward.new_zeros(())
+            reward = torch.where(whole, reward, mean)
         if keep is not None:
             reward = torch.where(keep, reward, 0.0)
-            logits, rows = logits[keep], rows[keep]
+        taught = whole if keep is None else whole & keep
+        if not taught.all():
+            logits, rows = logits[taught], rows[taught]
         self.replay.insert(rows, batch, self.config.insert_probability)
         self._new = rows
         self.batches += 1
@@ -128,7 +147,7 @@ class Discriminator:
             {
                 "style/accuracy_policy": float((logits < 0).sum()) / count,
                 "style/logit_policy": float(logits.sum()) / count,
-                "reward/style": float(reward.sum()) / count,
+                "reward/style": float(reward.sum()) / max(int(valid.sum()), 1),
                 "style/reward_spread": _spread(
                     reward.flatten()[keep] if keep is not None else reward
                 ),
@@ -228,19 +247,15 @@ class Discriminator:
                 [self.network(block) for block in rows.split(block_rows(BLOCK, self.device))]
             )
 
-    def _rows(self, states: Tensor, end_index: Tensor, end_states: Tensor) -> Tensor:
-        """Rows of network input [T·N, inputs] of a rollout, time-major."""
-        before, ends = self._features(states), self._features(end_states)
-        after = next_states(before, end_index, ends)
-        return torch.cat([before[:-1], after], -1).flatten(0, 1)
-
     def _features(self, states: Tensor) -> Tensor:
         """Normalised input features of states [..., F]."""
         normalised = normaliser.normalise(states, self.mean, self.deviation)
+        if self._holding is not None:
+            normalised = hide(normalised, states, self._holding)
         return normalised if self._kept is None else normalised[..., self._kept]
 
-    def _mocap_rows(self, pairs: tuple[Tensor, Tensor]) -> Tensor:
-        return torch.cat([self._features(put(states, self.device)) for states in pairs], -1)
+    def _mocap_rows(self, window: Sequence[Tensor]) -> Tensor:
+        return torch.cat([self._features(put(states, self.device)) for states in window], -1)
 
     def state_dict(self, replay: bool = True) -> dict[str, Tensor]:
         """Everything that an exact restart needs, as copies of flat tensors.
@@ -256,6 +271,7 @@ class Discriminator:
         state["new"] = self._new.clone()
         for name, value in self._counters().items():
             state[f"counters/{name}"] = torch.tensor(value)
+        state |= self._windows.state_dict()
         if replay:
             state["replay"] = self.replay.rows[: self.replay.size].clone()
         for name, value in self._trained.items():
@@ -294,6 +310,7 @@ class Discriminator:
         if "replay" in state:
             self.replay.rows[:size] = state["replay"]
         self.replay.size = size
+        self._windows.load_state_dict(state)
         self._trained = {k: float(v) for k, v in _under(state, "trained/").items()}
         self._scores = {}
         for order in range(REMEMBERED + 1):
@@ -328,6 +345,7 @@ class Discriminator:
                 tensors=tensors,
                 parameters=tuple(p.shape for p in self.network.parameters()),
                 inputs=self.replay.rows.shape[1],
+                window=self.config.window,
                 capacity=self.replay.capacity,
                 steps=self.config.steps_per_iteration,
                 throttled=self.config.throttle is not None,
@@ -363,6 +381,14 @@ def _kept_features(config: StyleConfig, width: int, object_mask: Tensor | None) 
     if object_mask is None or tuple(object_mask.shape) != (width,):
         raise StyleError(f"object_features off: needs object_mask, bool [{width}]")
     return torch.nonzero(~object_mask).flatten()
+
+
+def _holding(config: StyleConfig, holding: Holding | None, device: torch.device) -> Holding | None:
+    if not config.mask_holding:
+        return None
+    if holding is None:
+        raise StyleError("mask_holding: the task has no box to hold")
+    return moved(holding, device)
 
 
 def _refuse_non_finite(

@@ -186,14 +186,15 @@ def _style(judge: StyleJudge | None, tracks: Sequence[Track]) -> float | None:
 
 
 def style_rewards(judge: StyleJudge, track: Track) -> Tensor:
-    """Return the style reward of each transition of a track before its fall, [T - 1]."""
+    """Return the style reward of each transition of a track before its fall, [T - 1]; for a judge
+    of longer windows, of each of these that is whole."""
     states = torch.from_numpy(track.state[: track.steps])
-    return judge.reward(states[:-1], states[1:])
+    count = max(0, len(states) - judge.window + 1)
+    return judge.reward(*(states[k : k + count] for k in range(judge.window)))
 
 
 def _mocap_style(judge: StyleJudge | None, library: MotionLibrary, seed: int) -> float | None:
     if judge is None:
         return None
-    source = StyleSource(library, seed, StyleMixture())
-    before, after = source.sample(_SCORED, 0)
-    return float(judge.reward(before, after).double().mean())
+    source = StyleSource(library, seed, StyleMixture(), judge.window)
+    return float(judge.reward(*source.sample(_SCORED, 0)).double().mean())

@@ -8,6 +8,7 @@ from torch import Tensor
 from console.run import assembly
 from console.run.experiment import Experiment
 from discriminator import loss, normaliser
+from discriminator.masking import hide
 from discriminator.network import StyleNetwork
 from policy.checkpoints.format import read
 from policy.errors import CheckpointError
@@ -24,12 +25,15 @@ class StyleJudge:
         # keys of the first version's checkpoints have colons
         state = {key.replace(":", "/"): value for key, value in kept.items()}
         self._config = experiment.style
+        #: Number of states that a reward is of.
+        self.window = experiment.style.window
+        self._holding = assembly.holding() if experiment.style.mask_holding else None
         mask = assembly.object_mask()
         self._kept = torch.arange(len(mask))
         if not experiment.style.object_features:
             self._kept = torch.nonzero(~mask).flatten()
         self.network = StyleNetwork(
-            2 * len(self._kept), experiment.style.hidden, torch.Generator().manual_seed(0)
+            self.window * len(self._kept), experiment.style.hidden, torch.Generator().manual_seed(0)
         )
         own = {k.removeprefix(_NETWORK): v for k, v in state.items() if k.startswith(_NETWORK)}
         try:
@@ -39,14 +43,17 @@ class StyleJudge:
             raise CheckpointError(f"{path}: unknown form of its discriminator ({error})") from error
 
     @torch.no_grad()
-    def reward(self, before: Tensor, after: Tensor) -> Tensor:
-        """Return the style rewards [n] of transitions between states [n, 114]."""
-        rows = torch.cat([self._features(states) for states in (before, after)], dim=1)
+    def reward(self, *states: Tensor) -> Tensor:
+        """Return the style rewards [n] of windows of states, oldest first, [n, 114] each."""
+        rows = torch.cat([self._features(each) for each in states], dim=1)
         logits = torch.cat([self.network(block) for block in rows.split(4096)])
         return loss.style_reward(logits, self._config.clamp, self._config.reward_scale)
 
     def _features(self, states: Tensor) -> Tensor:
-        return normaliser.normalise(states, self._mean, self._deviation)[:, self._kept]
+        found = normaliser.normalise(states, self._mean, self._deviation)
+        if self._holding is not None:
+            found = hide(found, states, self._holding)
+        return found[:, self._kept]
 
 
 def judge_of(found: assembly.Trained) -> StyleJudge | None:

@@ -152,7 +152,9 @@ def shown(
         }
         if judge_style is not None:
             rewards = style_rewards(judge_style, track)
-            data["style"] = [round(float(x), 3) for x in rewards]
+            values = [round(float(x), 3) for x in rewards]
+            # transitions before the first whole window are shown with its reward
+            data["style"] = values[:1] * (judge_style.window - 2) + values
         strip = pictures.filmstrip(track) if draws else None
         found.append(page.Shown(name, about, data, strip))
     return found

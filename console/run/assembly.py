@@ -16,7 +16,7 @@ from console.run.directory import RunDirectory, checkpoint_folder
 from console.run.experiment import Experiment, experiment_from_json, to_json
 from console.run.nan_dump import NanDump
 from discriminator.process import ServiceSpec
-from discriminator.protocols import MocapSampler
+from discriminator.protocols import Holding, MocapSampler
 from discriminator.service import ServiceConfig
 from discriminator.trainer import Discriminator
 from learner.ppo import Learner
@@ -27,7 +27,7 @@ from policy.errors import CheckpointError
 from rpc.server import ServerConfig
 from world import tasks, teachers
 from world.character.features import OBJECT, STATE
-from world.character.model import NU
+from world.character.model import JOINTS, NU
 from world.config import WorldConfig
 from world.device import CPU
 from world.episodes.mixed import MixedShard
@@ -173,12 +173,12 @@ def make_shard(experiment: Experiment, run: RunDirectory, device: torch.device =
 def mocap(experiment: Experiment) -> MocapSampler:
     """Return the mocap transitions that train the discriminator; of a mixture, of its tasks by
     their shares."""
-    mixed, seed = mixing.mixture_of(experiment), experiment.seed
+    mixed, seed, window = mixing.mixture_of(experiment), experiment.seed, experiment.style.window
     if mixed is None:
-        return StyleSource(library_of(experiment.world), seed, StyleMixture())
+        return StyleSource(library_of(experiment.world), seed, StyleMixture(), window)
     parts = zip(mixed.parts, mixed.worlds(experiment.world), mixed.counts, strict=True)
     styled = [(w, count) for part, w, count in parts if not part.affordance.follows_clips]
-    sources = [StyleSource(library_of(w), seed, StyleMixture()) for w, _ in styled]
+    sources = [StyleSource(library_of(w), seed, StyleMixture(), window) for w, _ in styled]
     return MixedSource(sources, [float(count) for _, count in styled])
 
 
@@ -197,6 +197,7 @@ def style_service(
         style=experiment.style,
         seed=experiment.seed,
         object_mask=object_mask().tolist(),
+        holding=holding().to_json(),
         server=server or ServerConfig(),
         service=ServiceConfig(state=state),
     )
@@ -222,7 +223,31 @@ def discriminator(
         replay,
         device=device,
         record=experiment.ppo.record,
+        holding=holding(),
     )
+
+
+#: Both hands are this near to the centre of a box in hand, m: half of the widest one, 0.5 m at size
+#: 1.5, and a hand.
+_HELD_M = 0.42
+_ARMS = ("shoulder", "elbow", "hand")
+
+
+def holding() -> Holding:
+    """Return how a box in hand is told from a state, and what of it the arms are."""
+    hidden = torch.zeros(STATE.width, dtype=torch.bool)
+    for feature in STATE:
+        if any(part in feature.name for part in _ARMS):
+            hidden[STATE.slice(feature.name)] = True
+    first, at = STATE.slice("joint_velocity").start, 0
+    for joint in JOINTS:
+        if any(part in joint.name for part in _ARMS):
+            hidden[first + at : first + at + len(joint.range_deg)] = True
+        at += len(joint.range_deg)
+    columns = torch.arange(STATE.width)
+    hands = [columns[STATE.slice(f"position_{side}_hand")] for side in ("right", "left")]
+    box = columns[STATE.slice("object_position")]
+    return Holding(torch.stack(hands), box, _HELD_M, hidden)
 
 
 def notes(experiment: Experiment, inherited: Sequence[Origin] = ()) -> dict[str, str]:

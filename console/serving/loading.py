@@ -43,7 +43,8 @@ def served(name: str, path: Path) -> Served:
         world=experiment.world,
         digest=_digest(path),
         sigma=piecewise(experiment.ppo.sigma, found.manifest.samples),
-        style=None if judge is None else judge.reward,
+        # a stream's frame has one state before it
+        style=None if judge is None or judge.window != 2 else judge.reward,
     )
 
 

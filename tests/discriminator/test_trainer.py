@@ -193,3 +193,42 @@ def test_without_object_features_the_object_is_not_seen() -> None:
     assert style.network.linears[0].in_features == 2 * (WIDTH - 2)
     with pytest.raises(StyleError, match="object_mask"):
         Discriminator(config, Mocap(), 0)
+
+
+class Long(Mocap):
+    """Windows of five states."""
+
+    def sample(self, n: int, counter: int) -> tuple[torch.Tensor, ...]:
+        first, _ = super().sample(n, counter)
+        return tuple(first + 0.1 * k for k in range(5))
+
+
+def test_longer_windows_learn_resume_exactly_and_reward_their_whole_ones() -> None:
+    config = replace(SMALL, window=5)
+    one, other = (Discriminator(config, Long(), 0) for _ in range(2))
+    assert one.network.linears[0].in_features == 5 * WIDTH
+    assert one.replay.capacity == 2 * SMALL.replay // 5
+    first = one.score(0, **rollout(0, steps=2))
+    assert one.replay.size == 0, "no window is whole yet"
+    assert float(first.reward.std()) == 0.0
+    for k in range(1, 4):
+        scores = one.score(k, **rollout(k))
+        one.train(k - 1)
+    assert one.replay.size > 20
+    # the episode of scene 2 ended at step 1: what follows has the mean of the whole windows
+    whole = torch.ones(4, 16, dtype=torch.bool)
+    whole[2:, 2] = False
+    whole[0, 2] = False  # as that of the rollout before did, so that one of four is whole
+    whole[1:4, 1] = False  # and scene 1 became invalid at step 0
+    whole[:3, 0] = False  # and scene 0 ended with the rollout before
+    valid = rollout(0)["valid"]
+    mean = scores.reward[whole & valid].mean()
+    torch.testing.assert_close(scores.reward[2:, 2], mean.expand(2))
+    other.load_state_dict(one.state_dict())
+    batch = rollout(9)
+    assert torch.equal(one.score(9, **batch).reward, other.score(9, **batch).reward)
+    with pytest.raises(StyleError, match="window 5: the mocap has windows of 2"):
+        Discriminator(config, Mocap(), 0)
+    wrong = one.state_dict() | {"age": torch.full((16,), 9)}
+    with pytest.raises(LayoutError, match="age must be 0 to 3"):
+        other.load_state_dict(wrong)

@@ -17,7 +17,7 @@ from world.motions import segments
 from world.motions.clip import Clip, mirrored
 from world.motions.mixture import StyleMixture
 from world.motions.uses.seat import SEAT
-from world.motions.uses.use import CONTACT, UPRIGHT_M, ClipUse, TransitionBatch
+from world.motions.uses.use import CONTACT, UPRIGHT_M, ClipUse, WindowBatch
 
 __all__ = ["Frames", "MotionLibrary", "StyleMixture", "StyleSource"]
 
@@ -95,6 +95,8 @@ class MotionLibrary:
         #: The same for reference states: without frames after the use, and without unfit ones.
         out = leaving | use.unfit(self)
         self.start_stages = tuple(pool[~out[pool]] for pool in self.stages)
+        #: Number of each frame in its clip.
+        self.number = torch.cat([torch.arange(c.frames) for c in both])
         self.held_out = torch.nonzero(has_next & held_out & (upright | has_seat)).flatten()
         self.has_seat = has_seat
         if not len(self.upright):
@@ -131,23 +133,37 @@ def _mostly(wanted: Tensor, other: Tensor, fraction: float = 0.8) -> Tensor:
 
 
 class StyleSource:
-    """Sampler of mocap transitions (s, s') with the features of their objects."""
+    """Sampler of windows of mocap states with the features of their objects; a window of 2 is a
+    transition (s, s')."""
 
-    def __init__(self, library: MotionLibrary, seed: int, mixture: StyleMixture) -> None:
+    def __init__(
+        self, library: MotionLibrary, seed: int, mixture: StyleMixture, window: int = 2
+    ) -> None:
+        """Raises ClipError where no upright frame has so many before it."""
         self._library, self._seed, self._mixture = library, seed, mixture
+        self._window = window
+        pools = [self._whole(pool) for pool in (library.upright, *library.stages)]
+        if not len(pools[0]):
+            raise ClipError(f"a window of {window} states is longer than every clip")
         fractions = [mixture.locomotion]
         stage_fractions = (mixture.approach, mixture.transition, mixture.seated)
         fractions += [
             fraction if len(frames) else 0.0
-            for fraction, frames in zip(stage_fractions, library.stages, strict=True)
+            for fraction, frames in zip(stage_fractions, pools[1:], strict=True)
         ]
         total = torch.tensor(fractions, dtype=torch.float64)
         self._edges = (total / total.sum()).cumsum(0).to(torch.float32)
-        self._pools = (library.upright, *library.stages)
+        self._pools = tuple(pools)
+        held_out = self._whole(library.held_out)
+        self._held_out = held_out if len(held_out) else pools[0]
 
-    def sample(self, n: int, counter: int) -> tuple[Tensor, Tensor]:
-        """n transitions of the training frames, (s, s') float32 [n, 114] each; a pure function of
-        the counter."""
+    def _whole(self, pool: Tensor) -> Tensor:
+        """The frames of a pool that have enough frames of their clip before them."""
+        return pool[self._library.number[pool] >= self._window - 2]
+
+    def sample(self, n: int, counter: int) -> tuple[Tensor, ...]:
+        """n windows of the training frames, their states in order, float32 [n, 114] each; a pure
+        function of the counter."""
         u = random_streams.uniform(self._seed, random_streams.MOCAP, self._numbers(n), counter, 7)
         kind = torch.bucketize(u[:, 0].contiguous(), self._edges[:-1], right=True)
         index = torch.zeros_like(kind)
@@ -155,16 +171,14 @@ class StyleSource:
             if len(pool):
                 drawn = pool[(u[:, 1] * len(pool)).long().clamp_max(len(pool) - 1)]
                 index = torch.where(kind == k, drawn, index)
-        return self._pairs(index, kind == 0, u[:, 2:])
+        return self._windows(index, kind == 0, u[:, 2:])
 
     def _numbers(self, n: int) -> Tensor:
         return torch.arange(n, device=self._edges.device)
 
-    def held_out(self, n: int, counter: int) -> tuple[Tensor, Tensor]:
-        """n transitions of the held-out frames, otherwise as `sample`."""
-        pool = self._library.held_out
-        if not len(pool):
-            pool = self._library.upright
+    def held_out(self, n: int, counter: int) -> tuple[Tensor, ...]:
+        """n windows of the held-out frames, otherwise as `sample`."""
+        pool = self._held_out
         u = random_streams.uniform(
             self._seed, random_streams.MOCAP, self._numbers(n) + (1 << 40), counter, 7
         )
@@ -172,9 +186,9 @@ class StyleSource:
         relocated = (u[:, 0] < self._mixture.locomotion) & (
             self._library.qpos[index, 2] > UPRIGHT_M
         )
-        return self._pairs(index, relocated | ~self._library.has_seat[index], u[:, 2:])
+        return self._windows(index, relocated | ~self._library.has_seat[index], u[:, 2:])
 
-    def _pairs(self, index: Tensor, relocated: Tensor, u: Tensor) -> tuple[Tensor, Tensor]:
+    def _windows(self, index: Tensor, relocated: Tensor, u: Tensor) -> tuple[Tensor, ...]:
         library = self._library
         root = library.qpos[index, :3]
         near, far = self._mixture.object_m
@@ -183,23 +197,23 @@ class StyleSource:
         offset = distance[:, None] * torch.stack((angle[:, 0].cos(), angle[:, 0].sin()), 1)
         yaw = torch.stack((angle[:, 1].cos(), angle[:, 1].sin()), dim=1)
         anywhere = root[:, :2] + offset
-        batch = TransitionBatch(index, relocated, anywhere, yaw, u[:, 3])
-        return library.use.transitions(library, batch, self._mixture)
+        batch = WindowBatch(index, relocated, anywhere, yaw, u[:, 3])
+        return library.use.windows(library, batch, self._mixture, self._window)
 
 
 class MixedSource:
-    """Mocap transitions of several tasks, a fixed part of each batch from each task's clips."""
+    """Mocap of several tasks, a fixed part of each batch from each task's clips."""
 
     def __init__(self, sources: Sequence[StyleSource], shares: Sequence[float]) -> None:
         self._sources = tuple(sources)
         edges = torch.tensor(shares, dtype=torch.float64).cumsum(0)
         self._edges = (edges / edges[-1]).tolist()
 
-    def sample(self, n: int, counter: int) -> tuple[Tensor, Tensor]:
+    def sample(self, n: int, counter: int) -> tuple[Tensor, ...]:
         """As StyleSource.sample."""
         return _stacked([s.sample(m, counter) for s, m in self._parts(n)])
 
-    def held_out(self, n: int, counter: int) -> tuple[Tensor, Tensor]:
+    def held_out(self, n: int, counter: int) -> tuple[Tensor, ...]:
         """As StyleSource.held_out."""
         return _stacked([s.held_out(m, counter) for s, m in self._parts(n)])
 
@@ -209,5 +223,5 @@ class MixedSource:
         return [(s, m) for s, m in zip(self._sources, counts, strict=True) if m]
 
 
-def _stacked(parts: list[tuple[Tensor, Tensor]]) -> tuple[Tensor, Tensor]:
-    return torch.cat([before for before, _ in parts]), torch.cat([after for _, after in parts])
+def _stacked(parts: list[tuple[Tensor, ...]]) -> tuple[Tensor, ...]:
+    return tuple(torch.cat(states) for states in zip(*parts, strict=True))

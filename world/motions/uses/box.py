@@ -18,8 +18,8 @@ from world.motions.uses.use import (
     BoxFrames,
     ClipUse,
     FrameTable,
-    TransitionBatch,
     Use,
+    WindowBatch,
     use_at,
 )
 from world.scene.box import GROUND_M
@@ -78,9 +78,9 @@ class BoxUse(ClipUse):
         assert table.box is not None
         return table.box.position[:, 2] < _LOWEST_M
 
-    def transitions(
-        self, table: FrameTable, batch: TransitionBatch, mixture: StyleMixture
-    ) -> tuple[Tensor, Tensor]:
+    def windows(
+        self, table: FrameTable, batch: WindowBatch, mixture: StyleMixture, frames: int = 2
+    ) -> tuple[Tensor, ...]:
         """See ClipUse: with the clip's box, or a relocated one on a stand."""
         box, index, relocated = table.box, batch.index, batch.relocated
         assert box is not None
@@ -97,7 +97,7 @@ class BoxUse(ClipUse):
             )
             return torch.cat((table.body.features[frames], around), dim=1)
 
-        return state(index), state(index + 1)
+        return tuple(state(index + k) for k in range(2 - frames, 2))
 
     def with_object(self, clip: Clip, target: Target, run: tuple[int, int]) -> Clip:
         """The clip itself, which has its box."""

@@ -1,4 +1,4 @@
-"""Uses of clips: the object of each frame, and the transitions for the discriminator. Each use is a
+"""Uses of clips: the object of each frame, and the windows for the discriminator. Each use is a
 file beside this one."""
 
 from abc import ABC, abstractmethod
@@ -84,11 +84,11 @@ class FrameTable(Protocol):
 
 
 @dataclass(frozen=True)
-class TransitionBatch:
-    """n transitions for the discriminator, with random numbers for the poses of their objects."""
+class WindowBatch:
+    """n windows for the discriminator, with random numbers for the poses of their objects."""
 
     index: Tensor
-    """[n]: the first frame of each."""
+    """[n]: the last frame but one of each."""
     relocated: Tensor
     """[n] bool: the object is at a random pose instead of the clip's."""
     anywhere: Tensor
@@ -130,10 +130,11 @@ class ClipUse(ABC):
         """The use of a clip."""
 
     @abstractmethod
-    def transitions(
-        self, table: FrameTable, batch: TransitionBatch, mixture: StyleMixture
-    ) -> tuple[Tensor, Tensor]:
-        """Mocap transitions (s, s'), [n, 114] each, with the features of their objects."""
+    def windows(
+        self, table: FrameTable, batch: WindowBatch, mixture: StyleMixture, frames: int = 2
+    ) -> tuple[Tensor, ...]:
+        """Windows of `frames` mocap states, oldest first, [n, 114] each, with the features of their
+        objects; the last but one is the state at `batch.index`."""
 
     @abstractmethod
     def with_object(self, clip: Clip, target: Target, run: tuple[int, int]) -> Clip:
@@ -152,9 +153,9 @@ class ClipUse(ABC):
 class StandingObjectUse(ClipUse):
     """The use of an upright object that stands on the floor."""
 
-    def transitions(
-        self, table: FrameTable, batch: TransitionBatch, mixture: StyleMixture
-    ) -> tuple[Tensor, Tensor]:
+    def windows(
+        self, table: FrameTable, batch: WindowBatch, mixture: StyleMixture, frames: int = 2
+    ) -> tuple[Tensor, ...]:
         """See ClipUse."""
         index, relocated = batch.index, batch.relocated[:, None]
         point = torch.where(relocated, batch.anywhere, table.seat[index, :2])
@@ -168,7 +169,7 @@ class StandingObjectUse(ClipUse):
             around = features.object_features(at, table.body.heading[frames], position, facing)
             return torch.cat((own, around), dim=1)
 
-        return state(index), state(index + 1)
+        return tuple(state(index + k) for k in range(2 - frames, 2))
 
     def raised(
         self, own: Tensor, root: Tensor, u: Tensor, mixture: StyleMixture
