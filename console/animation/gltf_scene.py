@@ -20,8 +20,8 @@ from world.character import model as character
 
 #: Roughness of all materials; none is metal.
 _ROUGHNESS = 0.85
-#: Height of the pelvis of the T-pose, m: thigh, shin and sole.
-_STANDING_M = 0.421546 + 0.40987 + 0.05
+#: Place of the pelvis of the T-pose and of the mesh, m: thigh, shin and sole.
+_STANDING = np.array([0.0, 0.421546 + 0.40987 + 0.05, 0.0])
 REFERENCE = "reference"
 """Name of the character that is followed, and prefix of its joints."""
 
@@ -156,7 +156,7 @@ class _Scene:
             # the joint's axes are turned with the body, from those of the world in a T-pose
             axes = Y_UP @ turns[body] @ spread(name).T @ Y_UP.T
             found[body, :3, :3] = axes.T
-            found[body, :3, 3] = -axes.T @ Y_UP @ position[body]
+            found[body, :3, 3] = -axes.T @ (Y_UP @ position[body] + _STANDING)
         return self._writer.accessor(np.swapaxes(found, -1, -2))
 
     def _skinned(self, opacity: float) -> list[dict[str, Any]]:
@@ -165,7 +165,7 @@ class _Scene:
         if self._surface is None:
             add = self._writer.accessor
             self._surface = {
-                "POSITION": add(mesh.vertices @ Y_UP.T, target=VERTICES, bounds=True),
+                "POSITION": add(mesh.vertices @ Y_UP.T + _STANDING, target=VERTICES, bounds=True),
                 "NORMAL": add(_unit(mesh.normals @ Y_UP.T), target=VERTICES),
                 "JOINTS_0": add(mesh.bodies, "u1", VERTICES),
                 "WEIGHTS_0": add(mesh.weights, target=VERTICES),
@@ -220,7 +220,7 @@ def _rest(skeleton: Skeleton, joint: int) -> Array:
     """Return the place [3] of a joint in its parent in the T-pose, standing at the origin."""
     pelvis = skeleton.names.index(character.BODIES[0])
     if joint == pelvis:
-        return np.array([0.0, _STANDING_M, 0.0])
+        return _STANDING
     return skeleton.offsets[joint] if skeleton.names[joint] != ROOT else np.zeros(3)
 
 

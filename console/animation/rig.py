@@ -92,8 +92,9 @@ def of_bvh(path: Path, content: bytes) -> Rig:
         raise RigError(f"--rig {path}: not a readable BVH file ({error})") from error
     position = np.zeros((len(joints), 3))
     for index, joint in enumerate(joints):
-        if joint.parent >= 0:
-            position[index] = position[joint.parent] + joint.offset
+        # the root's is where it stands, or 0
+        above = position[joint.parent] if joint.parent >= 0 else 0.0
+        position[index] = above + np.array(joint.offset)
     turns = {i: [c[1] for c in j.channels if c[0] == "r"] for i, j in enumerate(joints)}
     orders = {i: "".join(axes) for i, axes in turns.items() if sorted(axes) == ["x", "y", "z"]}
     return Rig(
@@ -119,8 +120,9 @@ def of_gltf(path: Path, content: bytes) -> Rig:
     wanted = {joint for skin in document.get("skins", []) for joint in skin["joints"]}
     if not wanted:
         wanted = set(range(len(nodes)))
-    for node in list(wanted):
-        while node in above:
+    for joint in list(wanted):
+        node = joint
+        while node in above and above[node] not in wanted:
             node = above[node]
             wanted.add(node)
     order, world = _placed(nodes, above, wanted, path)
