@@ -71,10 +71,11 @@ def _continuous(vectors: np.ndarray) -> np.ndarray:
     """Return equivalent rotation vectors [T, 3] without jumps of a full turn."""
     found = vectors.copy()
     for frame in range(1, len(found)):
-        angle = np.linalg.norm(found[frame])
-        if angle < 1e-9:
+        angle, before = np.linalg.norm(found[frame]), np.linalg.norm(found[frame - 1])
+        if max(angle, before) < 1e-9:
             continue
-        axis = found[frame] / angle
+        # no turn at all has any axis: that of the frame before
+        axis = found[frame] / angle if angle >= 1e-9 else found[frame - 1] / before
         turns = np.round((found[frame - 1] @ axis - angle) / (2 * np.pi))
         found[frame] = axis * (angle + 2 * np.pi * turns)
     return found
