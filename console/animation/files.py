@@ -13,6 +13,7 @@ from console.animation.skeleton import of_clip
 from console.commands.animation import AnimationFlags
 from console.recording.clip import reference_of
 from console.recording.format import Take
+from world.character import model as character
 from world.errors import ConfigError
 from world.motions.clip import Clip
 from world.partial_files import replacing
@@ -81,11 +82,23 @@ def refuse_fbx(paths: Sequence[Path], flag: str) -> None:
             glb = path.with_suffix(".glb")
             raise ConfigError(
                 f"{flag} {path}: FBX is not written (no open library that is kept up does);"
-                f" write {glb} and convert it with Blender: blender --background"
-                ' --python-expr "import bpy; bpy.ops.wm.read_homefile(use_empty=True);'
-                f" bpy.ops.import_scene.gltf(filepath='{glb}');"
-                f" bpy.ops.export_scene.fbx(filepath='{path}', add_leaf_bones=False)\""
+                f" write {glb} and convert it with Blender: blender --background --factory-startup"
+                f' --python-expr "{blender_script(glb, path)}"'
             )
+
+
+def blender_script(glb: Path, fbx: Path) -> str:
+    """Return a line of Python by which Blender makes an FBX of a .glb: at 30 frames a second, with
+    every frame, and the animation of all objects at once."""
+    return (
+        "import bpy; bpy.ops.wm.read_homefile(use_empty=True); s = bpy.context.scene;"
+        f" s.render.fps = {character.CONTROL_HZ};"
+        f" bpy.ops.import_scene.gltf(filepath='{glb}', disable_bone_shape=True);"
+        " s.frame_start = 0; s.frame_end = round(max(a.frame_range[1] for a in bpy.data.actions));"
+        f" bpy.ops.export_scene.fbx(filepath='{fbx}', add_leaf_bones=False,"
+        " bake_anim_use_all_actions=False, bake_anim_use_nla_strips=False,"
+        " bake_anim_simplify_factor=0)"
+    )
 
 
 def check(flags: AnimationFlags, paths: Sequence[Path]) -> None:

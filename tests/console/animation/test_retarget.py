@@ -78,9 +78,13 @@ def test_a_leg_of_other_proportions_keeps_its_knee_ahead(tmp_path: Path) -> None
         position, rotation = made.skeleton.world
         hip, knee, ankle = (position[:, parts[f"left_{p}"]] for p in ("hip", "knee", "ankle"))
         # a bent knee is on the side of the line from hip to ankle where the toes point
-        away = knee - hip - np.sum((knee - hip) * (ankle - hip), axis=1, keepdims=True) * (
-            ankle - hip
-        ) / np.sum((ankle - hip) ** 2, axis=1, keepdims=True)
+        away = (
+            knee
+            - hip
+            - np.sum((knee - hip) * (ankle - hip), axis=1, keepdims=True)
+            * (ankle - hip)
+            / np.sum((ankle - hip) ** 2, axis=1, keepdims=True)
+        )
         ahead = rotation[:, made.hips] @ (0, 0, 1.0)
         bent = np.linalg.norm(away, axis=1) > 1.0
         assert bent.any() and (np.sum(away * ahead, axis=1)[bent] > 0).all()
@@ -93,10 +97,8 @@ def test_a_rig_that_faces_another_way_is_turned(tmp_path: Path) -> None:
     turn = Rotation.from_euler("y", 180, degrees=True).as_matrix()
     other = Rig("turned", found.names, found.parents, found.position @ turn.T, found.rotation)
     again, _ = fitted(other, walk())
-    np.testing.assert_allclose(
-        again.skeleton.world[0][:, parts["left_knee"]], made.skeleton.world[0][:, parts["left_knee"]],
-        atol=1e-6,
-    )  # fmt: skip
+    knees = [one.skeleton.world[0][:, parts["left_knee"]] for one in (again, made)]
+    np.testing.assert_allclose(*knees, atol=1e-6)
     up = Rig("z up", found.names, found.parents, found.position @ Y_UP, found.rotation)
     upright, _ = fitted(up, walk())
     np.testing.assert_allclose(

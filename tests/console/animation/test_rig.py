@@ -99,7 +99,8 @@ def test_what_cannot_be_turned_is_refused(tmp_path: Path, of_joint: dict, why: s
     ("name", "content"),
     [
         ("r.fbx", b"x"), ("r.bvh", b""), ("r.bvh", b"HIERARCHY\nROOT a\n{"), ("r.glb", b"glTF"),
-        ("r.gltf", b"{}"), ("r.gltf", b'{"nodes": [{"children": [0]}]}'), ("r.gltf", b'{"nodes": 3}'),
+        ("r.gltf", b"{}"), ("r.gltf", b'{"nodes": 3}'),
+        ("r.gltf", b'{"nodes": [{"children": [0]}]}'),
         ("r.gltf", b'{"skins": [{"joints": [7]}]}'), ("r.gltf", b'{"nodes": [{"matrix": [1]}]}'),
     ],
 )  # fmt: skip

@@ -53,8 +53,8 @@ def test_fields_are_those_of_amass(tmp_path: Path) -> None:
 
 
 def test_frames_by_hand() -> None:
-    """Upright and facing +x with hanging arms: the root turns SMPL's y up to z up and its z ahead to
-    x ahead, which is a third of a turn about (1, 1, 1); each arm hangs by a quarter turn."""
+    """Upright and facing +x with hanging arms: the root turns SMPL's y up to z up and its z ahead
+    to x ahead, which is a third of a turn about (1, 1, 1); each arm hangs by a quarter turn."""
     found = smpl_file.parameters(stand())
     poses = found["poses"][0].reshape(52, 3)
     np.testing.assert_allclose(poses[0], np.full(3, 2 * np.pi / 3 / np.sqrt(3)), atol=1e-6)

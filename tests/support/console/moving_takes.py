@@ -1,4 +1,4 @@
-"""Takes in which everything moves: a sitter with a pushed chair and balls, a carrier, a follower."""
+"""Takes in which all moves: a sitter with a pushed chair and balls, a carrier, a follower."""
 
 from dataclasses import replace
 
