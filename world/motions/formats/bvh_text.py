@@ -113,9 +113,7 @@ def _hierarchy(text: str) -> tuple[list[Joint], int]:
             else:
                 name = token["name"].strip().strip("\"'") or f"joint{len(joints)}"
             pending = len(joints)
-            joints.append(
-                Joint(name, parent, [0.0, 0.0, 0.0], first=width, is_end=kind == "end")
-            )
+            joints.append(Joint(name, parent, [0.0, 0.0, 0.0], first=width, is_end=kind == "end"))
             if len(joints) > MAX_JOINTS:
                 raise ValueError(f"more than {MAX_JOINTS} joints")
         elif kind == "open":
