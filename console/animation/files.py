@@ -9,6 +9,7 @@ import mujoco
 from console.animation import bvh, gltf_scene, objects, rig, rig_files, smpl_file
 from console.animation.gltf_scene import About, Figure
 from console.animation.objects import Shape
+from console.animation.retarget import standing
 from console.animation.skeleton import of_clip
 from console.commands.animation import AnimationFlags
 from console.recording.clip import reference_of
@@ -120,7 +121,7 @@ def check(flags: AnimationFlags, paths: Sequence[Path]) -> None:
     if not wanted:
         raise ConfigError(f"--rig {flags.rig}: for {', '.join(_OF_RIGS)}, and none is written")
     found = rig.read(flags.rig)
-    found.parts(flags.joint_map)
+    standing(found, found.parts(flags.joint_map))
     for suffix in sorted(wanted):
         rig_files.require(suffix, flags.rig)
 

@@ -6,7 +6,7 @@ stands. What has no part of ours keeps its rest pose relative to the joint above
 """
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -33,6 +33,8 @@ _BONES = {
 }
 #: Our bones hang at rest.
 _DOWN = np.array([0.0, 0.0, -1.0])
+#: Least cosine of what is upright.
+_UPRIGHT = 0.8
 #: A rig whose ankles at rest are between 0 and this fraction of its legs above 0 stands on it.
 _STANDS = 0.25
 #: Height of a toe joint above the sole, and least and greatest height of an ankle, at our size, m,
@@ -46,6 +48,8 @@ _FOOT = 0.03
 class Fitted:
     """A motion on a rig."""
 
+    rig: Rig
+    """The rig, upright at rest."""
     skeleton: Skeleton
     """In the axes and unit of the rig's file."""
     hips: int
@@ -62,6 +66,7 @@ def onto(clip: Clip, rig: Rig, parts: dict[str, int], axes: Array | None = None)
     parts: the rig's joint of each part of the body. axes: from our world to the file's; None: z up
     stays z up, else y up and z forward. Raises RigError for a rig without a person's shape.
     """
+    rig = standing(rig, parts)
     up, body = _alignment(rig, parts)
     if axes is None:
         axes = np.eye(3) if up == 2 else Y_UP
@@ -104,7 +109,53 @@ def onto(clip: Clip, rig: Rig, parts: dict[str, int], axes: Array | None = None)
         fps=clip.fps,
         orders=rig.orders,
     )
-    return Fitted(skeleton, hips, at, scale)
+    return Fitted(rig, skeleton, hips, at, scale)
+
+
+def standing(rig: Rig, parts: dict[str, int]) -> Rig:
+    """Return a rig whose rest is upright: its own, else the most upright frame of its motion.
+
+    Motion capture is often written on a skeleton whose zero pose nobody could take. Raises RigError
+    where it is upright nowhere.
+    """
+    if _uprightness(rig.position, parts) > _UPRIGHT:
+        return rig
+    if rig.motion is not None:
+        position, rotation = rig.motion
+        scores = [_uprightness(frame, parts) for frame in position]
+        best = int(np.argmax(scores))
+        if scores[best] > _UPRIGHT:
+            return replace(rig, position=position[best], rotation=rotation[best])
+    raise RigError(
+        f"--rig {rig.name}: it does not stand at rest, nor in a frame of its motion: save it in a"
+        " T- or A-pose, with +y or +z upwards"
+    )
+
+
+def _uprightness(position: Array, parts: dict[str, int]) -> float:
+    """Return the least cosine, 1 for a straight stand, between the upward axis and trunk, thighs
+    and shins, and between the lines of hips and shoulders, of joints [J, 3]."""
+
+    def at(part: str) -> Array:
+        return position[parts[part]]
+
+    def cosine(a: Array, b: Array) -> float:
+        return float(a @ b / max(np.linalg.norm(a) * np.linalg.norm(b), 1e-12))
+
+    hips, shoulders = (at(f"left_{part}") - at(f"right_{part}") for part in ("hip", "shoulder"))
+    middle = 0.5 * (at("left_hip") + at("right_hip"))
+    trunk = 0.5 * (at("left_shoulder") + at("right_shoulder")) - middle
+    tall = at("head") - 0.5 * (at("left_ankle") + at("right_ankle"))
+    axis = int(np.argmax(np.abs(tall)))
+    if axis == 0 or tall[axis] <= 0:
+        return -1.0
+    up = np.eye(3)[axis]
+    legs = [
+        cosine(at(f"{side}_{upper}") - at(f"{side}_{lower}"), up)
+        for side in SIDES
+        for upper, lower in (("hip", "knee"), ("knee", "ankle"))
+    ]
+    return min(cosine(trunk, up), cosine(hips, shoulders), *legs)
 
 
 def _bodies(clip: Clip) -> tuple[Array, Array]:
@@ -125,14 +176,8 @@ def _alignment(rig: Rig, parts: dict[str, int]) -> tuple[int, Array]:
     up = int(np.argmax(np.abs(tall)))
     left = rig.position[parts["left_hip"]] - rig.position[parts["right_hip"]]
     left[up] = 0.0
-    wide = np.linalg.norm(left)
-    if up == 0 or tall[up] <= 0 or not wide > 0:
-        raise RigError(
-            f"--rig {rig.name}: it does not stand at rest: the head must be above the feet along"
-            " +y or +z, and the hips side by side"
-        )
     z = np.eye(3)[up]
-    y = left / wide
+    y = left / np.linalg.norm(left)
     return up, np.stack((np.cross(y, z), y, z))
 
 

@@ -1,5 +1,6 @@
 """Rigs, the skeletons of users: joints at rest, from a BVH or glTF file."""
 
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -8,12 +9,14 @@ import numpy as np
 from console.animation import gltf_file
 from console.animation.skeleton import Array
 from world.errors import ClipError, ConfigError
-from world.motions.formats import bvh_text, landmarks
+from world.motions.formats import bvh, bvh_text, landmarks
 from world.motions.text import decoded
 from world.refusals import refusing
 
 SUFFIXES = (".bvh", ".glb", ".gltf")
 _MAX_BYTES = 256 * 1024 * 1024
+#: Frames of a BVH's motion among which a pose of rest is looked for, where it has none.
+_MOST_FRAMES = 100
 #: Toes nearer to the ankle than this fraction of the leg are none.
 _NO_TOE = 0.02
 
@@ -39,6 +42,8 @@ class Rig:
     """Order of the rotations of a BVH's joints."""
     ends: frozenset[int] = frozenset()
     """End sites of a BVH, which do not turn."""
+    motion: tuple[Array, Array] | None = None
+    """Positions [T, J, 3] and rotations [T, J, 3, 3] of frames of a BVH's own motion."""
     nodes: tuple[int, ...] = ()
     """Nodes of a glTF file, by joint."""
     scales: Array | None = None
@@ -95,6 +100,12 @@ def of_bvh(path: Path, content: bytes) -> Rig:
         # the root's is where it stands, or 0
         above = position[joint.parent] if joint.parent >= 0 else 0.0
         position[index] = above + np.array(joint.offset)
+    motion = None
+    with suppress(ClipError):  # a rig needs no motion
+        read_motion = bvh.read(path)
+        step = max(1, read_motion.frames // _MOST_FRAMES)
+        if len(read_motion.names) == len(joints):
+            motion = read_motion.position[::step], read_motion.rotation[::step]
     turns = {i: [c[1] for c in j.channels if c[0] == "r"] for i, j in enumerate(joints)}
     orders = {i: "".join(axes) for i, axes in turns.items() if sorted(axes) == ["x", "y", "z"]}
     return Rig(
@@ -105,6 +116,7 @@ def of_bvh(path: Path, content: bytes) -> Rig:
         rotation=np.tile(np.eye(3), (len(joints), 1, 1)),
         orders=orders,
         ends=frozenset(i for i, joint in enumerate(joints) if joint.is_end),
+        motion=motion,
     )
 
 

@@ -24,8 +24,8 @@ def content(clip: Clip, suffix: str, path: Path, joint_map: Path | None) -> byte
     found = rig.read(path)
     fitted = onto(clip, found, found.parts(joint_map))
     if suffix == ".bvh":
-        return bvh.written(_for_bvh(fitted, found)).encode()
-    return _gltf(fitted, found, clip, path, suffix)
+        return bvh.written(_for_bvh(fitted)).encode()
+    return _gltf(fitted, clip, path, suffix)
 
 
 def require(suffix: str, path: Path) -> None:
@@ -37,9 +37,9 @@ def require(suffix: str, path: Path) -> None:
         )
 
 
-def _for_bvh(fitted: Fitted, found: Rig) -> Skeleton:
+def _for_bvh(fitted: Fitted) -> Skeleton:
     """Return the motion with end sites as ends, and the root's offset 0 as our files have it."""
-    skeleton = fitted.skeleton
+    skeleton, found = fitted.skeleton, fitted.rig
     kept = [joint for joint in range(len(found.names)) if joint not in found.ends]
     # several trees in one file: the one that has the body
     tops = {joint: _top(found.parents, joint) for joint in kept}
@@ -70,12 +70,12 @@ def _top(parents: tuple[int, ...], joint: int) -> int:
     return joint
 
 
-def _gltf(fitted: Fitted, found: Rig, clip: Clip, path: Path, suffix: str) -> bytes:
+def _gltf(fitted: Fitted, clip: Clip, path: Path, suffix: str) -> bytes:
     """Return the rig's file with the motion as its only animation."""
     document, binary = gltf_file.parsed(path.read_bytes(), path)
     document.pop("animations", None)
     writer = Writer(document, binary)
-    skeleton = fitted.skeleton
+    skeleton, found = fitted.skeleton, fitted.rig
     times = writer.accessor(np.arange(skeleton.frames) / skeleton.fps, bounds=True)
     samplers: list[dict[str, Any]] = []
     channels: list[dict[str, Any]] = []

@@ -46,8 +46,7 @@ def test_every_field_that_the_cpp_example_uses_is_generated(tmp_path: Path) -> N
     }  # fmt: skip
     assert wanted <= of_messages, wanted - of_messages
     own = {"set", "ok", "Read", "Finish", "error_message", "front", "emplace_back", "c_str",
-           "Synthesize",
-           "SetInt"}  # fmt: skip
+           "SetInt", "Synthesize"}  # fmt: skip
     assert used - of_messages <= own, "neither a field nor a function of gRPC or the standard"
 
 

@@ -1,13 +1,14 @@
 """Motions on other skeletons: bones keep their lengths, bodies turn as ours, feet are where ours
 are."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from console.animation import retarget, rig
+from console.animation import bvh, retarget, rig
 from console.animation.retarget import Fitted, onto
 from console.animation.rig import Rig, RigError
 from console.animation.skeleton import Y_UP
@@ -118,10 +119,51 @@ def test_spines_bend_by_degrees(tmp_path: Path) -> None:
     np.testing.assert_allclose(3 * turns[0], whole, atol=1e-5)
 
 
-def test_what_lies_down_is_no_rig() -> None:
-    found = Rig("flat", ("a",), (-1,), np.zeros((1, 3)), np.eye(3)[None])
-    parts = dict.fromkeys(
-        (f"{s}_{p}" for s in ("left", "right") for p in ("hip", "ankle")), 0
-    ) | {"head": 0}  # fmt: skip
-    with pytest.raises(RigError, match="does not stand"):
-        retarget.onto(walk(), found, parts)
+def nonsense(path: Path, frames: slice = slice(None)) -> Path:
+    """A BVH of a motion whose zero pose nobody could take: each joint has axes at random."""
+    found = rig.read(rig_files.bvh(path, "mixamo"))
+    made, _ = fitted(found, sits())
+    skeleton = made.skeleton
+    turns = Rotation.random(len(found.names), random_state=3).as_matrix()
+    above = np.stack([turns[p] if p >= 0 else np.eye(3) for p in found.parents])
+    local = above @ skeleton.local @ np.swapaxes(turns, 1, 2)
+    odd = replace(
+        skeleton,
+        offsets=np.einsum("jab,jb->ja", above, skeleton.offsets),
+        local=local[frames],
+        moves={joint: at[frames] for joint, at in skeleton.moves.items()},
+    )
+    path.write_text(bvh.written(odd))
+    return path
+
+
+def test_a_zero_pose_that_nobody_could_take_gives_way_to_a_frame(tmp_path: Path) -> None:
+    """Motion capture is written so; the most upright frame of its motion is the rest."""
+    found = rig.read(nonsense(tmp_path / "r.bvh"))
+    parts = found.parts(None)
+    chosen = retarget.standing(found, parts)
+    assert chosen is not found and chosen.names == found.names
+    up = chosen.position[parts["head"]] - chosen.position[parts["left_ankle"]]
+    assert up[1] > 0.95 * np.linalg.norm(up)
+    made = onto(sits(), found, parts)
+    position, _ = made.skeleton.world
+    ours = y_up(bodies(sits())[0])
+    for joint, parent in enumerate(found.parents):
+        if parent >= 0:
+            length = np.linalg.norm(position[:, joint] - position[:, parent], axis=1)
+            rest = np.linalg.norm(found.position[joint] - found.position[parent])
+            np.testing.assert_allclose(length, rest, atol=1e-3)
+    leg = position[:, parts["left_ankle"]] - position[:, parts["left_hip"]]
+    own = ours[:, INDEX("left_foot")] - ours[:, INDEX("left_thigh")]
+    np.testing.assert_allclose(leg, made.scale * own, atol=2e-3 * made.scale)
+    arm = position[:, parts["left_wrist"]] - position[:, parts["left_elbow"]]
+    own = ours[:, INDEX("left_hand")] - ours[:, INDEX("left_lower_arm")]
+    assert angle_deg(arm, own).max() < 0.01
+
+
+def test_what_never_stands_is_no_rig(tmp_path: Path) -> None:
+    """Of the same file, seated frames alone."""
+    found = rig.read(nonsense(tmp_path / "r.bvh", slice(-6, None)))
+    with pytest.raises(RigError, match="does not stand at rest, nor in a frame") as caught:
+        onto(sits(), found, found.parts(None))
+    assert "\n" not in str(caught.value)
