@@ -17,6 +17,8 @@ SUFFIXES = (".bvh", ".glb", ".gltf")
 _MAX_BYTES = 256 * 1024 * 1024
 #: Frames of a BVH's motion among which a pose of rest is looked for, where it has none.
 _MOST_FRAMES = 100
+#: Longest chain of joints.
+_MOST_LEVELS = 200
 #: Toes nearer to the ankle than this fraction of the leg are none.
 _NO_TOE = 0.02
 
@@ -86,7 +88,22 @@ def read(path: Path) -> Rig:
     except OSError as error:
         raise RigError(f"--rig {path}: {error.strerror or error}") from error
     with refusing(RigError, Path(f"--rig {path}"), "rig"):
-        return of_bvh(path, content) if suffix == ".bvh" else of_gltf(path, content)
+        found = of_bvh(path, content) if suffix == ".bvh" else of_gltf(path, content)
+        _bounded(found)
+        return found
+
+
+def _bounded(found: Rig) -> None:
+    """Raise RigError for more joints, or a longer chain of them, than a person can have."""
+    if len(found.names) > bvh_text.MAX_JOINTS:
+        raise RigError(
+            f"--rig {found.name}: {len(found.names)} joints; at most {bvh_text.MAX_JOINTS} are read"
+        )
+    levels: list[int] = []
+    for parent in found.parents:
+        levels.append(levels[parent] + 1 if parent >= 0 else 0)
+    if levels and max(levels) > _MOST_LEVELS:
+        raise RigError(f"--rig {found.name}: a chain of {max(levels)} joints is no person")
 
 
 def of_bvh(path: Path, content: bytes) -> Rig:

@@ -113,6 +113,14 @@ def test_damaged_rigs_are_one_line(tmp_path: Path, name: str, content: bytes) ->
     assert said.startswith(f"--rig {path}") and "\n" not in said, said
 
 
+def test_a_chain_without_end_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "r.bvh"
+    joints = "".join(f"JOINT j{k} {{ OFFSET 0 1 0 CHANNELS 0\n" for k in range(900))
+    path.write_text(f"HIERARCHY ROOT r {{ OFFSET 0 0 0 CHANNELS 0\n{joints}{'}' * 901}\n")
+    with pytest.raises(RigError, match="a chain of 900 joints is no person"):
+        rig.read(path)
+
+
 def test_a_rig_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(RigError, match="No such file"):
         rig.read(tmp_path / "r.bvh")
