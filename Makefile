@@ -54,7 +54,7 @@ format: setup
 docs: setup
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet --strict
 
-# Regenerates the committed stubs in rpc/v1; a test compares them.
+# Regenerates the committed stubs in rpc/v1 and the client; a test compares them.
 proto: setup
 	$(BIN)/python -m rpc.generate
 

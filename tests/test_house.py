@@ -16,9 +16,13 @@ from tests.support.paths import ROOT
 ROOMS = ["pretrained", "world", "rpc", "policy", "actors", "discriminator", "learner", "console"]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 SOURCES = sorted(p for room in ROOMS for p in (ROOT / room).rglob("*.py"))
+#: The client, a distribution of its own, with what it may import.
+CLIENT = sorted((ROOT / "client").rglob("*.py"))
+OF_CLIENT = {"inhabit_client", "grpc", "google", "numpy"}
 #: Files at the top of a folder, and the share of modules that have a test of their name.
 FILES_AT_MOST, TESTED_SHARE = 18, 0.9
-WRITTEN = [p for p in SOURCES if (ROOT / "rpc/v1") not in p.parents]
+GENERATED = {ROOT / "rpc/v1", ROOT / "client/inhabit_client/v1"}
+WRITTEN = [p for p in [*SOURCES, *CLIENT] if not GENERATED & set(p.parents)]
 
 
 def test_imports_run_downwards() -> None:
@@ -38,7 +42,7 @@ def test_files_stay_readable() -> None:
 
 
 def test_folders_stay_small() -> None:
-    files = [*SOURCES, *(ROOT / "tests").rglob("*.py")]
+    files = [*SOURCES, *CLIENT, *(ROOT / "tests").rglob("*.py")]
     counts = Counter(path.parent for path in files)
     full = {str(k.relative_to(ROOT)): n for k, n in counts.items() if n > FILES_AT_MOST}
     assert not full, f"more than {FILES_AT_MOST} files at the top of: {full}"
@@ -78,6 +82,22 @@ def test_no_test_imports_another() -> None:
     assert not guilty, f"move what they share to tests/support: {guilty}"
 
 
+def imported(path: Path) -> set[str]:
+    """The top-level packages that a file imports, anywhere in it."""
+    nodes = list(ast.walk(ast.parse(path.read_text())))
+    plain = {a.name for n in nodes if isinstance(n, ast.Import) for a in n.names}
+    others = {n.module or "" for n in nodes if isinstance(n, ast.ImportFrom) and not n.level}
+    return {name.partition(".")[0] for name in plain | others}
+
+
+def test_the_client_stands_alone() -> None:
+    """It imports neither a package of ours nor what they need; none of ours imports it."""
+    allowed = OF_CLIENT | set(sys.stdlib_module_names)
+    guilty = {str(p.relative_to(ROOT)): n for p in CLIENT if (n := imported(p) - allowed)}
+    assert CLIENT and not guilty
+    assert not [path for path in SOURCES if "inhabit_client" in imported(path)]
+
+
 def test_modules_open_with_a_sentence() -> None:
     mute = [
         str(path.relative_to(ROOT))
@@ -90,6 +110,8 @@ def test_modules_open_with_a_sentence() -> None:
 def test_one_version_everywhere() -> None:
     version = PROJECT["project"]["version"]
     assert metadata.version("inhabit") == version
+    of_client = tomllib.loads((ROOT / "client" / "pyproject.toml").read_text())
+    assert of_client["project"]["version"] == version
     newest = next(
         line for line in (ROOT / "CHANGELOG.md").read_text().splitlines() if line.startswith("## ")
     )

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import torch
 
+from console.animation import bvh
 from console.recording import format as recordings
 from console.run.directory import RunDirectory
 from console.run.experiment import PRESETS, read_experiment, to_json
@@ -18,7 +19,7 @@ from world.character import model as character
 from world.furniture.piece import Box
 from world.meshes import importing, source, store, sweethome
 from world.meshes.build import ImportOptions
-from world.motions import bvh_file, cache, clip_file, load, plausible
+from world.motions import cache, clip_file, load, plausible
 from world.motions.clip import Clip
 from world.motions.formats import landmarks, omomo, own, registry
 from world.motions.retarget.convert import retargeted
@@ -116,7 +117,7 @@ def _motions(folder: Path) -> dict[str, Sample]:
     frames[:, 2] = 0.9
     asf, amc = _acclaim()
     return {
-        "bvh": Sample("a.bvh", bvh_file.text(clip).encode(), motion, "text"),
+        "bvh": Sample("a.bvh", bvh.text(clip).encode(), motion, "text"),
         "amc": Sample("a.amc", amc, motion, "text", (("a.asf", asf),)),
         "asf": Sample("a.asf", asf, lambda p: motion(p.with_suffix(".amc")), "text",
                       (("a.amc", amc),)),

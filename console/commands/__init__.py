@@ -34,7 +34,7 @@ COMMANDS = (
     Entry("serve", Serve, "console.serving.policy:serve_command"),
     Entry("style", Style, "console.serving.style:style_command"),
     Entry("synthesize", Synthesize, "console.synthesis.command:synthesize_command"),
-    Entry("export", Export, "console.serving.export:export_command"),
+    Entry("export", Export, "console.animation.command:export_command"),
     Entry("bench", Bench, "console.bench.command:bench_command"),
     Entry("plan", Plan, "console.plan.command:plan_command"),
     Entry("doctor", Doctor, "console.doctor.command:doctor_command"),

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 import tyro
 
+from console.commands.animation import AnimationFlags
 from policy.config import PolicyServiceConfig
 
 
@@ -72,28 +73,34 @@ class Style:
 
 @dataclass(frozen=True)
 class Export:
-    """Export a policy as ONNX, with its normaliser, and compare it with the original."""
+    """Export a policy as ONNX, with its normaliser, and compare it with the original; or export a
+    recording or motion clip for animation programs: glTF, BVH, SMPL parameters."""
 
-    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT")]
-    """Run directory (its best checkpoint) or checkpoint folder."""
-    out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FILE.onnx")]
-    """File to write."""
+    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT|MOTION")]
+    """Run directory (its best checkpoint) or checkpoint folder, for .onnx; else a recording
+    (.msgpack) or motion clip (.npz)."""
+    out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FILE")]
+    """FILE.onnx of a policy; FILE.glb, .gltf, .bvh or .smpl.npz of a motion."""
     checkpoint: Literal["best", "latest"] = "best"
     """Checkpoint of a run."""
+    take: int | None = None
+    """Index of the take of a recording, from 0; default: the only one."""
+    files: Annotated[AnimationFlags, tyro.conf.arg(name="")] = AnimationFlags()
     debug: bool = False
     """Show the traceback of an error."""
 
 
 @dataclass(frozen=True)
 class Synthesize:
-    """Simulate a policy in a given scene and write the motion: clip, BVH, 3-D page, video, full
-    states."""
+    """Simulate a policy in a given scene and write the motion: clip, glTF, BVH, SMPL parameters,
+    3-D page, video, full states."""
 
     source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT")]
     """Run directory or checkpoint folder."""
     out: tuple[Path, ...]
-    """FILE.npz (a clip), .bvh, .html (3-D replay), .mp4 or .msgpack (full states); several files
-    get the same motion."""
+    """FILE.npz (a clip), .glb or .gltf (skinned character and objects), .bvh, .smpl.npz (SMPL
+    parameters), .html (3-D replay), .mp4 or .msgpack (full states); several files get the same
+    motion."""
     object: str | None = None
     """Object of the scene: a piece of the catalogue (chair-test-000; inhabit objects list), an
     imported .piece.json, or a mesh; box for carry; none for walk."""
@@ -127,5 +134,6 @@ class Synthesize:
     """Checkpoint of a run."""
     overwrite: bool = False
     """Overwrite existing files."""
+    files: Annotated[AnimationFlags, tyro.conf.arg(name="")] = AnimationFlags()
     debug: bool = False
     """Show the traceback of an error."""

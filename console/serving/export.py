@@ -1,4 +1,4 @@
-"""`inhabit export`: a policy as ONNX, with its normaliser, compared with the original.
+"""`inhabit export` of a policy: ONNX, with its normaliser, compared with the original.
 
 Inputs `state` [n, 114] and `goal` [n, G], outputs `action` [n, 28] and `target` [n, 28] (servo
 set-points, rad), float32; the metadata holds the description of the policy service as JSON.
@@ -50,7 +50,7 @@ class Difference:
     """The larger of the two as a fraction of the action noise, in actions and in set-points."""
 
 
-def export_command(command: Export) -> int:
+def export_policy(command: Export) -> int:
     """Export, compare and write the file; return the exit code."""
     outputs.check(command.out, "FILE.onnx", (".onnx",))
     path = loading.checkpoint_of(command.source, command.checkpoint)

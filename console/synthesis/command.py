@@ -4,6 +4,7 @@ import itertools
 
 import torch
 
+from console.animation import original
 from console.commands import Synthesize
 from console.serving import loading
 from console.synthesis import files
@@ -19,7 +20,7 @@ _SEEDS = 1 << 31
 
 def synthesize_command(command: Synthesize) -> int:
     """Simulate, write the files, print the outcome; return the exit code."""
-    files.check(command.out, command.overwrite)
+    files.check(command.out, command.overwrite, command.files)
     if command.tries < 1:
         raise ConfigError(f"--tries {command.tries}: choose at least 1")
     if command.seed is not None and not 0 <= command.seed < _SEEDS:
@@ -29,8 +30,9 @@ def synthesize_command(command: Synthesize) -> int:
     served = loading.served(loading.task_of(path), path)
     motion = tried(command, served)
     print(f"{motion.piece}: {motion.outcome()}")
+    mesh = original.of_object(command.object, motion.shape, command.scale)
     for file in command.out:
-        files.write(file, motion)
+        files.write(file, motion, command.files, mesh)
         print(f"{file}: {len(motion.frames)} frames, {motion.seconds:.1f} s")
     return 0
 

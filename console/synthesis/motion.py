@@ -8,16 +8,15 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from console.evaluation.stepping import Track
+from console.recording.clip import clip_of
 from console.recording.format import Take, rows_of
 from policy.checkpoints import lineage
 from policy.checkpoints.served import Served
 from policy.synthesis.simulation import Simulation
 from rpc.v1 import policy_pb2 as pb
-from world.character import kinematics
 from world.character import model as character
 from world.furniture.piece import Piece
 from world.motions.clip import Clip
-from world.motions.objects import BoxTrack
 from world.scene.box import STAND
 from world.scene.target import Target
 from world.scene.target import state as state_of
@@ -42,6 +41,8 @@ class Motion:
     """[T] targets."""
     held: NDArray[np.bool_]
     """[T] True while both hands hold the box; False without a box."""
+    shape: Piece | None = None
+    """The scaled furniture of a command; None where the request has it."""
 
     @property
     def seconds(self) -> float:
@@ -71,16 +72,13 @@ class Motion:
 
     def clip(self) -> Clip:
         """Return the motion as a clip, with its seat, bed or box."""
-        qpos = self.track.take.qpos[:, : character.NQ]
-        served, notes = self.served, self.served.manifest.notes
-        made = Clip(
-            name=f"{served.task.name}-{self.piece}",
-            fps=character.CONTROL_HZ,
-            root_position_m=qpos[:, :3].astype(np.float32),
-            local_rotation=_local(qpos),
-            source=f"synthesised by policy {served.name}, version {served.version}",
-            licence=lineage.licence(notes),
-            box=self._box(),
+        served = self.served
+        made = clip_of(
+            self.track.take,
+            f"{served.task.name}-{self.piece}",
+            f"synthesised by policy {served.name}, version {served.version}",
+            lineage.licence(served.manifest.notes),
+            held=self.held,
         )
         run = self._stretch()
         if run is None:
@@ -98,13 +96,6 @@ class Motion:
             best = max(best, (start, at), key=lambda run: run[1] - run[0])
             start = at + 1
         return best if best[1] > best[0] else None
-
-    def _box(self) -> BoxTrack | None:
-        take = self.track.take
-        if not len(take.cargo):
-            return None
-        x, y, z = (2.0 * take.cargo).tolist()
-        return BoxTrack(take.qpos[:, character.NQ :].astype(np.float32), (x, y, z), self.held)
 
 
 def simulate(
@@ -166,11 +157,5 @@ def simulate(
     steps = len(frames) if fell_at is None else fell_at
     track = Track(take, column("state").astype(np.float32), error, simulation.props.model, steps)
     return Motion(
-        served, name, track, tuple(frames), summary, tuple(targets), np.array(held, np.bool_)
+        served, name, track, tuple(frames), summary, tuple(targets), np.array(held, np.bool_), piece
     )
-
-
-def _local(qpos: NDArray[np.float64]) -> NDArray[np.float32]:
-    import torch
-
-    return kinematics.local_rotations(torch.from_numpy(qpos)).float().numpy()

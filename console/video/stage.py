@@ -30,8 +30,10 @@ _SKIN: Rgba = (0.82, 0.66, 0.56, 1.0)
 _SHIRT: Rgba = (0.27, 0.45, 0.62, 1.0)
 _TROUSERS: Rgba = (0.25, 0.27, 0.33, 1.0)
 _SHOES: Rgba = (0.17, 0.17, 0.19, 1.0)
+#: Colours of the rounded character by name.
+CLOTHES = {"skin": _SKIN, "shirt": _SHIRT, "trousers": _TROUSERS, "shoes": _SHOES}
 _BALL: Rgba = (0.82, 0.30, 0.22, 1.0)
-_BOX: Rgba = (0.78, 0.62, 0.42, 1.0)
+BOX: Rgba = (0.78, 0.62, 0.42, 1.0)
 _OTHER: Rgba = (0.66, 0.60, 0.54, 1.0)
 #: Colour of furniture by a word of the piece's name.
 FURNITURE: dict[str, Rgba] = {
@@ -101,11 +103,10 @@ def stage(simulated: mujoco.MjModel, piece: str = "", shapes: Shapes = "body") -
     """
     spec = _character(shapes)
     _surroundings(spec)
-    colour = next((FURNITURE[word] for word in piece.split("-") if word in FURNITURE), _OTHER)
     own = {body.name for body in spec.bodies}
     for number in range(1, simulated.nbody):
         if simulated.body(number).name not in own:
-            _copy_body(spec, simulated, number, colour)
+            _copy_body(spec, simulated, number, colour_of(simulated, number, piece))
     model = spec.compile()
     model.vis.headlight.ambient[:] = 0.42
     model.vis.headlight.diffuse[:] = 0.24
@@ -231,6 +232,16 @@ def _shapes_of(body: str) -> Iterator[tuple[str, tuple[float, ...], Rgba]]:
         yield kind, tuple(mirrored), colour
 
 
+def colour_of(model: mujoco.MjModel, number: int, piece: str) -> Rgba:
+    """Return the colour of a body that is no part of the character; piece: the furniture's name."""
+    name = model.body(number).name
+    if name.startswith(PROJECTILE_BODY):
+        return _BALL
+    if name == FURNITURE_BODY:
+        return next((FURNITURE[word] for word in piece.split("-") if word in FURNITURE), _OTHER)
+    return BOX if int(model.body_mocapid[number]) < 0 else _OTHER
+
+
 def _copy_body(spec: mujoco.MjSpec, source: mujoco.MjModel, number: int, colour: Rgba) -> None:
     """Add a body of the simulated scene that is no part of the character, with what is visible."""
     found = source.body(number)
@@ -239,10 +250,6 @@ def _copy_body(spec: mujoco.MjSpec, source: mujoco.MjModel, number: int, colour:
     if int(source.body_jntnum[number]):
         body.add_freejoint()
     body.mass, body.inertia, body.explicitinertial = 1.0, [1.0, 1.0, 1.0], True
-    if found.name.startswith(PROJECTILE_BODY):
-        colour = _BALL
-    elif found.name != FURNITURE_BODY:
-        colour = _BOX if not mocap else _OTHER
     first = int(source.body_geomadr[number])
     for geom in range(first, first + int(source.body_geomnum[number])):
         if source.geom_rgba[geom][3] == 0.0:

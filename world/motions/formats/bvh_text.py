@@ -43,6 +43,7 @@ class Joint:
     """Kind and axis of each channel: p position, r rotation, s scale, e.g. rz."""
     first: int = 0
     """Column of the first channel."""
+    is_end: bool = False
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,29 @@ class Motion:
 
 def parsed(text: str) -> Motion:
     """The content of a file's text. Raises ValueError, which says what is wrong and where."""
+    above, motion = _split(text)
+    if motion is None:
+        raise ValueError("no MOTION: the file is cut short")
+    joints, width = _hierarchy(above)
+    rows, frame_s, remarks = _motion(motion, width)
+    roots = [index for index, joint in enumerate(joints) if joint.parent < 0]
+    if len(roots) > 1:
+        left_out = ", ".join(joints[index].name for index in roots[1:])
+        remarks.append(f"the first of {len(roots)} skeletons is read; left out: {left_out}")
+        joints = joints[: roots[1]]
+    return Motion(joints, rows, frame_s, tuple(remarks))
+
+
+def hierarchy(text: str) -> list[Joint]:
+    """The joints and end sites of the first skeleton of a file's text, which may lack a motion.
+    Raises ValueError."""
+    joints, _ = _hierarchy(_split(text)[0])
+    roots = [index for index, joint in enumerate(joints) if joint.parent < 0]
+    return joints[: roots[1]] if len(roots) > 1 else joints
+
+
+def _split(text: str) -> tuple[str, str | None]:
+    """The hierarchy and the motion of a file's text; None without a motion."""
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     text = re.sub(r"^[ \t]*(?:#|//).*$", "", text, flags=re.MULTILINE)
     if not text.strip():
@@ -67,17 +91,9 @@ def parsed(text: str) -> Motion:
     if not re.match(r"\s*HIERARCHY\b", text, re.IGNORECASE):
         raise ValueError("it does not begin with HIERARCHY")
     parts = re.split(r"^[ \t}]*MOTION\b", text, maxsplit=1, flags=re.IGNORECASE | re.MULTILINE)
-    if len(parts) == 1:
-        raise ValueError("no MOTION: the file is cut short")
     closing = re.match(r"([ \t}]*)MOTION\b", text[len(parts[0]) :], re.IGNORECASE)
-    joints, width = _hierarchy(parts[0] + (closing[1] if closing else ""))
-    rows, frame_s, remarks = _motion(parts[1], width)
-    roots = [index for index, joint in enumerate(joints) if joint.parent < 0]
-    if len(roots) > 1:
-        left_out = ", ".join(joints[index].name for index in roots[1:])
-        remarks.append(f"the first of {len(roots)} skeletons is read; left out: {left_out}")
-        joints = joints[: roots[1]]
-    return Motion(joints, rows, frame_s, tuple(remarks))
+    above = parts[0] + (closing[1] if closing else "")
+    return above, parts[1] if len(parts) > 1 else None
 
 
 def _hierarchy(text: str) -> tuple[list[Joint], int]:
@@ -97,7 +113,7 @@ def _hierarchy(text: str) -> tuple[list[Joint], int]:
             else:
                 name = token["name"].strip().strip("\"'") or f"joint{len(joints)}"
             pending = len(joints)
-            joints.append(Joint(name, parent, [0.0, 0.0, 0.0], first=width))
+            joints.append(Joint(name, parent, [0.0, 0.0, 0.0], first=width, is_end=kind == "end"))
             if len(joints) > MAX_JOINTS:
                 raise ValueError(f"more than {MAX_JOINTS} joints")
         elif kind == "open":

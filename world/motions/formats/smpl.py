@@ -38,7 +38,7 @@ _OFFSET_MM = {
     "Head": (0, 89, 50),
 }
 #: Position of the root joint before the translation, m.
-_ROOT_M = np.array([-0.002, -0.241, 0.029])
+ROOT_M = np.array([-0.002, -0.241, 0.029])
 APPROXIMATED = (
     "joints of the mean SMPL body (1.7 m): the person's own shape (betas, gender) is left out",
 )
@@ -67,7 +67,7 @@ def recording(path: Path, fps: float, translation: np.ndarray, poses: np.ndarray
     if not (np.isfinite(vectors).all() and np.isfinite(translation).all()):
         raise ClipError(f"{path}: holds non-finite values")
     local = Rotation.from_rotvec(vectors).as_matrix().reshape(len(poses), 22, 3, 3)
-    root = translation.astype(np.float64) + _ROOT_M
+    root = translation.astype(np.float64) + ROOT_M
     position, rotation = forward(PARENTS, offsets(), local, root)
     return Recording(
         name=path.stem,

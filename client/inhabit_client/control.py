@@ -1,0 +1,79 @@
+"""Control of one character at the control rate: a stream with one reply for each situation."""
+
+import queue
+from collections.abc import Iterator
+from dataclasses import dataclass
+from types import TracebackType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhabit_client.errors import told
+from inhabit_client.v1 import policy_pb2 as pb
+from inhabit_client.v1 import policy_pb2_grpc as stubs
+
+
+@dataclass(frozen=True)
+class Actions:
+    """Actions of n rows."""
+
+    action: NDArray[np.float32]
+    """[n, 28]."""
+    target: NDArray[np.float32]
+    """[n, 28]: set-points of the servos, rad, clamped to their bounds."""
+    version: str
+    """Version of the policy."""
+
+
+def actions(action: bytes, target: bytes, version: str, rows: int) -> Actions:
+    """Return actions of the bytes of a reply."""
+    first, second = (np.frombuffer(part, "<f4").reshape(rows, -1) for part in (action, target))
+    return Actions(first, second, version)
+
+
+class Session:
+    """An open stream; `with` closes it."""
+
+    def __init__(self, stub: stubs.PolicyStub, policy: str, seed: int | None) -> None:
+        self._policy, self._seed, self._sequence = policy, seed, 0
+        self._waiting: queue.SimpleQueue[pb.ControlRequest | None] = queue.SimpleQueue()
+        self._replies = stub.Control(self._requests())
+        self.dropped = 0
+        """Number of frames that the service missed."""
+
+    def step(self, situation: pb.Situation, sequence: int | None = None) -> Actions:
+        """Return the action of a situation. Raises ServiceError.
+
+        sequence: number of the frame, which must increase; by default the one after the last.
+        """
+        number = self._sequence if sequence is None else sequence
+        self._sequence = number + 1
+        self._waiting.put(
+            pb.ControlRequest(
+                task=self._policy, sequence=number, situation=situation, seed=self._seed
+            )
+        )
+        with told():
+            reply: pb.ControlReply = next(self._replies)
+        self.dropped = reply.dropped
+        return actions(reply.action, reply.target, reply.version, 1)
+
+    def close(self) -> None:
+        """End the stream."""
+        self._waiting.put(None)
+        self._replies.cancel()
+
+    def _requests(self) -> Iterator[pb.ControlRequest]:
+        while (request := self._waiting.get()) is not None:
+            yield request
+
+    def __enter__(self) -> "Session":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
