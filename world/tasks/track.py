@@ -77,10 +77,10 @@ class Track(Task):
     affordance = REFERENCE
     goal = _goal()
     terms: ClassVar[dict[str, float]] = {
-        "body": 0.30,
+        "body": 0.25,
         "joint": 0.10,
         "velocity": 0.10,
-        "root": 0.10,
+        "root": 0.15,
         "box": 0.25,
         "box_angle": 0.05,
         "contact": 0.10,
@@ -132,7 +132,10 @@ class Track(Task):
         drift = body.root_velocity - reference.qvel[frame, :3]
         speed = torch.exp(-0.1 * rate.square().mean(dim=1) - drift.square().sum(dim=1))
         turned = 1.0 - (body.heading * reference.heading[frame]).sum(dim=1)
-        root = torch.exp(-4.0 * (off.root.square() + off.height.square()) - 4.0 * turned)
+        # a broad slope that leads back, and a narrow one: hands reach a box from the right place
+        drifted = off.root.square()
+        place = 0.5 * torch.exp(-4.0 * drifted) + 0.5 * torch.exp(-30.0 * drifted)
+        root = place * torch.exp(-4.0 * off.height.square() - 4.0 * turned)
         terms = [near, joint, speed, root]
         if target.box is None:
             terms += [near, joint, near]
