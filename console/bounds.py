@@ -46,6 +46,10 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "stand_m": ((0, 10),), "target_m": (_LENGTH_M,), "near_target": (_FRACTION,),
         "near_target_m": (_LENGTH_M,), "in_hand": (_FRACTION,),
     },
+    "PerturbConfig": {
+        "fraction": (_FRACTION,), "pushes_per_s": ((0, 30),), "push_n_s": ((0, 1000),),
+        "projectiles_per_s": ((0, 30),), "moved_fraction": (_FRACTION,),
+    },
     "TrackConfig": {
         "boxes": ((1, 1e4),), "size": ((0.1, 10),), "weight_kg": ((0.01, 1000),),
         "friction": ((0.01, 100),), "focus": (_FRACTION,), "handling": ((0, 1e6),),

@@ -94,6 +94,25 @@ class TrackConfig:
 
 
 @dataclass(frozen=True)
+class PerturbConfig:
+    """Disturbances of training episodes; off by default. Evaluation has its own (--perturb)."""
+
+    fraction: float = 1.0
+    """Fraction of the episodes that have pushes and projectiles at the rates below."""
+    pushes_per_s: float = 0.0
+    """Mean number of pushes in a second: impulses in any horizontal direction on pelvis or
+    torso."""
+    push_n_s: tuple[float, float] = (5.0, 25.0)
+    """Least and greatest impulse of a push, N s; each is spread over one control step."""
+    projectiles_per_s: float = 0.0
+    """Mean number of balls in a second, thrown as in evaluate --perturb projectiles, where it is
+    1."""
+    moved_fraction: float = 0.0
+    """Fraction of the episodes whose object moves once as the character comes near, as in evaluate
+    --perturb moved; not where the character begins at the object."""
+
+
+@dataclass(frozen=True)
 class WorldConfig:
     """What the scenes hold and how their episodes run."""
 
@@ -136,6 +155,8 @@ class WorldConfig:
     teacher. See ppo.imitation-weight. Evaluation uses no teacher."""
     seed: int = 0
     """Seed of the furniture catalogue."""
+    perturb: PerturbConfig = field(default_factory=PerturbConfig)
+    """Disturbances of training episodes."""
     carry: CarryConfig = field(default_factory=CarryConfig)
     """Settings of the task carry alone."""
     track: TrackConfig = field(default_factory=TrackConfig)

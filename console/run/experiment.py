@@ -195,8 +195,10 @@ def check(experiment: Experiment) -> Experiment:
         )
     # imported here: all flags need this module, and a teacher compiles the character
     from world import teachers
+    from world.episodes import disturbances
 
     teachers.check(experiment.world)
+    disturbances.check(experiment.world, experiment.simulator)
     return experiment
 
 

@@ -19,6 +19,7 @@ from world.objects import box_bank
 from world.objects.bank import ObjectBank
 from world.objects.box_bank import BoxBank, Layout, resting
 from world.scene import box as box_scene
+from world.scene import perturbations
 from world.scene.batch import Scenes
 from world.scene.target import Target
 
@@ -43,7 +44,8 @@ class CarriedBox(Affordance):
 
     def bank(self, config: WorldConfig) -> BoxBank:
         """See Affordance."""
-        return BoxBank(box_bank.boxes(config.carry))
+        balls = perturbations.training_balls(config.perturb)
+        return BoxBank(box_bank.boxes(config.carry), balls)
 
     def sampler(
         self, config: WorldConfig, library: MotionLibrary, bank: ObjectBank, seed: int

@@ -12,6 +12,7 @@ from world.motions.library import MotionLibrary
 from world.motions.uses.floor import FLOOR as FLOOR_CLIPS
 from world.objects.bank import ObjectBank
 from world.objects.floor_bank import MARKER, FloorBank
+from world.scene import perturbations
 from world.scene.batch import Scenes
 from world.scene.target import Target
 
@@ -31,7 +32,7 @@ class Floor(Affordance):
 
     def bank(self, config: WorldConfig) -> FloorBank:
         """See Affordance."""
-        return FloorBank()
+        return FloorBank(perturbations.training_balls(config.perturb))
 
     def sampler(
         self, config: WorldConfig, library: MotionLibrary, bank: ObjectBank, seed: int

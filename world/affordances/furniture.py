@@ -23,6 +23,7 @@ from world.motions.uses.seat import SEAT as SEAT_CLIPS
 from world.motions.uses.use import ClipUse
 from world.objects.bank import ObjectBank
 from world.objects.furniture_bank import FurnitureBank, scaled, variants
+from world.scene import perturbations
 from world.scene.batch import Scenes
 from world.scene.target import Target
 
@@ -67,9 +68,8 @@ class Furniture(Affordance):
 
     def bank(self, config: WorldConfig) -> FurnitureBank:
         """See Affordance."""
-        return FurnitureBank(
-            variants(self.pieces(config)[0], config.scales, config.scale), self.name
-        )
+        pieces = variants(self.pieces(config)[0], config.scales, config.scale)
+        return FurnitureBank(pieces, self.name, perturbations.training_balls(config.perturb))
 
     def sampler(
         self, config: WorldConfig, library: MotionLibrary, bank: ObjectBank, seed: int

@@ -15,7 +15,8 @@ from world.character import model as character
 from world.character.features import Body
 from world.config import WorldConfig
 from world.device import CPU, moved, put
-from world.episodes import state_keys
+from world.episodes import disturbances, state_keys
+from world.episodes.disturbances import Disturbances
 from world.episodes.stall import StallTimeout
 from world.errors import ConfigError
 from world.initial.sampler import AdaptiveSampler
@@ -27,10 +28,6 @@ from world.scene.warp_config import DEFAULT, WarpConfig
 from world.tasks import HELD
 from world.tasks.task import Task, statistic
 from world.teachers.teacher import Teacher
-
-#: Index sets are padded to multiples of this: torch's vectorised loops and their scalar tails may
-#: round differently, and the numbers of a scene must not depend on how many others reset with it.
-_LANES = 32
 
 
 @dataclass(frozen=True)
@@ -120,6 +117,12 @@ class Shard:
             raise ConfigError("--world.teacher: the teachers need --simulator mujoco")
         self._teacher = teacher
         self._stall = StallTimeout(self.n, config.stall_s, device)
+        disturbances.check(config, simulator)
+        self._disturbances = (
+            Disturbances(config.perturb, self._scenes, bank, self._ids, seed)
+            if disturbances.active(config.perturb)
+            else None
+        )
         self._reset(self._all)
         # step counters are spread, so that not all scenes time out in the same step
         apart = random_streams.uniform(seed, random_streams.EPISODE, self._ids, 0, 16)[:, 15]
@@ -139,6 +142,8 @@ class Shard:
         """One control step with actions [n, 28]; scenes whose episode ends are reset at once."""
         before = torch.cat((self._scenes.qpos, self._scenes.qvel), dim=1)
         teacher_action = self._label()
+        if self._disturbances is not None:
+            self._disturbances.push(self.clock)
         self._scenes.drive(self._scenes.set_points(action, self._target().set_points()))
         self.clock += 1
         finite = self._scenes.finite()
@@ -164,6 +169,8 @@ class Shard:
         reward = torch.where(finite, reward, 0.0)
         terms = torch.where(finite[:, None], terms, 0.0)
         self._return += reward
+        if self._disturbances is not None:
+            target = self._disturbed(self._disturbances, body, target)
         self._write_observations(body, target, None)
 
         ends = torch.nonzero(fell | timed_out).flatten()
@@ -198,6 +205,12 @@ class Shard:
             self._reset(again)
         return step
 
+    def _disturbed(self, what: Disturbances, body: Body, target: Target) -> Target:
+        """Present targets after balls are thrown and objects moved."""
+        assert self._targets is not None
+        moved = what.after(self.clock, body, target, self._targets, self._variant)
+        return self._target() if moved else target
+
     def _label(self) -> Tensor | None:
         """The teacher's actions [n, 28] in the present states; none: no teacher."""
         if self._teacher is None:
@@ -222,7 +235,7 @@ class Shard:
     def _reset(self, ids: Tensor) -> None:
         """Start the next episode in the scenes `ids` [K] (local)."""
         self._episode[ids] += 1
-        padding = -len(ids) % _LANES
+        padding = -len(ids) % disturbances.LANES
         rows = torch.cat((ids, ids[:1].expand(padding)))
         states = self._sampler.draw(self._ids[rows], self._episode[rows])
         self._scenes.choose(ids, self._bank, states.variant[: len(ids)])
@@ -240,6 +253,8 @@ class Shard:
         now, body = self._scenes.now(self._targets.rows(rows), rows), self._scenes.body(rows)
         self._write_observations(body, now, rows)
         self._stall.reset(rows, body, now)
+        if self._disturbances is not None:
+            self._disturbances.reset(rows, self._episode[rows], states, body)
         if self._teacher is not None:
             self._teacher.reset(rows, now)
 
@@ -251,6 +266,9 @@ class Shard:
         assert self._targets is not None
         own |= {name: value.clone() for name, value in self._targets.tensors().items()}
         own |= {f"stall_{k}": v.clone() for k, v in self._stall.state_dict().items()}
+        if self._disturbances is not None:
+            disturbed = self._disturbances.state_dict()
+            own |= {f"disturbance_{k}": v.clone() for k, v in disturbed.items()}
         physics = {f"physics_{k}": v for k, v in self._scenes.physics().items()}
         if self._teacher is not None:
             own |= {f"teacher_{k}": v.clone() for k, v in self._teacher.state_dict().items()}
@@ -272,6 +290,8 @@ class Shard:
             self._stall.load_state_dict({k: state[f"stall_{k}"] for k in self._stall.state_dict()})
         if self._teacher is not None:
             self._teacher.load_state_dict(state_keys.part(state, "teacher_"))
+        if self._disturbances is not None:
+            self._disturbances.load_state_dict(state_keys.part(state, "disturbance_"))
         self.clock = int(state["clock"])
         self._scenes.choose(self._all, self._bank, self._variant)
         self._scenes.load_physics(state_keys.part(state, "physics_"))

@@ -52,6 +52,11 @@ class BoxInitialStates:
     layout: Layout
     """Of the boxes and their stands."""
 
+    @property
+    def place(self) -> tuple[Tensor, Tensor]:
+        """Floor point [m, 2] m of the object and its facing [m, 2], which a move begins from."""
+        return self.layout.start[:, :2], self.layout.start_yaw
+
 
 class BoxSampler:
     """Draws the initial states of carrying; an InitialStateSampler."""

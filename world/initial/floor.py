@@ -37,6 +37,11 @@ class FloorInitialStates:
     frame: Tensor
     """[m] int64: the state's frame in the motion library; −1 for the rest pose."""
 
+    @property
+    def place(self) -> tuple[Tensor, Tensor]:
+        """Floor point [m, 2] m of the object and its facing [m, 2], which a move begins from."""
+        return self.point, self.facing
+
 
 class FloorSampler:
     """Draws the initial states of walking; an InitialStateSampler."""

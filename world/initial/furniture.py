@@ -47,6 +47,11 @@ class FurnitureInitialStates:
     frame: Tensor
     """[m] int64: the state's frame in the motion library; −1 for the rest pose."""
 
+    @property
+    def place(self) -> tuple[Tensor, Tensor]:
+        """Floor point [m, 2] m of the object and its facing [m, 2], which a move begins from."""
+        return self.point, self.facing
+
 
 class FurnitureSampler:
     """Draws the initial states of tasks with furniture; an InitialStateSampler."""

@@ -67,3 +67,13 @@ class AdaptiveSampler(Protocol):
     def update_sampling(self, failures: Tensor) -> None:
         """Take the recent failures [S], by segment of the reference motions."""
         ...
+
+
+@runtime_checkable
+class Placed(Protocol):
+    """Initial states whose object can be moved during an episode."""
+
+    @property
+    def place(self) -> tuple[Tensor, Tensor]:
+        """Floor point [m, 2] m of the object and its facing [m, 2], which a move begins from."""
+        ...

@@ -123,6 +123,24 @@ class BoxBank:
         scenes.set_free(ids[on_it], 0, still, moved.velocity[on_it])
         return moved
 
+    def move(
+        self,
+        scenes: Scenes,
+        ids: Tensor,
+        variant: Tensor,
+        target: Target,
+        point: Tensor,
+        facing: Tensor,
+    ) -> Target:
+        """See MovableBank: moves the initial stands with the boxes that rest on them."""
+        box = target.box
+        assert box is not None, "the targets of a bank of boxes have boxes"
+        velocity = torch.cat((box.velocity, torch.zeros_like(box.velocity)), dim=1)
+        pose = box.position, box.rotation, velocity
+        layout = Layout(*pose, box.start, facing, box.target)
+        moved = self.shift(scenes, ids, variant, layout, point, facing)
+        return scenes.now(self.target(variant, moved), ids)
+
     def target(self, variant: Tensor, layout: Layout) -> Target:
         """Targets of the boxes `variant` [m]; the use point is the target of the box."""
         state = BoxState(

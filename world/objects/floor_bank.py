@@ -7,6 +7,7 @@ import torch
 from torch import Tensor
 
 from world.furniture.piece import Box, Piece
+from world.scene.batch import Scenes
 from world.scene.model import Ball, compile_scene
 from world.scene.target import Target
 
@@ -46,3 +47,16 @@ class FloorBank:
         """Targets at points [m, 2] m with facings [m, 2] (cosine, sine)."""
         at, _ = FloorBank.placed(point, facing)
         return Target(at, facing, at[:, None].expand(-1, 8, -1).clone())
+
+    def move(
+        self,
+        scenes: Scenes,
+        ids: Tensor,
+        variant: Tensor,
+        target: Target,
+        point: Tensor,
+        facing: Tensor,
+    ) -> Target:
+        """See MovableBank: moves the point of the floor and its marker."""
+        scenes.move_furniture(ids, *self.placed(point, facing))
+        return self.target(point, facing)

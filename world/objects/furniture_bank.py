@@ -12,6 +12,7 @@ from world.errors import PieceError
 from world.furniture.piece import TEST_SCALES, Piece
 from world.furniture.usage import usage, use_points
 from world.scene import slots
+from world.scene.batch import Scenes
 from world.scene.model import Ball, compile_scene
 from world.scene.target import Target
 
@@ -96,6 +97,19 @@ class FurnitureBank:
             corners,
             rotations.turn(yaw, self.head[variant]) + origin,
         )
+
+    def move(
+        self,
+        scenes: Scenes,
+        ids: Tensor,
+        variant: Tensor,
+        target: Target,
+        point: Tensor,
+        facing: Tensor,
+    ) -> Target:
+        """See MovableBank: the use point comes to be above the floor point."""
+        scenes.move_furniture(ids, *self.placed(variant, point, facing))
+        return self.target(variant, point, facing)
 
     def of_height(self, height_m: Tensor, u: Tensor, left: Tensor | None = None) -> Tensor:
         """Variants [n] whose surface is about height_m [n] high: one of the nearest twelfth, chosen

@@ -64,6 +64,8 @@ class Scenes:
         self._ctrl = torch.from_numpy(self._array["ctrl"])
         self._map = ActionMap.of(action_scale, action_clip, torch.float64)
         self._warned = np.zeros(self.n, dtype=np.int64)
+        self._bodies = torch.tensor([models[0].body(name).id for name in character.BODIES])
+        self._pushed = False
 
     def set_points(self, action: Tensor, base: Tensor | None = None) -> Tensor:
         """Set-points [n, 28] rad, within their bounds, of actions [n, 28]; base [n, 28] rad:
@@ -87,6 +89,19 @@ class Scenes:
         """One control step (1/30 s) with the given set-points [n, 28] rad."""
         self._write(set_points)
         self.batch.step(nstep=character.SUBSTEPS)
+        if self._pushed:
+            self._array["xfrc_applied"][:] = 0.0
+            self._pushed = False
+
+    def push(self, ids: Tensor, body: Tensor, impulse: Tensor) -> None:
+        """Push the bodies `body` [m] (indices into character.BODIES) of the scenes `ids` [m] at
+        their centres of mass: impulses [m, 3] N s, world, as a constant force over the next control
+        step."""
+        if "xfrc_applied" not in self._array:
+            self._array["xfrc_applied"] = self.batch.bind("xfrc_applied")
+        force = impulse.double() * character.CONTROL_HZ
+        self._array["xfrc_applied"][ids.numpy(), self._bodies[body].numpy(), :3] = force.numpy()
+        self._pushed = True
 
     def _write(self, set_points: Tensor) -> None:
         self._ctrl.copy_(servos.limited(set_points, self._qpos, self._qvel))

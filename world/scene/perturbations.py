@@ -8,6 +8,7 @@ from torch import Tensor
 
 from world import random_streams, rotations
 from world.character.features import Body
+from world.config import PerturbConfig
 from world.errors import ChoiceError
 from world.scene.batch import Scenes
 from world.scene.model import PROJECTILE_BODY, Ball
@@ -103,52 +104,82 @@ def draw(
     raise ChoiceError("--perturb", kind, list(KINDS))
 
 
-class Thrower:
-    """Launches the balls of n scenes at their characters, and parks the others."""
+#: Balls of training: with fewer in the scene a step costs less.
+TRAINING = Throwing(flying=2)
 
-    def __init__(self, disturbance: Disturbance, scenes: Scenes) -> None:
-        self._what, self._scenes = disturbance, scenes
-        flying = disturbance.throwing.flying
+
+def training_balls(config: PerturbConfig) -> tuple[Ball, ...]:
+    """The balls that the model of every training scene must have."""
+    return (TRAINING.ball,) * TRAINING.flying if config.projectiles_per_s else ()
+
+
+class Balls:
+    """The balls in flight of n scenes; the others are parked."""
+
+    def __init__(self, how: Throwing, scenes: Scenes) -> None:
+        self._how, self._scenes = how, scenes
         model = scenes.models[0]
         first = model.body(f"{PROJECTILE_BODY}0").jntadr[0]
         # free bodies follow the character; a box to carry may come before the balls
         self._q = int(model.jnt_qposadr[first]) - model.nq + scenes.free_qpos.shape[1]
         self._v = int(model.jnt_dofadr[first]) - model.nv + scenes.free_qvel.shape[1]
-        self._age_s = torch.full((scenes.n, flying), torch.inf)
-        point = torch.tensor(_PARKED_M, dtype=torch.float64).repeat(flying, 1)
-        point[:, 1] = 2.0 * torch.arange(flying)
-        self._parked = torch.cat((point, torch.tensor([[1.0, 0, 0, 0]]).repeat(flying, 1)), dim=1)
+        self.age_s = torch.full((scenes.n, how.flying), torch.inf)
+        """[n, flying]: time since the launch; infinite before the first."""
+        point = torch.tensor(_PARKED_M, dtype=torch.float64).repeat(how.flying, 1)
+        point[:, 1] = 2.0 * torch.arange(how.flying)
+        level = torch.tensor([[1.0, 0, 0, 0]]).repeat(how.flying, 1)
+        self._parked = torch.cat((point, level), dim=1)
 
     @property
     def position(self) -> Tensor:
         """[n, flying, 3] m, world; NaN for parked balls."""
-        at = self._balls()[0][..., :3].clone()
-        at[self._age_s > self._what.throwing.stay_s] = torch.nan
+        at = self._coordinates()[0][..., :3].clone()
+        at[self.age_s > self._how.stay_s] = torch.nan
         return at
 
-    def _balls(self) -> tuple[Tensor, Tensor]:
-        flying = self._age_s.shape[1]
+    def _coordinates(self) -> tuple[Tensor, Tensor]:
+        flying = self._how.flying
         qpos = self._scenes.free_qpos[:, self._q : self._q + 7 * flying]
         qvel = self._scenes.free_qvel[:, self._v : self._v + 6 * flying]
         return qpos.unflatten(1, (flying, 7)), qvel.unflatten(1, (flying, 6))
 
+    def launch(self, scene: Tensor, slot: Tensor, position: Tensor, velocity: Tensor) -> None:
+        """Launch the balls `slot` [k] of the scenes [k] from positions [k, 3] m with velocities [k,
+        3] m/s."""
+        qpos, qvel = self._coordinates()
+        self.age_s[scene, slot] = 0.0
+        level = position.new_tensor([[1.0, 0, 0, 0]]).repeat(len(scene), 1)
+        qpos[scene, slot] = torch.cat((position, level), dim=1).double()
+        qvel[scene, slot] = torch.cat((velocity, torch.zeros_like(velocity)), dim=1).double()
+
+    def park(self) -> None:
+        """Park the balls that have been in the scene for `stay_s`."""
+        qpos, qvel = self._coordinates()
+        parked = self.age_s > self._how.stay_s
+        qpos[parked] = self._parked.repeat(len(qpos), 1, 1)[parked]
+        qvel[parked] = 0.0
+
+
+class Thrower:
+    """Launches the balls of n scenes at their characters, by a timetable."""
+
+    def __init__(self, disturbance: Disturbance, scenes: Scenes) -> None:
+        self._what, self._balls = disturbance, Balls(disturbance.throwing, scenes)
+
+    @property
+    def position(self) -> Tensor:
+        """[n, flying, 3] m, world; NaN for parked balls."""
+        return self._balls.position
+
     def step(self, step: int, body: Body, seconds: float) -> None:
         """Launch the balls that are due, before the control step `step` of `seconds`."""
         how, what = self._what.throwing, self._what
-        qpos, qvel = self._balls()
-        self._age_s += seconds
+        self._balls.age_s += seconds
         scene, number = torch.nonzero(what.step == step, as_tuple=True)
         if len(scene):
-            position, velocity = launch(how, what.draw[scene, number], body, scene)
-            slot = number % how.flying
-            self._age_s[scene, slot] = 0.0
-            qpos[scene, slot] = torch.cat(
-                (position, position.new_tensor([[1.0, 0, 0, 0]]).repeat(len(scene), 1)), dim=1
-            ).double()
-            qvel[scene, slot] = torch.cat((velocity, torch.zeros_like(velocity)), dim=1).double()
-        parked = self._age_s > how.stay_s
-        qpos[parked] = self._parked.repeat(len(qpos), 1, 1)[parked]
-        qvel[parked] = 0.0
+            flight = launch(how, what.draw[scene, number], body, scene)
+            self._balls.launch(scene, number % how.flying, *flight)
+        self._balls.park()
 
 
 def launch(how: Throwing, u: Tensor, body: Body, scene: Tensor) -> tuple[Tensor, Tensor]:
@@ -170,22 +201,52 @@ def launch(how: Throwing, u: Tensor, body: Body, scene: Tensor) -> tuple[Tensor,
 
 
 class Mover:
-    """Moves the furniture of n scenes, each once, when its character comes near."""
+    """Moves the objects of n scenes, each at most once, when its character comes near."""
 
     def __init__(self, disturbance: Disturbance, point: Tensor, facing: Tensor) -> None:
         """point [n, 2] m: the floor below the use point; facing [n, 2] (cosine, sine): both before
         the move."""
-        self._how, u = disturbance.moving, disturbance.draw
-        low, high = self._how.near_m
-        self._near_m = low + (high - low) * u[:, 0]
-        low, high = self._how.shift_m
-        self._shift_m = low + (high - low) * u[:, 1]
-        self._sideways = torch.pi * (u[:, 2] - 0.5)
-        self._turn = self._how.turn_rad * (2 * u[:, 3] - 1)
+        self._how, n = disturbance.moving, len(point)
+        self._near_m = torch.zeros(n)
+        self._shift_m, self._sideways, self._turn = torch.zeros(3, n).unbind(0)
         self._point, self._facing = point.clone(), facing.clone()
         self._direction = torch.zeros_like(point)
-        self.elapsed_s = torch.full((len(point),), -1.0)
+        self.elapsed_s = torch.full((n,), -1.0)
         """[n]: time since the move began; −1 before it."""
+        self.restart(torch.arange(n), disturbance.draw, point, facing)
+
+    def restart(
+        self,
+        ids: Tensor,
+        draw: Tensor,
+        point: Tensor,
+        facing: Tensor,
+        moves: Tensor | None = None,
+    ) -> None:
+        """Begin anew in the scenes `ids` [m], with draws [m, 4] uniform in [0, 1), and points and
+        facings as above; moves [m] bool: which of them move; None: all."""
+        low, high = self._how.near_m
+        near_m = low + (high - low) * draw[:, 0]
+        self._near_m[ids] = near_m if moves is None else torch.where(moves, near_m, -1.0)
+        low, high = self._how.shift_m
+        self._shift_m[ids] = low + (high - low) * draw[:, 1]
+        self._sideways[ids] = torch.pi * (draw[:, 2] - 0.5)
+        self._turn[ids] = self._how.turn_rad * (2 * draw[:, 3] - 1)
+        self._point[ids], self._facing[ids] = point, facing
+        self._direction[ids], self.elapsed_s[ids] = 0.0, -1.0
+
+    def tensors(self) -> dict[str, Tensor]:
+        """All state, [n, ...] each, by name, without copies."""
+        return {
+            "near_m": self._near_m,
+            "shift_m": self._shift_m,
+            "sideways": self._sideways,
+            "turn": self._turn,
+            "point": self._point,
+            "facing": self._facing,
+            "direction": self._direction,
+            "elapsed_s": self.elapsed_s,
+        }
 
     def step(self, body: Body, seconds: float) -> tuple[Tensor, Tensor, Tensor] | None:
         """Scenes [m] that move in the next control step of `seconds`, with their floor points [m,
@@ -198,8 +259,8 @@ class Mover:
         moving = begin | (self.elapsed_s >= 0) & (self.elapsed_s < self._how.seconds)
         if not moving.any():
             return None
-        self.elapsed_s = torch.where(begin, 0.0, self.elapsed_s)
-        self.elapsed_s = torch.where(moving, self.elapsed_s + seconds, self.elapsed_s)
+        self.elapsed_s[begin] = 0.0
+        self.elapsed_s[moving] += seconds
         part = (self.elapsed_s / self._how.seconds).clamp(0.0, 1.0)
         part = part.square() * (3 - 2 * part)
         point = self._point + (part * self._shift_m)[:, None] * self._direction
