@@ -17,6 +17,7 @@ from world.errors import ChoiceError, ConfigError, InhabitError
 
 if TYPE_CHECKING:
     from console.run.experiment import Experiment
+    from console.run.recipe import Recipe
 
 DONE, FAILED, BAD_ARGUMENTS, INTERRUPTED = 0, 1, 2, 130
 
@@ -36,8 +37,9 @@ def parse(arguments: Sequence[str]) -> Any:
             return Annotated[kind, tyro.conf.subcommand(name=name)]
         return Annotated[kind, tyro.conf.subcommand(name=name, default=default)]
 
+    start, overrides = beginning(arguments)
     train = commands.Train(
-        task=tyro.MISSING, experiment=starting_point(arguments), preset=preset_of(arguments)
+        task=tyro.MISSING, experiment=start, preset=preset_of(arguments), overrides=overrides
     )
 
     def union(entries: Sequence[commands.Entry | commands.Group]) -> Any:
@@ -117,23 +119,54 @@ def settings_of_other_tasks(words: Sequence[str]) -> frozenset[tuple[type, str]]
 
 
 def starting_point(arguments: Sequence[str]) -> "Experiment":
-    """Return the defaults of the flags of `train`: the run's settings with --resume, else those of
-    a preset."""
+    """Return the defaults of the flags of `train`; see `beginning`."""
+    return beginning(arguments)[0]
+
+
+def beginning(arguments: Sequence[str]) -> "tuple[Experiment, tuple[str, ...]]":
+    """Return the defaults of the flags of `train`, and lines on what the flags override: the run's
+    settings with --resume, else those of a recipe or a preset."""
+    from console.run import recipe as recipes
     from console.run.directory import RunDirectory
     from console.run.experiment import PRESETS, read_experiment
 
     if "--resume" in arguments:
         run = value_of(arguments, "--run")
         if run and (Path(run) / "config.json").exists():
-            return read_experiment(RunDirectory(Path(run)))
-    return PRESETS.get(preset_of(arguments), PRESETS["fast"])
+            return read_experiment(RunDirectory(Path(run))), ()
+    if recipe := recipe_of(arguments):
+        return recipes.start(recipe, recipes.explicit_settings(arguments))
+    return PRESETS.get(preset_of(arguments), PRESETS["fast"]), ()
+
+
+def recipe_of(arguments: Sequence[str]) -> "Recipe | None":
+    """Return the recipe of `train TASK --recipe`; None without one.
+
+    Raises ChoiceError for an unknown name, ConfigError for an invalid file or another --preset.
+    """
+    from console.run import recipe as recipes
+
+    name = value_of(arguments, "--recipe")
+    if list(arguments[:1]) != ["train"] or not name or name.startswith("--"):
+        return None
+    task = next((word for word in arguments[1:2] if not word.startswith("-")), "")
+    found = recipes.find(name, task)
+    given = value_of(arguments, "--preset")
+    if given not in (None, found.preset):
+        raise ConfigError(
+            f"--preset {given}: the recipe {name} is of the preset {found.preset}: leave one out"
+        )
+    return found
 
 
 def preset_of(arguments: Sequence[str]) -> Any:
-    """Return the preset of --preset, else the one with the task's name, else fast."""
+    """Return the preset of --preset, else that of the recipe, else the one with the task's name,
+    else fast."""
     from console.run.experiment import PRESETS
 
     given = value_of(arguments, "--preset")
+    if given is None and (recipe := recipe_of(arguments)):
+        return recipe.preset
     task = next((word for word in arguments[1:2] if word in PRESETS), "fast")
     # an unknown preset is refused when the flag is parsed
     return given if given in PRESETS else task

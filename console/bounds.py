@@ -26,6 +26,10 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "seed": (_SEED,), "scenes": ((1, 1e6),), "horizon": ((1, 1e4),), "block": ((1, 1e5),),
         "clone_passes": ((0, 1e4),), "clone_samples": ((1, 1e8),),
     },
+    "Stage": {
+        "success": (_FRACTION,), "episodes": (_COUNT,), "at_least": ((0, 1e15),),
+        "limit": ((1, 1e15),),
+    },
     "WarpConfig": {"nconmax": ((1, 1e5),), "njmax": ((1, 1e5),)},
     "LagConfig": {"max_policy": (_LAG,), "max_style": (_LAG,)},
     "WorldConfig": {

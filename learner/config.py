@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 Schedule = tuple[tuple[float, float], ...]
-"""(samples, value) points: linear between them, constant before the first and after the last."""
+"""(samples, value) points: linear between them, constant before the first and after the last. In a
+run with stages, samples count from the beginning of the stage."""
 
 
 def piecewise(schedule: Sequence[tuple[float, float]], samples: float) -> float:

@@ -31,6 +31,10 @@ class EpisodeWindow:
             for key in (*KEYS, *more)
         }
 
+    def __len__(self) -> int:
+        """Number of episodes in the window."""
+        return len(self._held["start"])
+
     def metrics(self) -> dict[str, float]:
         """Means by `episode/<key>`; empty until an episode has ended."""
         start = self._held["start"]

@@ -17,6 +17,7 @@ from learner.ppo import Learner
 from learner.protocols import Checkpointer, Fleet, Recorder, State, Style, StyleScores
 from learner.returns import mixed_reward
 from learner.segments import Failures
+from learner.stages import Outcome, StageEnd
 from policy.rollout import Rollout
 from world.device import put
 
@@ -73,8 +74,10 @@ class Loop:
         terms: Sequence[str] = (),
         categories: Sequence[str] = (),
         division: Division | None = None,
+        stage: StageEnd | None = None,
     ) -> None:
-        """division: of the scenes over the tasks of a mixture; None: one task."""
+        """division: of the scenes over the tasks of a mixture; None: one task. stage: end of the
+        present stage of the training; None: a training without stages."""
         self.learner = learner
         self.fleet = fleet
         self.gathering = Gathering(fleet, config.lag.overlap, learner.device)
@@ -84,7 +87,11 @@ class Loop:
         self.config = config
         self.terms = tuple(terms)
         self.division = division
-        self.episodes = EpisodeWindow(config.episode_window, categories)
+        self.stage = stage
+        self.unmet = ""
+        """Numbers of the earlier stages that ended at their limit, as in 1,3."""
+        window = config.episode_window if stage is None else stage.episodes
+        self.episodes = EpisodeWindow(window, categories)
         self.failures = Failures()
         self.seconds = 0.0
         self.best_score = -math.inf
@@ -96,9 +103,10 @@ class Loop:
         )
 
     def run(self, stop: Callable[[], bool] = lambda: False) -> None:
-        """Iterate until a limit of the config or until `stop()`; write a last checkpoint."""
+        """Iterate until a limit of the config, the end of the stage or `stop()`; write a last
+        checkpoint."""
         saved = None
-        while not self._finished() and not stop():
+        while not self.finished and not self.stage_outcome() and not stop():
             metrics = self.iterate()
             require_finite(self.learner.version, metrics)
             self.recorder.record(self.learner.version, metrics)
@@ -150,6 +158,7 @@ class Loop:
             metrics
             | self.episodes.metrics()
             | {f"reward/{name}": mean for name, mean in means.items()}
+            | self._stage_metrics()
             | {
                 "samples": float(learner.samples),
                 "seconds": self.seconds,
@@ -231,7 +240,26 @@ class Loop:
             valid = valid & self.division.styled.to(valid.device)
         return float(reward[valid].mean())
 
-    def _finished(self) -> bool:
+    def stage_outcome(self) -> Outcome:
+        """Whether the stage has ended, and how; it goes on for ever in a training without
+        stages."""
+        if self.stage is None:
+            return ""
+        samples, ended = self.learner.stage_samples, len(self.episodes)
+        return self.stage.outcome(samples, ended, self.episodes.metrics())
+
+    def _stage_metrics(self) -> dict[str, float]:
+        if self.stage is None:
+            return {}
+        return {
+            "recipe/stage": float(self.stage.number),
+            "recipe/samples": float(self.learner.stage_samples),
+            "recipe/unmet": float(len(self.unmet.split(",")) if self.unmet else 0),
+        }
+
+    @property
+    def finished(self) -> bool:
+        """Whether a limit of the config is reached."""
         iterations, samples = self.config.iterations, self.config.samples
         return (iterations is not None and self.learner.version >= iterations) or (
             samples is not None and self.learner.samples >= samples
@@ -256,26 +284,46 @@ class Loop:
                 "failures": self.failures.state_dict(),
                 "seconds": self.seconds,
                 "best_score": self.best_score if math.isfinite(self.best_score) else None,
+                **self._stage_state(),
             },
             "style": {} if self.style is None else self.style.state_dict(),
         }
 
-    def load_state_dict(self, state: State) -> None:
-        """Restore a state: the run goes on bit for bit as if it had not stopped."""
+    def _stage_state(self) -> State:
+        if self.stage is None:
+            return {}
+        return {"stage": {"number": self.stage.number, "unmet": self.unmet}}
+
+    def begin_stage(self, state: State, outcome: Outcome) -> None:
+        """Go on from the state of a loop whose stage ended so: with its networks, optimisers and
+        discriminator, while all episodes and their statistics begin anew."""
+        self._load_learning(state)
+        learner, before = self.learner, state["training"]["stage"]
+        learner.stage_start = learner.samples
+        missed = [str(before["number"])] if outcome == "limit" else []
+        self.unmet = ",".join([*filter(None, before["unmet"].split(",")), *missed])
+
+    def _load_learning(self, state: State) -> None:
         training = state["training"]
         self.learner.load_policy_state(state["policy"])
         self.learner.load_state_dict(training["learner"])
-        self.gathering.load_state_dict(training)
         # Absent in checkpoints of older runs, whose batch ids were their iterations.
         self.batches = int(training.get("batches", self.learner.version))
-        self.episodes.load_state_dict(training["episodes"])
         if "failures" in training:  # older runs counted none
             self.failures.load_state_dict(training["failures"])
         self.seconds = float(training["seconds"])
-        best = training["best_score"]
-        self.best_score = -math.inf if best is None else float(best)
         if self.style is not None:
             self.style.load_state_dict(state["style"])
+
+    def load_state_dict(self, state: State) -> None:
+        """Restore a state: the run goes on bit for bit as if it had not stopped."""
+        training = state["training"]
+        self._load_learning(state)
+        self.gathering.load_state_dict(training)
+        self.episodes.load_state_dict(training["episodes"])
+        best = training["best_score"]
+        self.best_score = -math.inf if best is None else float(best)
+        self.unmet = training.get("stage", {}).get("unmet", "")
 
     def close(self) -> None:
         """End the threads; fleet and style stay open."""

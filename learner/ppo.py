@@ -86,6 +86,8 @@ class Learner:
         self.actor_rate = config.actor_rate
         self.version = 0
         self.samples = 0
+        self.stage_start = 0
+        """Number of samples at the beginning of the stage, from which the schedules count."""
         self.warmup_left = config.warmup_iterations
         actor_step = ActorStep(self.actor, self.actor_optimiser, config, self.precision)
         critic_step = CriticStep(self.critic, self.critic_optimiser, config, self.precision)
@@ -100,7 +102,12 @@ class Learner:
     @property
     def sigma(self) -> float:
         """Standard deviation of the action noise of the next rollout."""
-        return piecewise(self.config.sigma, self.samples)
+        return piecewise(self.config.sigma, self.stage_samples)
+
+    @property
+    def stage_samples(self) -> int:
+        """Number of samples since the beginning of the stage."""
+        return self.samples - self.stage_start
 
     def weights(self) -> dict[str, Tensor]:
         """Weights for acting: the actor and the observation normaliser; on the CPU."""
@@ -297,8 +304,8 @@ class Learner:
         """The epochs of the actor; nothing is read from the device before they are all queued."""
         began = time.perf_counter()
         config = self.config
-        target = piecewise(config.kl_target, self.samples)
-        clip = piecewise(config.clip, self.samples)
+        target = piecewise(config.kl_target, self.stage_samples)
+        clip = piecewise(config.clip, self.stage_samples)
         numbers = [sigma, clip, config.kl_skip * target, self.actor_rate]
         settings = put(torch.tensor(numbers, dtype=torch.float64), self.device)
         epochs = [] if self.warmup_left else self._minibatches(len(batch.targets), 1)
@@ -354,6 +361,7 @@ class Learner:
             "actor_rate": self.actor_rate,
             "version": self.version,
             "samples": self.samples,
+            "stage_start": self.stage_start,
             "warmup_left": self.warmup_left,
         }
 
@@ -366,6 +374,7 @@ class Learner:
         self.actor_rate = float(state["actor_rate"])
         self.version = int(state["version"])
         self.samples = int(state["samples"])
+        self.stage_start = int(state.get("stage_start", 0))  # older runs had no stages
         self.warmup_left = int(state["warmup_left"])
 
     def close(self) -> None:

@@ -39,7 +39,12 @@ class Train:
     """Run directory; default: runs/TASK-<date>-<n>. An existing one needs --resume or --restart."""
     preset: Preset = "fast"
     """Preset of the settings below: fast (512 x 256 networks), paper (1024 x 512), or track (motion
-    tracking, the default of the task track)."""
+    tracking, the default of the task track); a recipe has its own."""
+    recipe: str = ""
+    """Train in the stages of a recipe, each until its condition is measured: a NAME of the package
+    (paper), or a .toml file. Flags of settings hold in all stages. See --dry-run."""
+    overrides: Annotated[tuple[str, ...], tyro.conf.Fixed, tyro.conf.Suppress] = ()
+    """Lines on settings of the recipe that the flags override."""
     motions: tuple[Path, ...] = ()
     """Motion clips, files or folders; default: the package's own clips."""
     objects: tuple[str, ...] = ()

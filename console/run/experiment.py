@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from console.run.directory import RunDirectory, RunError
 from console.run.renamed import current
+from console.run.stages import Stage
 from discriminator.config import StyleConfig
 from learner.config import LagConfig, LearnerConfig
 from world.config import InitialStates, WorldConfig
@@ -46,6 +47,8 @@ class Experiment:
     """Number of clip states in the behaviour cloning, each with noise."""
     lag: LagConfig = field(default_factory=LagConfig)
     """Overlap of acting and learning, and the greatest age of the samples of an update."""
+    stages: tuple[Stage, ...] = ()
+    """Stages of a recipe, one after the other; empty: the settings hold throughout."""
     world: WorldConfig = field(default_factory=WorldConfig)
     ppo: LearnerConfig = field(default_factory=LearnerConfig)
     style: StyleConfig = field(default_factory=StyleConfig)
@@ -129,6 +132,8 @@ def from_json(kind: Any, value: Any, where: str = "config") -> Any:
         if unknown:
             raise ConfigError(f"{where} holds unknown settings: {', '.join(unknown)}")
         return kind(**{k: from_json(hints[k], v, f"{where}.{k}") for k, v in value.items()})
+    if kind is Any:
+        return value
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
     if origin in (typing.Union, types.UnionType):
         if value is None:

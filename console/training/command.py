@@ -1,7 +1,6 @@
 """`inhabit train`: creates or resumes a run and trains until a limit or a stop signal."""
 
 import contextlib
-import json
 import shutil
 import signal
 import sys
@@ -16,42 +15,31 @@ from typing import Any
 
 import torch
 
+from console import bounds
 from console.commands import Train
-from console.run import assembly, machine, mixing
+from console.run import assembly, machine, mixing, recipe
 from console.run.directory import RunDirectory, RunError, checkpoint_folder, new_run
 from console.run.experiment import (
     Experiment,
     check,
     differences,
-    experiment_from_json,
     read_experiment,
-    to_json,
     with_learner_threads,
 )
-from console.run.metrics import Recorder, open_recorders, truncate_metrics
+from console.run.metrics import Recorder, open_recorders
 from console.run.renamed import flag
 from console.terminal import leave_soon
-from console.training import dry_run
+from console.training import beginning, dry_run
+from console.training.beginning import recorded, require_unedited
 from console.training.display import Display, Goal, open_display
-from console.training.runners import open_runner
-from learner.cloning import clone
-from learner.config import LoopConfig
-from learner.loop import Loop
-from learner.ppo import Learner
-from policy.checkpoints import lineage
-from policy.checkpoints.format import Manifest, read, read_manifest
-from policy.checkpoints.lineage import Origin
-from policy.checkpoints.run_checkpoints import RunCheckpoints, read_newest
-from policy.checkpoints.transfer import adopt
+from console.training.staging import Training
+from policy.checkpoints.format import read_manifest
 from policy.errors import CheckpointError
 from world import device as devices
 from world import tasks
-from world.character.features import STATE
-from world.episodes.cloning import pairs
 from world.errors import ConfigError
 from world.meshes import collection
 from world.scene.simulators import require_warp
-from world.tasks.mixture import is_mixed
 
 INTERRUPTED = 130
 
@@ -60,6 +48,8 @@ def train(command: Train) -> int:
     """Run `inhabit train`; return the exit code."""
     experiment = resolve(command)
     if command.dry_run:
+        for line in command.overrides:
+            print(line)
         print(dry_run.describe(experiment))
         return 0
     run = RunDirectory(command.run) if command.run else new_run(command.task)
@@ -100,6 +90,13 @@ def resolve(command: Train) -> Experiment:
         raise ConfigError("--init starts a new run, --resume continues one: choose one")
     if (command.resume or command.restart) and command.run is None:
         raise ConfigError("--resume and --restart need --run")
+    if command.style_service.address and any(
+        key.startswith("style.") for stage in command.experiment.stages for key in stage.settings
+    ):
+        raise ConfigError(
+            "--style-service.address: the stages of this recipe change settings of style, which a"
+            " standalone service keeps: leave it out"
+        )
     if command.address and command.runner != "ray":
         raise ConfigError("--address joins a Ray cluster: add --runner ray")
     devices.resolve(command.experiment.device)  # refused before a run is made
@@ -119,7 +116,16 @@ def resolve(command: Train) -> Experiment:
     ):
         raise ConfigError("--style.mask-holding: only a task with a box to hold can hide the arms")
     mixing.mixture_of(experiment)  # a mixture that cannot be is refused before a run is made
-    return check(with_learner_threads(experiment, command.threads or machine.cores()))
+    experiment = with_learner_threads(experiment, command.threads or machine.cores())
+    for number, stage in enumerate(experiment.stages, 1):  # refused at once, not hours later
+        recipe.stage_end(experiment, number, mixing.kind_names(experiment))
+        staged = recipe.staged(experiment, number)
+        try:
+            bounds.require(staged)
+            check(staged)
+        except ConfigError as error:
+            raise ConfigError(f"--recipe: stage {stage.name}: {error}") from None
+    return check(experiment)
 
 
 def _furniture(name: str) -> str:
@@ -127,18 +133,15 @@ def _furniture(name: str) -> str:
     return name if name in collection.SPLITS else str(Path(name).resolve())
 
 
-def workers(command: Train, experiment: Experiment) -> int:
-    """Return the number of rollout workers: --actors, else one per thread, at most one per block
-    of scenes."""
-    wanted = command.actors or command.threads or machine.cores()
-    return wanted if command.actors else min(wanted, experiment.scenes // experiment.block)
-
-
 def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
     """Prepare the run directory, or refuse it with RunError and leave its files untouched."""
     if command.resume:
         if not run.config.exists():
             raise RunError(f"{run.path} holds no run to resume: leave out --resume to start one")
+        own = run.read_config().get("recipe", "")
+        if command.recipe not in ("", own):
+            said = f"with --recipe {own}" if own else "without a recipe"
+            raise RunError(f"{run.path} was started {said}: --resume goes on with that")
         # settings that are newer than the run have their defaults
         started = recorded(read_experiment(run))
         changed = list(differences(_anywhere(started), _anywhere(recorded(experiment))))
@@ -168,34 +171,14 @@ def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
             "task": command.task,
             "seed": experiment.seed,
             "preset": command.preset,
+            "recipe": command.recipe,
+            "overrides": list(command.overrides),
             "experiment": recorded(experiment),
             "machine": machine.describe(),
             "commit": machine.commit(),
             "command": sys.argv[1:],
         }
     )
-
-
-def require_unedited(manifest: Manifest, experiment: Experiment, run: RunDirectory) -> None:
-    """Raise RunError, with the differences, where config.json differs from the settings of a
-    checkpoint."""
-    noted = manifest.notes.get("experiment")
-    if noted is None:
-        return  # checkpoints of earlier versions record no experiment
-    trained = experiment_from_json(json.loads(noted), f"{run.path}'s checkpoint")
-    changed = list(differences(recorded(trained), recorded(experiment)))
-    if changed:
-        raise RunError(
-            f"{run.config} was changed since the checkpoint was written: {'; '.join(changed)}"
-            " (restore the former values, or start another run with --init)"
-        )
-
-
-def recorded(experiment: Experiment) -> dict[str, Any]:
-    """Return the settings in config.json, which --resume compares: all that numbers depend on."""
-    config = to_json(experiment)
-    config["ppo"].pop("threads")
-    return config
 
 
 def _anywhere(config: dict[str, Any]) -> dict[str, Any]:
@@ -214,6 +197,8 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
         begun = threading.Event()
         stopped = stack.enter_context(interrupts(display.note, begun))
         display.note(f"run {run.path}")
+        for line in command.overrides:
+            display.note(line)
         for world in mixing.worlds(experiment):
             if left_out := assembly.training_pieces(world)[1]:
                 display.note(left_out)
@@ -223,128 +208,22 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
         stack.enter_context(devices.memory_refusals(device.torch, *blocks))
         if experiment.simulator == "warp":
             display.note("compiling the simulator's kernels: minutes the first time on a machine")
-        count = workers(command, experiment)
-        runner = stack.enter_context(
-            open_runner(command, experiment, run, count, display.note, device.torch)
-        )
-        learner = assembly.learner(experiment, device.torch)
-        display.note(learner.precision.reason)
-        note = display.note
         sinks = Recorders(display)
-        checkpoints = RunCheckpoints(
-            run.checkpoints,
-            assembly.layout(experiment),
-            assembly.notes(experiment, inherited(run, command)),
-            command.keep,
-        )
-        loop = Loop(
-            learner,
-            runner.fleet,
-            runner.style,
-            sinks,
-            checkpoints,
-            LoopConfig(
-                command.iterations,
-                command.samples,
-                command.checkpoint_every,
-                lag=experiment.lag,
-            ),
-            mixing.term_names(experiment),
-            runner.kinds,
-            mixing.division(experiment),
-        )
-        stack.callback(loop.close)
-        initialise(loop, run, command, experiment, note)
-        sinks.open(open_recorders(run, learner.samples))
         stack.callback(sinks.close)
-        begun.set()
         deadline = time.monotonic() + command.minutes * 60 if command.minutes else None
-        loop.run(lambda: stopped() or (deadline is not None and time.monotonic() >= deadline))
-        display.note(f"checkpoint {learner.version} in {run.checkpoints}")
+
+        def stop() -> bool:
+            return stopped() or (deadline is not None and time.monotonic() >= deadline)
+
+        def begin(samples: int) -> None:
+            sinks.open(open_recorders(run, samples))
+            begun.set()
+
+        origins = beginning.inherited(run, command)
+        training = Training(run, command, experiment, device.torch, display.note, sinks, origins)
+        resumed = beginning.newest(run, experiment, display.note) if command.resume else None
+        training.train(resumed, stop, begin)
         return INTERRUPTED if stopped() else 0
-
-
-def inherited(run: RunDirectory, command: Train) -> tuple[Origin, ...]:
-    """Return the origins of the weights that a training begins from: those of --init, or those that
-    the run's newest readable checkpoint names."""
-    if command.init:
-        return lineage.of(read_manifest(checkpoint_folder(command.init)).notes)
-    if command.resume:
-        for path in sorted(run.checkpoints.glob("[0-9]*"), reverse=True):
-            with contextlib.suppress(CheckpointError):
-                notes = read_manifest(path).notes
-                return lineage.of(notes) if lineage.NOTE in notes else ()
-    return ()
-
-
-def initialise(
-    loop: Loop,
-    run: RunDirectory,
-    command: Train,
-    experiment: Experiment,
-    note: Callable[[str], None],
-) -> None:
-    """Initialise the loop from a checkpoint, another run's networks, or behaviour cloning."""
-    learner = loop.learner
-    if command.resume:
-        found, damaged = read_newest(run.checkpoints, assembly.layout(experiment))
-        for line in damaged:
-            note(line)
-        require_unedited(found.manifest, experiment, run)
-        loop.load_state_dict(found.state)
-        dropped = truncate_metrics(run.metrics, learner.version)
-        lines = f", {dropped} lines of metrics dropped" if dropped else ""
-        note(f"resumed from {found.path}{lines}")
-    elif command.init:
-        path = checkpoint_folder(command.init)
-        found, mine = read(path, ("policy",)), assembly.layout(experiment)
-        state, theirs = found.state["policy"], found.manifest.layout
-        mixed = mixing.mixture_of(experiment)
-        if theirs.goal != mine.goal and is_mixed(theirs.goal):
-            # of a mixture, the policy of this task alone, or else of its first one
-            older = assembly.experiment_of(found.manifest, path)
-            others = mixing.mixture_of(older)
-            own = command.task if others is not None and command.task in others.names else ""
-            older, state = mixing.of_one_task(older, state, own)
-            theirs = assembly.layout(older)
-        if mixed is not None and theirs.goal != mine.goal:
-            names, level = mixed.equivalents(theirs.task), tasks.make(theirs.task).level
-            state = adopt(state, theirs, mine, names, str(path), level)
-        elif theirs.task == mine.task:
-            mine.require(theirs, str(path))
-        else:
-            equivalents, level = tasks.make(command.task).equivalents, tasks.make(theirs.task).level
-            state = adopt(state, theirs, mine, equivalents, str(path), level)
-        learner.load_policy_state(state)
-        other = "" if theirs.task == mine.task else f", of the task {theirs.task}"
-        note(f"networks and normalisers from {path}{other}")
-    elif experiment.clone_passes:
-        note(f"behaviour cloning: {experiment.clone_passes} passes over clips")
-        began = time.perf_counter()
-        errors = clone_clips(learner, experiment)
-        note(
-            f"behaviour cloning on the clips: error {errors[0]:.3f} -> {errors[-1]:.3f}"
-            f" in {time.perf_counter() - began:.1f} s"
-        )
-
-
-def clone_clips(learner: Learner, experiment: Experiment) -> list[float]:
-    """Clone the clips into the learner's actor; return the mean squared error of each epoch."""
-    world, seed = experiment.world, experiment.seed
-    found = pairs(
-        world,
-        assembly.library_of(world),
-        assembly.training_bank(world),
-        experiment.clone_samples,
-        seed,
-    )
-    if (mixed := mixing.mixture_of(experiment)) is not None:
-        state, goal = found[0].split((STATE.width, found[0].shape[1] - STATE.width), dim=1)
-        found = torch.cat((state, mixed.embed(0, goal)), dim=1), found[1]
-    inputs, actions = learner.canonical(*(devices.put(tensor, learner.device) for tensor in found))
-    return clone(
-        learner.actor, learner.normaliser, inputs, actions, experiment.clone_passes, seed=seed
-    )
 
 
 class Recorders:

@@ -2,10 +2,11 @@
 
 import io
 import json
+from dataclasses import replace
 
-from rich.table import Table
+from rich.table import Column, Table
 
-from console.run import mixing
+from console.run import mixing, recipe
 from console.run.experiment import Experiment, to_json
 from console.terminal import plain
 from world import tasks
@@ -19,7 +20,9 @@ def describe(experiment: Experiment, width: int = 100) -> str:
     console = plain(io.StringIO(), width, record=True)
     mixed = mixing.mixture_of(experiment)
     parts = (tasks.make(experiment.world.task),) if mixed is None else mixed.parts
-    console.print_json(json.dumps(to_json(experiment)), indent=2)
+    console.print_json(json.dumps(to_json(replace(experiment, stages=()))), indent=2)
+    if experiment.stages:
+        console.print(stages(experiment))
     console.print(features(STATE, "state"))
     goal = parts[0].goal if mixed is None else mixed.goal
     console.print(features(goal, "goal (policy and value function only)"))
@@ -29,6 +32,28 @@ def describe(experiment: Experiment, width: int = 100) -> str:
     for task in parts:
         console.print(_rewards(task, experiment, mixed is not None))
     return console.export_text().rstrip()
+
+
+def stages(experiment: Experiment) -> Table:
+    """Return a table with one row per stage of the experiment: what differs, and when it ends."""
+    shown = Table(
+        "stage", Column("settings that differ from those above", min_width=46), "ends when success",
+        "at most", title="schedule; samples count from the beginning of each stage",
+        title_justify="left", show_lines=True,
+    )  # fmt: skip
+    for number, stage in enumerate(experiment.stages, 1):
+        settings = [
+            f"{key.replace('_', '-')} {recipe.shown(value)}"
+            for key, value in stage.settings.items()
+        ]
+        when = f"{recipe.condition(stage)}\nof {stage.episodes:,} episodes"
+        if stage.at_least:
+            when += f"\nafter {stage.at_least / 1e6:g} M"
+        name = f"{number} {stage.name}\n{stage.about}".strip()
+        shown.add_row(name, "\n".join(settings), when, f"{stage.limit / 1e6:g} M")
+    most = sum(stage.limit for stage in experiment.stages)
+    shown.caption = f"at most {most / 1e6:g} M samples in all"
+    return shown
 
 
 def _rewards(task: Task, experiment: Experiment, mixed: bool) -> Table:

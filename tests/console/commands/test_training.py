@@ -21,7 +21,7 @@ def test_words_become_settings() -> None:
     found = parse(["evaluate", "run", "--trials", "8", "--near-m", "1", "--record", "r.msgpack"])
     assert found == Evaluate(Path("run"), trials=8, near_m=1.0, record=Path("r.msgpack"))
     found = parse(["publish", "run", "out", "--data", "d", "--licence", "l", "--average", "3"])
-    assert found == Publish(Path("run"), Path("out"), "d", "l", average=3)
+    assert found == Publish(Path("run"), Path("out"), data="d", licence="l", average=3)
     assert parse(["video", "run", "a.mp4"]) == Video(Path("run"), Path("a.mp4"))
 
 

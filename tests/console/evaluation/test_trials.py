@@ -1,5 +1,7 @@
 """The evaluation's protocol against geometry: who stands still, who is put onto the seat."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from console.evaluation.scores import Protocol, judge
 from console.evaluation.stepping import Trials
 from tests.support.console.trials import standing, teleported
 from world.character import model as character
-from world.config import WorldConfig
+from world.config import PerturbConfig, WorldConfig
 from world.furniture.catalogue import catalogue
 from world.objects.furniture_bank import scaled
 from world.tasks.sit import HIP_ABOVE_SEAT_M, Sit
@@ -60,3 +62,12 @@ def test_an_oracle_scores_all() -> None:
     assert figures["precision_m"] < 1e-4 and figures["falls"] == 0.0
     assert figures["by_stage"][-1]["stage"] == "held"
     assert figures["by_stage"][-1]["rate"] == 1.0
+
+
+def test_disturbances_of_training_are_no_part_of_an_evaluation() -> None:
+    chosen = trials.manifest(catalogue("test"), 8, 0)
+    perturb = PerturbConfig(pushes_per_s=30.0, projectiles_per_s=30.0, moved_fraction=1.0)
+    disturbed = trials.drive(replace(WORLD, perturb=perturb), standing, chosen, 10, 1, record=1)
+    calm = trials.drive(WORLD, standing, chosen, 10, 1)
+    assert np.array_equal(disturbed.error_m, calm.error_m)
+    assert disturbed.tracks[0].model.nq == character.NQ

@@ -1,0 +1,25 @@
+"""Stages of a recipe: settings that hold until a measured condition does."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One stage: its settings, and the condition that ends it."""
+
+    name: str
+    about: str = ""
+    """What is learned in it, in a sentence."""
+    settings: dict[str, Any] = field(default_factory=dict)
+    """Settings that differ from the run's, by dotted name; samples of a schedule such as ppo.sigma
+    count from the beginning of the stage."""
+    success: dict[str, float] = field(default_factory=dict)
+    """The condition: least success rate of training episodes, by category of initial state; ALL:
+    of all episodes."""
+    episodes: int = 2048
+    """Number of last episodes, all of this stage, that the success rates are of."""
+    at_least: int = 0
+    """Number of samples of the stage before which the condition is not looked at."""
+    limit: int = 1
+    """Number of samples of the stage at which it ends although its condition does not hold."""

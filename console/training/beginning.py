@@ -1,0 +1,151 @@
+"""What a training begins from: its checkpoint, the networks of another run, or the clips."""
+
+import contextlib
+import json
+import time
+from collections.abc import Callable
+from typing import Any
+
+import torch
+
+from console.commands import Train
+from console.run import assembly, mixing
+from console.run.directory import RunDirectory, RunError, checkpoint_folder
+from console.run.experiment import Experiment, differences, experiment_from_json, to_json
+from console.run.metrics import truncate_metrics
+from console.run.recipe import staged
+from learner.cloning import clone
+from learner.loop import Loop
+from learner.ppo import Learner
+from policy.checkpoints import lineage
+from policy.checkpoints.format import Checkpoint, Manifest, read, read_manifest
+from policy.checkpoints.lineage import Origin
+from policy.checkpoints.run_checkpoints import read_newest
+from policy.checkpoints.transfer import adopt
+from policy.errors import CheckpointError
+from world import device as devices
+from world import tasks
+from world.character.features import STATE
+from world.episodes.cloning import pairs
+from world.tasks.mixture import is_mixed
+
+#: Note of a checkpoint: the number of the stage that it is in.
+STAGE = "stage"
+
+
+def require_unedited(manifest: Manifest, experiment: Experiment, run: RunDirectory) -> None:
+    """Raise RunError, with the differences, where config.json differs from the settings of a
+    checkpoint."""
+    noted = manifest.notes.get("experiment")
+    if noted is None:
+        return  # checkpoints of earlier versions record no experiment
+    trained = experiment_from_json(json.loads(noted), f"{run.path}'s checkpoint")
+    own = staged(experiment, int(manifest.notes.get(STAGE, "1")))
+    changed = list(differences(recorded(trained), recorded(own)))
+    if changed:
+        raise RunError(
+            f"{run.config} was changed since the checkpoint was written: {'; '.join(changed)}"
+            " (restore the former values, or start another run with --init)"
+        )
+
+
+def recorded(experiment: Experiment) -> dict[str, Any]:
+    """Return the settings in config.json, which --resume compares: all that numbers depend on."""
+    config = to_json(experiment)
+    config["ppo"].pop("threads")
+    return config
+
+
+def newest(run: RunDirectory, experiment: Experiment, note: Callable[[str], None]) -> Checkpoint:
+    """Return the newest readable checkpoint of a run that resumes; a line on each damaged one."""
+    found, damaged = read_newest(run.checkpoints, assembly.layout(experiment))
+    for line in damaged:
+        note(line)
+    require_unedited(found.manifest, experiment, run)
+    return found
+
+
+def stage_of(found: Checkpoint) -> int:
+    """Return the number of the stage that a checkpoint is in, from 1; 1 without stages."""
+    return int(found.state["training"].get(STAGE, {}).get("number", 1))
+
+
+def inherited(run: RunDirectory, command: Train) -> tuple[Origin, ...]:
+    """Return the origins of the weights that a training begins from: those of --init, or those that
+    the run's newest readable checkpoint names."""
+    if command.init:
+        return lineage.of(read_manifest(checkpoint_folder(command.init)).notes)
+    if command.resume:
+        for path in sorted(run.checkpoints.glob("[0-9]*"), reverse=True):
+            with contextlib.suppress(CheckpointError):
+                notes = read_manifest(path).notes
+                return lineage.of(notes) if lineage.NOTE in notes else ()
+    return ()
+
+
+def initialise(
+    loop: Loop,
+    run: RunDirectory,
+    command: Train,
+    experiment: Experiment,
+    note: Callable[[str], None],
+    resumed: Checkpoint | None = None,
+) -> None:
+    """Initialise the loop from the checkpoint that the run resumes from, another run's networks, or
+    behaviour cloning."""
+    learner = loop.learner
+    if resumed is not None:
+        loop.load_state_dict(resumed.state)
+        dropped = truncate_metrics(run.metrics, learner.version)
+        lines = f", {dropped} lines of metrics dropped" if dropped else ""
+        note(f"resumed from {resumed.path}{lines}")
+    elif command.init:
+        path = checkpoint_folder(command.init)
+        found, mine = read(path, ("policy",)), assembly.layout(experiment)
+        state, theirs = found.state["policy"], found.manifest.layout
+        mixed = mixing.mixture_of(experiment)
+        if theirs.goal != mine.goal and is_mixed(theirs.goal):
+            # of a mixture, the policy of this task alone, or else of its first one
+            older = assembly.experiment_of(found.manifest, path)
+            others = mixing.mixture_of(older)
+            own = command.task if others is not None and command.task in others.names else ""
+            older, state = mixing.of_one_task(older, state, own)
+            theirs = assembly.layout(older)
+        if mixed is not None and theirs.goal != mine.goal:
+            names, level = mixed.equivalents(theirs.task), tasks.make(theirs.task).level
+            state = adopt(state, theirs, mine, names, str(path), level)
+        elif theirs.task == mine.task:
+            mine.require(theirs, str(path))
+        else:
+            equivalents, level = tasks.make(command.task).equivalents, tasks.make(theirs.task).level
+            state = adopt(state, theirs, mine, equivalents, str(path), level)
+        learner.load_policy_state(state)
+        other = "" if theirs.task == mine.task else f", of the task {theirs.task}"
+        note(f"networks and normalisers from {path}{other}")
+    elif experiment.clone_passes:
+        note(f"behaviour cloning: {experiment.clone_passes} passes over clips")
+        began = time.perf_counter()
+        errors = clone_clips(learner, experiment)
+        note(
+            f"behaviour cloning on the clips: error {errors[0]:.3f} -> {errors[-1]:.3f}"
+            f" in {time.perf_counter() - began:.1f} s"
+        )
+
+
+def clone_clips(learner: Learner, experiment: Experiment) -> list[float]:
+    """Clone the clips into the learner's actor; return the mean squared error of each epoch."""
+    world, seed = experiment.world, experiment.seed
+    found = pairs(
+        world,
+        assembly.library_of(world),
+        assembly.training_bank(world),
+        experiment.clone_samples,
+        seed,
+    )
+    if (mixed := mixing.mixture_of(experiment)) is not None:
+        state, goal = found[0].split((STATE.width, found[0].shape[1] - STATE.width), dim=1)
+        found = torch.cat((state, mixed.embed(0, goal)), dim=1), found[1]
+    inputs, actions = learner.canonical(*(devices.put(tensor, learner.device) for tensor in found))
+    return clone(
+        learner.actor, learner.normaliser, inputs, actions, experiment.clone_passes, seed=seed
+    )

@@ -1,0 +1,141 @@
+"""The training itself: one loop, or with a recipe one for each stage."""
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+
+import torch
+
+from console.commands import Train
+from console.run import assembly, machine, mixing, recipe
+from console.run.directory import RunDirectory
+from console.run.experiment import Experiment
+from console.training import beginning
+from console.training.runners import open_runner
+from learner.config import LoopConfig
+from learner.loop import Loop
+from learner.protocols import Recorder, State
+from learner.stages import Outcome
+from policy.checkpoints.format import Checkpoint
+from policy.checkpoints.lineage import Origin
+from policy.checkpoints.run_checkpoints import RunCheckpoints
+
+
+def workers(command: Train, experiment: Experiment) -> int:
+    """Return the number of rollout workers: --actors, else one per thread, at most one per block
+    of scenes."""
+    wanted = command.actors or command.threads or machine.cores()
+    return wanted if command.actors else min(wanted, experiment.scenes // experiment.block)
+
+
+@dataclass(frozen=True)
+class Training:
+    """A training in a prepared run."""
+
+    run: RunDirectory
+    command: Train
+    experiment: Experiment
+    device: torch.device
+    note: Callable[[str], None]
+    """Takes a line for the user."""
+    recorder: Recorder
+    origins: Sequence[Origin]
+    """Origins of the weights that it begins from."""
+
+    def train(
+        self,
+        resumed: Checkpoint | None,
+        stop: Callable[[], bool],
+        begun: Callable[[int], None],
+    ) -> None:
+        """Train until a limit of the command, the end of the recipe, or `stop()`; write a last
+        checkpoint.
+
+        begun: called with the samples so far before the first iteration.
+        """
+        number = 1 if resumed is None else beginning.stage_of(resumed)
+        state: State | None = None
+        outcome: Outcome = ""
+        while True:
+            staged = recipe.staged(self.experiment, number)
+            with ExitStack() as stack:
+                loop = self._loop(stack, staged, number)
+                if state is None:
+                    beginning.initialise(loop, self.run, self.command, staged, self.note, resumed)
+                    begun(loop.learner.samples)
+                else:
+                    loop.begin_stage(state, outcome)
+                self._announce(number)
+                loop.run(stop)
+                outcome = loop.stage_outcome()
+                self._tell(loop, number, outcome)
+                last = number >= len(self.experiment.stages)
+                if not outcome or last or loop.finished or stop():
+                    self.note(f"checkpoint {loop.learner.version} in {self.run.checkpoints}")
+                    return
+                state = loop.state_dict()
+            number += 1
+
+    def _loop(self, stack: ExitStack, staged: Experiment, number: int) -> Loop:
+        command, run = self.command, self.run
+        count = workers(command, staged)
+        runner = stack.enter_context(
+            open_runner(command, staged, run, count, self.note, self.device)
+        )
+        learner = assembly.learner(staged, self.device)
+        if number == 1:
+            self.note(learner.precision.reason)
+        notes = assembly.notes(staged, self.origins)
+        if staged.stages:
+            notes |= {beginning.STAGE: str(number)}
+        checkpoints = RunCheckpoints(run.checkpoints, assembly.layout(staged), notes, command.keep)
+        loop = Loop(
+            learner,
+            runner.fleet,
+            runner.style,
+            self.recorder,
+            checkpoints,
+            LoopConfig(
+                command.iterations, command.samples, command.checkpoint_every, lag=staged.lag
+            ),
+            mixing.term_names(staged),
+            runner.kinds,
+            mixing.division(staged),
+            recipe.stage_end(staged, number, runner.kinds),
+        )
+        stack.callback(loop.close)
+        return loop
+
+    def _announce(self, number: int) -> None:
+        if not self.experiment.stages:
+            return
+        stage = self.experiment.stages[number - 1]
+        self.note(
+            f"{self._called(number)} begins: until {recipe.condition(stage)} of"
+            f" {stage.episodes:,} episodes, at most {stage.limit / 1e6:g} M samples"
+        )
+
+    def _tell(self, loop: Loop, number: int, outcome: Outcome) -> None:
+        """Say how a stage ended, and at the end of the recipe which conditions failed."""
+        if not outcome or loop.stage is None:
+            return
+        found = measured(loop.stage.success, loop.stage.measured(loop.episodes.metrics()))
+        samples = f"{loop.learner.stage_samples / 1e6:.3g} M samples"
+        unmet = [*filter(None, loop.unmet.split(","))]
+        if outcome == "met":
+            self.note(f"{self._called(number)} ended after {samples}: {found}")
+        else:
+            unmet.append(str(number))
+            self.note(f"{self._called(number)} FAILED its condition within {samples}: {found}")
+        if number == len(self.experiment.stages):
+            end = f"failed: stage {', '.join(unmet)}" if unmet else "all conditions were met"
+            self.note(f"the recipe has ended; {end}")
+
+    def _called(self, number: int) -> str:
+        stages = self.experiment.stages
+        return f"stage {number} of {len(stages)}, {stages[number - 1].name},"
+
+
+def measured(wanted: Mapping[str, float], found: Mapping[str, float]) -> str:
+    """Return success rates beside the wanted ones, as in `near 0.412 of 0.40`."""
+    return ", ".join(f"{kind} {found[kind]:.3f} of {least:.2f}" for kind, least in wanted.items())

@@ -1,0 +1,124 @@
+"""Recipes: files, refusals, what flags override, the settings of each stage."""
+
+from dataclasses import replace
+
+import pytest
+
+from console.app import parse
+from console.run import recipe
+from console.run.experiment import PRESETS, check
+from tests.support.console.recipes import TINY
+from world.errors import ChoiceError, ConfigError
+from world.initial.reference import KINDS
+
+TASKS = ("sit", "lie", "carry", "walk")
+STAGE = '[[stage]]\nname = "a"\n'
+ENDS = "ends = { success = { near = 0.5 }, limit = 100 }\n"
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_the_packages_recipes_hold_what_they_promise(task: str) -> None:
+    found = recipe.find("paper", task)
+    experiment, lines = recipe.start(found, ())
+    assert not lines and experiment.seed == 0
+    experiment = replace(experiment, world=replace(experiment.world, task=task))
+    names = [stage.name for stage in experiment.stages]
+    assert len(set(names)) == len(names) > 3 and names[-1] == "disturbed"
+    seeds = set()
+    for number, stage in enumerate(experiment.stages, 1):
+        staged = check(recipe.staged(experiment, number))
+        seeds.add(staged.seed)
+        end = recipe.stage_end(experiment, number, KINDS)
+        assert end is not None and end.number == number
+        assert 0 < end.at_least < end.limit or end.at_least == 0 < end.limit
+        assert stage.about, "a researcher reads why"
+        for key in {"ppo.sigma", "ppo.kl_target"} & set(stage.settings):
+            assert [list(p) for p in getattr(staged.ppo, key[4:])] == stage.settings[key]
+        fractions = staged.world.initial
+        kinds = {"reference": fractions.reference, "near": fractions.near, "far": fractions.far}
+        assert all(kinds[kind] > 0.0 for kind in stage.success), "measured kinds are drawn"
+        assert (staged.world.perturb.projectiles_per_s > 0) == (stage.name == "disturbed")
+    assert len(seeds) == len(names), "no stage repeats another's draws"
+    assert recipe.names(task) == ["paper"]
+
+
+def test_a_stage_changes_its_settings_alone_and_not_those_of_the_next() -> None:
+    found = recipe.parsed(TINY.encode(), "tiny")
+    experiment, _ = recipe.start(found, ())
+    first, second = recipe.staged(experiment, 1), recipe.staged(experiment, 2)
+    assert first.ppo.sigma == ((0.0, 0.05), (512.0, 0.04)) and first.world.initial.near == 0.6
+    assert second.ppo.sigma == ((0.0, 0.03),) and second.ppo.mirror_weight == 0.01
+    assert second.world.initial == PRESETS["fast"].world.initial
+    assert first.world.episode_s == second.world.episode_s == 0.5
+    assert recipe.staged(PRESETS["fast"], 1) is PRESETS["fast"]
+    assert recipe.stage_end(PRESETS["fast"], 1, KINDS) is None
+
+
+def test_a_flag_holds_in_all_stages_and_is_told(tmp_path) -> None:
+    path = tmp_path / "tiny.toml"
+    path.write_text(TINY)
+    words = ["train", "sit", "--recipe", str(path), "--ppo.sigma", "0", "0.02"]
+    command = parse([*words, "--world.episode-s=2", "--ppo.gamma", "0.9", "--world.no-mirror"])
+    for number in (1, 2, 3):
+        staged = recipe.staged(command.experiment, number)
+        assert staged.ppo.sigma == ((0.0, 0.02),) and staged.ppo.gamma == 0.9
+        assert staged.world.episode_s == 2.0 and not staged.world.mirror
+    assert command.overrides == (
+        f"--ppo.sigma overrides the recipe {path}: stage 1, 2",
+        f"--world.episode-s overrides the recipe {path}: settings",
+    )
+    assert parse(["train", "sit"]).overrides == () and not parse(["train", "sit"]).experiment.stages
+
+
+def test_what_contradicts_a_recipe_is_refused() -> None:
+    with pytest.raises(ConfigError, match=r"--preset paper: the recipe paper is of the preset"):
+        parse(["train", "sit", "--recipe", "paper", "--preset", "paper"])
+    assert parse(["train", "sit", "--recipe", "paper", "--preset", "fast"]).experiment.stages
+    with pytest.raises(ChoiceError, match=r"--recipe.*'papr'.*paper"):
+        parse(["train", "sit", "--recipe", "papr"])
+    with pytest.raises(ChoiceError, match="--recipe"):
+        parse(["train", "track", "--recipe", "paper"])
+    with pytest.raises(ConfigError, match=r"none\.toml: no such file"):
+        parse(["train", "sit", "--recipe", "none.toml"])
+    with pytest.raises(ConfigError, match="--stages is set by --recipe"):
+        parse(["train", "sit", "--stages", "3"])
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("preset = ", "x: not valid TOML"),
+        (b"\xff", "x: not valid TOML"),
+        ("preset = 'slow'", "x: preset 'slow'; choose fast"),
+        ("", "x: has no"),
+        ("stage = 3", "x: has no"),
+        ("stages = []\n" + STAGE + ENDS, "x: unknown stages"),
+        (STAGE, "stage a: needs a name, ends.success and ends.limit"),
+        ("[[stage]]\n" + ENDS, "stage ?: needs a name"),
+        (STAGE + "ends = { success = { near = 0.5 } }", "ends.success and ends.limit"),
+        (STAGE + "ends = { success = { near = 1.5 }, limit = 9 }", "rates are from 0 to 1"),
+        (STAGE + "ends = { success = { near = -1 }, limit = 9 }", "numbers from 0"),
+        (STAGE + "ends = { success = { near = '1' }, limit = 9 }", "numbers from 0"),
+        (STAGE + ENDS + "until = 3", "unknown until"),
+        (STAGE + ENDS + "settings = { 'ppo.sigmma' = 1 }", "there is no setting ppo.sigmma"),
+        (STAGE + ENDS + "settings = { 'ppo.gamma' = 'x' }", "gamma"),
+        (STAGE + ENDS + "settings = { 'ppo.sigma' = [[0]] }", "stage a"),
+        (STAGE + ENDS + "settings = { 'ppo.hidden' = [3, 4] }", "is one for all stages"),
+        (STAGE + ENDS + "settings = { 'scenes' = 64 }", "scenes is one for all stages"),
+        (STAGE + ENDS + "settings = { ppo.gamma = 0.9 }", "name settings as flags, in quotes"),
+        ("[settings]\n'world' = 3\n" + STAGE + ENDS, "there is no setting world"),
+    ],
+)  # fmt: skip
+def test_an_invalid_file_is_refused_by_one_line_that_names_the_entry(
+    text: str | bytes, said: str
+) -> None:
+    content = text.encode() if isinstance(text, str) else text
+    with pytest.raises(ConfigError) as found:
+        recipe.parsed(content, "x")
+    assert said in str(found.value) and str(found.value).startswith("x")
+
+
+def test_a_condition_on_a_category_that_the_task_lacks_is_refused() -> None:
+    experiment, _ = recipe.start(recipe.parsed(TINY.encode(), "tiny"), ())
+    with pytest.raises(ConfigError, match="stage second: success of near; choose carry_near, all"):
+        recipe.stage_end(experiment, 2, ["carry_near"])
