@@ -89,6 +89,7 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "trials": ((1, 1e7),), "near_m": (_LENGTH_M,), "far_m": (_LENGTH_M,),
         "quality": ((0, 1e6),),
         "seed": (_SEED,), "threads": (_THREADS,), "record_trials": ((1, 1e4),),
+        "worst": ((0, 200),),
     },
     "Realism": {
         "trials": ((2, 1e5),), "folds": ((1, 100),), "noise_rad": ((0, 10),),

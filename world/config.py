@@ -127,8 +127,15 @@ class WorldConfig:
     objects: tuple[str, ...] = ()
     """Furniture: files or folders of imported pieces, and `train` for the package's own training
     pieces; empty: those alone."""
+    held_out: bool = True
+    """Train on imported pieces that are held out for evaluation as well: those named in
+    held-out.txt beside them, or in the package's list. New trainings leave them out."""
     pieces: int = 60
     """Number of training pieces of the package's own furniture."""
+    classes: tuple[str, ...] = ()
+    """Classes of the package's own training furniture, in rotation; train sets those of the task
+    (sit: chair, armchair, low-stool, high-stool, sofa, bed). Empty, as in runs of earlier versions:
+    of sit the first four."""
     scales: int = 6
     """Number of sizes of each piece, spread over `scale`."""
     scale: tuple[float, float] = (0.8, 1.2)

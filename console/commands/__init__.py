@@ -25,7 +25,7 @@ class Entry:
 
 COMMANDS = (
     Entry("train", Train, "console.training.command:train"),
-    Entry("evaluate", Evaluate, "console.evaluation.command:evaluate_command"),
+    Entry("evaluate", Evaluate, "console.report.worst:evaluate_command"),
     Entry("realism", Realism, "console.realism.command:realism_command"),
     Entry("report", Report, "console.report.command:report_command"),
     Entry("publish", Publish, "console.serving.publish:publish_command"),

@@ -95,6 +95,9 @@ class Evaluate:
     """Number of trials; the default is the paper's."""
     objects: str = "test"
     """Pieces: test (held out of training), train, or a file or folder of imported pieces."""
+    held_out: bool = False
+    """Of the pieces of a file or folder, only those that are held out of training: see
+    world.held-out."""
     perturb: Literal["none", "projectiles", "moved"] = "none"
     """Disturbance: 20 balls of 1.2 kg thrown at the body, or furniture moved once as the character
     approaches."""
@@ -121,6 +124,10 @@ class Evaluate:
     """Recording (.msgpack) of the first trials."""
     record_trials: int = 8
     """Number of trials in --record."""
+    worst: int = 0
+    """Number of worst trials whose replays go to the page of --out; 0: none."""
+    out: Path | None = None
+    """Page (.html) of the worst trials: what fails, as replays."""
     debug: bool = False
     """Show the traceback of an error."""
 

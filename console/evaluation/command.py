@@ -9,7 +9,7 @@ from console.commands import Evaluate
 from console.evaluation import tracking, trials
 from console.evaluation.presets import start_m
 from console.evaluation.realism import quality_of
-from console.evaluation.scores import Protocol, by_stage, judge, summarise
+from console.evaluation.scores import Protocol, by_stage, judge, summarise, wilson
 from console.evaluation.stepping import Trials
 from console.evaluation.style_judge import judge_of
 from console.evaluation.tables import tables
@@ -23,6 +23,8 @@ from world.character.model import CONTROL_HZ
 from world.config import WorldConfig
 from world.errors import ClipError, ConfigError, InhabitError
 from world.furniture.piece import Piece
+from world.meshes import held_out
+from world.meshes.collection import SPLITS
 from world.motions.library import MotionLibrary
 from world.scene import perturbations
 from world.tasks.task import HELD
@@ -34,13 +36,30 @@ def objects_of(found: assembly.Trained, objects: str, number: int, seed: int) ->
     return affordance.trial_pieces(objects, number, seed, found.experiment.world)
 
 
-def evaluate_command(command: Evaluate) -> int:
-    """Evaluate, print the tables, write the JSON; return the exit code."""
+def chosen_pieces(command: Evaluate, found: assembly.Trained) -> tuple[Piece, ...]:
+    """Return the objects of a command's trials."""
+    pieces = objects_of(found, command.objects, command.trials, command.seed)
+    if not command.held_out:
+        return pieces
+    if command.objects in SPLITS:
+        raise ConfigError("--held-out: is of imported pieces: add --objects with their folder")
+    return held_out.held(pieces, Path(command.objects))
+
+
+Then = Callable[[assembly.Trained, Sequence[Piece], dict[str, Any], trials.Results], None]
+"""Takes the policy, its pieces, figures and results, after they are printed and written."""
+
+
+def evaluate_command(command: Evaluate, then: Then | None = None) -> int:
+    """Evaluate, print the tables, write the JSON; return the exit code.
+
+    then: called at the end, but not for a task that follows clips.
+    """
     found = assembly.trained(command.source, command.task)
     check(command, found.task)
     if tasks.make(found.task).affordance.follows_clips:
         return evaluate_tracking(command, found)
-    pieces = objects_of(found, command.objects, command.trials, command.seed)
+    pieces = chosen_pieces(command, found)
     library = clips(command, found.experiment.world) if command.quality else None
     output = screen()
     if strange := unfamiliar(found.experiment.world, pieces):
@@ -65,6 +84,8 @@ def evaluate_command(command: Evaluate) -> int:
         takes = trials.recording(results, meta)
         kept = recording.Recording(takes.takes[: command.record_trials], takes.meta)
         recording.write(command.record, kept)
+    if then is not None:
+        then(found, pieces, figures, results)
     return 0
 
 
@@ -72,6 +93,8 @@ def evaluate_tracking(command: Evaluate, found: assembly.Trained) -> int:
     """Evaluate the tracking of clips, print the table, write the JSON; return the exit code."""
     if command.perturb != "none" or command.objects != "test":
         raise ConfigError("--perturb, --objects: this task follows clips; leave them out")
+    if command.worst:
+        raise ConfigError("--worst: this task follows clips; leave it out, and see play")
     motions = tuple(str(path.resolve()) for path in command.motions)
     output = screen()
     with progress("trials", command.trials) as update:
@@ -103,6 +126,8 @@ def unfamiliar(world: WorldConfig, pieces: Sequence[Piece]) -> list[str]:
         trained, _ = assembly.training_pieces(world)
     except InhabitError:
         return []
+    if not trained:  # the task makes its own objects
+        return []
     return sorted({piece.category for piece in pieces} - {piece.category for piece in trained})
 
 
@@ -122,6 +147,8 @@ def check(command: Evaluate, task: str) -> Evaluate:
     near_m, far_m = distances(command, task)
     if command.trials < 1 or command.record_trials < 1:
         raise ConfigError("--trials and --record-trials must be at least 1")
+    if bool(command.worst) != (command.out is not None):
+        raise ConfigError("--worst and --out belong together: --worst 20 --out worst.html")
     if command.quality < 0:
         raise ConfigError("--quality must be 0 or more")
     if not 0 < near_m <= far_m:
@@ -142,6 +169,8 @@ def distances(command: Evaluate, task: str) -> tuple[float, float]:
 def file_name(checkpoint: str, figures: dict[str, Any]) -> str:
     """Return the name of an evaluation's file in its run, distinct for distinct settings."""
     parts = [checkpoint, figures["objects"]]
+    if figures.get("held_out"):
+        parts.append("held-out")
     if figures["perturbation"] != "none":
         parts.append(figures["perturbation"])
     if figures["preset"] != "table1":
@@ -230,6 +259,7 @@ def evaluate(
         "seed": command.seed,
         # the name of a folder alone: figures are passed on, paths of this machine are not
         "objects": Path(command.objects).name,
+        **({"held_out": True} if command.held_out else {}),
         "perturbation": command.perturb,
         "preset": command.preset,
         **({} if command.simulator == "mujoco" else {"simulator": command.simulator}),
@@ -285,6 +315,11 @@ def by_class(success: list[bool], pieces: tuple[Piece, ...]) -> list[dict[str, A
     for hit, piece in zip(success, pieces, strict=True):
         found.setdefault(piece.category, []).append(hit)
     return [
-        {"class": name, "trials": len(hits), "success": sum(hits) / len(hits)}
+        {
+            "class": name,
+            "trials": len(hits),
+            "success": sum(hits) / len(hits),
+            "ci95": list(wilson(sum(hits), len(hits))),
+        }
         for name, hits in sorted(found.items())
     ]

@@ -1,7 +1,7 @@
 """Simulation of a chunk of trials: initial states, disturbances, actions, results, recording."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import mujoco
@@ -50,9 +50,29 @@ class Trials:
     """Seed of the trials."""
     target_m: tuple[float, float] = (1.0, 10.0)
     """Smallest and largest distance of a box's target from its initial position, m."""
+    numbers: NDArray[np.int64] | None = None
+    """[m] numbers of the trials, which their draws depend on; None: from 0."""
 
     def __len__(self) -> int:
         return len(self.pieces)
+
+    def numbered(self) -> NDArray[np.int64]:
+        """Return the numbers [m] of the trials."""
+        return np.arange(len(self)) if self.numbers is None else self.numbers
+
+    def chosen(self, rows: Sequence[int]) -> "Trials":
+        """Return the trials `rows`, each as it is among the others."""
+        here = list(rows)
+        return replace(
+            self,
+            pieces=tuple(self.pieces[i] for i in here),
+            scale=self.scale[here],
+            distance_m=self.distance_m[here],
+            bearing_rad=self.bearing_rad[here],
+            facing_rad=self.facing_rad[here],
+            disturbance=self.disturbance.rows(here),
+            numbers=self.numbered()[here],
+        )
 
 
 class Driver(Protocol):
@@ -117,14 +137,14 @@ def step_chunk(
     disturbance = trials.disturbance.rows(rows)
     pieces = [task.affordance.sized(trials.pieces[i], float(trials.scale[i])) for i in rows]
     point, facing = _targets(trials, rows)
-    numbers = np.arange(rows.start, rows.stop)
+    numbers = trials.numbered()[rows.start : rows.stop]
     objects = task.affordance.arrange(
         Setting(pieces, disturbance, point, facing, numbers, trials.seed, trials.target_m)
     )
     scenes = simulators.each(simulator, objects.bank, world.action_scale, world.action_clip)
     targets = objects.begin(scenes)
     thrower = Thrower(disturbance, scenes) if disturbance.kind == "projectiles" else None
-    mover = Mover(disturbance, point, facing) if disturbance.kind == "moved" else None
+    mover = Mover(disturbance, objects.point, facing) if disturbance.kind == "moved" else None
     error = np.full((len(rows), steps), np.inf, np.float32)
     fell_at = np.full(len(rows), steps, np.int64)
     first = np.full((len(rows), len(task.stages)), steps, np.int64)
@@ -229,7 +249,7 @@ class _Frames:
 
         balls = column("balls") if self._thrower is not None else np.zeros((length, 0, 3))
         meta = {
-            "trial": trial,
+            "trial": int(trials.numbered()[trial]),
             "distance_m": float(trials.distance_m[trial]),
             "fell_at_step": steps - 1 if fell_at < len(self._rows) else None,
             **events,

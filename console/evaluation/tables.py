@@ -60,7 +60,10 @@ def results_table(figures: dict[str, Any]) -> Table:
         shown.add_row(name, number(part["success"], 100))
     shown.add_section()
     for part in figures["by_class"]:
-        shown.add_row(f"{part['class']} ({part['trials']})", number(part["success"], 100))
+        low, high = part.get("ci95", (None, None))  # older figures lack it
+        interval = "" if low is None else f"{100 * low:.1f}-{100 * high:.1f}"
+        name = f"{part['class']} ({part['trials']})"
+        shown.add_row(name, number(part["success"], 100), interval)
     return shown
 
 
@@ -111,7 +114,8 @@ def quality_rows(quality: dict[str, Any]) -> list[tuple[str, str, str]]:
 def _pieces(figures: dict[str, Any]) -> str:
     """Return the number and the set of an evaluation's pieces; older figures lack the number."""
     count = figures.get("pieces")
-    return f"{count or ''} {figures['objects']} pieces".lstrip()
+    held = "held-out " if figures.get("held_out") else ""
+    return f"{count or ''} {held}{figures['objects']} pieces".lstrip()
 
 
 def number(value: float | None, scale: float = 1.0, digits: int = 1) -> str:

@@ -22,21 +22,21 @@ _KINDS = {
 }
 
 
-def drawable(track: Track) -> dict[str, Any]:
+def drawable(track: Track, every: int = 1) -> dict[str, Any]:
     """Return a track as JSON values: hz, frames, shapes, errors and, in base64, poses [T, B, 7]
-    int16."""
-    model, take = track.model, track.take
+    int16; of every so many frames."""
+    model = track.model
     shapes, bodies = shapes_of(model)
-    poses = body_poses(track)[:, bodies]
+    poses = body_poses(track)[::every, bodies]
     return {
-        "hz": character.CONTROL_HZ,
-        "frames": len(take),
+        "hz": character.CONTROL_HZ / every,
+        "frames": len(poses),
         "shapes": shapes,
         "bodies": len(bodies),
         "root": bodies.index(model.body(character.BODIES[0]).id),
         "poses": packed(poses),
-        "error": [round(float(x), 3) for x in track.error_m],
-        "end": track.steps,
+        "error": [round(float(x), 3) for x in track.error_m[::every]],
+        "end": -(-track.steps // every),
     }
 
 

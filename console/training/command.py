@@ -106,6 +106,8 @@ def resolve(command: Train) -> Experiment:
         require_warp()
     world = replace(command.experiment.world, task=command.task)
     world = replace(world, episode_s=world.episode_s or tasks.make(command.task).episode_s)
+    if not command.resume and not world.classes and not command.experiment.mix:
+        world = replace(world, classes=tasks.make(command.task).affordance.classes)
     if command.motions:
         world = replace(world, motions=tuple(str(path.resolve()) for path in command.motions))
     if command.objects:

@@ -53,6 +53,12 @@ class Arrangement(Protocol):
         """[n]: the objects."""
         ...
 
+    @property
+    def point(self) -> Tensor:
+        """[n, 2]: the setting's points, m; further away where the character would stand in the
+        object."""
+        ...
+
     def begin(self, scenes: Scenes) -> Target:
         """Write the initial state of objects and standing characters; returns the targets [n]."""
         ...
@@ -92,6 +98,10 @@ class Affordance(ABC):
     follows_clips: bool = False
     """Whether the task follows clips: evaluation, player and videos then show clips instead of
     trials with objects."""
+
+    classes: tuple[str, ...] = ()
+    """Classes of the package's furniture that a new training has; empty: those of the usage, or
+    none."""
 
     @abstractmethod
     def pieces(self, config: WorldConfig) -> tuple[tuple[Piece, ...], str]:

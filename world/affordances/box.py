@@ -108,6 +108,7 @@ class BoxArrangement:
     def __init__(self, setting: Setting) -> None:
         self.bank = BoxBank(setting.pieces, setting.disturbance.balls())
         self.models = self.bank.models
+        self.point = setting.point
         self._layout = stacked_layout(setting)
 
     def begin(self, scenes: Scenes) -> Target:

@@ -68,6 +68,7 @@ class FloorArrangement:
     def __init__(self, setting: Setting) -> None:
         self.bank = FloorBank(setting.disturbance.balls(), len(setting.pieces))
         self.models = self.bank.models
+        self.point = setting.point
         self._setting = setting
 
     def begin(self, scenes: Scenes) -> Target:

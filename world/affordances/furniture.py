@@ -11,12 +11,12 @@ from world.affordances.affordance import Affordance, ClipStates, Setting, stand
 from world.config import WorldConfig
 from world.errors import ChoiceError, ConfigError
 from world.furniture.bands import Split
-from world.furniture.catalogue import SEATS, catalogue
+from world.furniture.catalogue import COUNTS, SEATS, catalogue
 from world.furniture.piece import Piece
-from world.furniture.usage import LIE, SIT, Usage, use_points
+from world.furniture.usage import LIE, SIT, Usage, usage, use_points
 from world.initial.furniture import FurnitureSampler, furniture_pose
 from world.initial.sampler import InitialStateSampler
-from world.meshes import collection
+from world.meshes import collection, held_out
 from world.motions.library import MotionLibrary
 from world.motions.uses.bed import BED as BED_CLIPS
 from world.motions.uses.seat import SEAT as SEAT_CLIPS
@@ -29,6 +29,8 @@ from world.scene.target import Target
 
 #: Splits of the package's own pieces for trials.
 SPLITS: tuple[Split, ...] = ("test", "train")
+#: Least number of test pieces of a class.
+TEST_PIECES = 3
 
 
 class Furniture(Affordance):
@@ -36,35 +38,55 @@ class Furniture(Affordance):
 
     kind = "furniture"
 
-    def __init__(self, usage: Usage, clips: ClipUse, classes: tuple[str, ...] | None) -> None:
-        """classes: classes of the catalogue; None: all that have the usage."""
-        self.name, self.clips, self._classes = usage.name, clips, classes
+    def __init__(
+        self,
+        use: Usage,
+        clips: ClipUse,
+        classes: tuple[str, ...] = (),
+        older: tuple[str, ...] = (),
+    ) -> None:
+        """classes: classes of the catalogue; empty: all that have the usage. older: those of
+        trainings that record none."""
+        self.name, self.clips, self.classes, self._older = use.name, clips, classes, older
 
-    def own(self, split: Split, count: int | None, seed: int) -> tuple[Piece, ...]:
-        """The first `count` of the package's own pieces."""
-        if self._classes is not None:
-            return catalogue(split, count, seed, self._classes)
-        return catalogue(split, count, seed, affordance=self.name)
+    def own(
+        self, split: Split, count: int | None, seed: int, classes: tuple[str, ...] = ()
+    ) -> tuple[Piece, ...]:
+        """The first `count` of the package's own pieces, by default TEST_PIECES of each class or
+        60 for training."""
+        names = classes or self.classes or usage(self.name).classes
+        if count is None and split == "test":
+            count = max(COUNTS[split], TEST_PIECES * len(names))
+        return catalogue(split, count, seed, names, self.name)
+
+    def trained(self, config: WorldConfig, count: int | None, seed: int) -> tuple[Piece, ...]:
+        """The package's own training pieces of a configuration."""
+        return self.own("train", count, seed, config.classes or self._older)
 
     def pieces(self, config: WorldConfig) -> tuple[tuple[Piece, ...], str]:
         """See Affordance."""
         found: list[Piece] = []
+        left_out = 0
         for name in config.objects or ("train",):
             if name == "train":
-                found += self.own("train", config.pieces, config.seed)
+                found += self.trained(config, config.pieces, config.seed)
             elif name in collection.SPLITS:
                 raise ConfigError(
                     f"--objects {name}: the test pieces are held out; choose train or a path"
                 )
             else:
-                found += collection.pieces([name])
+                imported = collection.pieces([name])
+                own = imported if config.held_out else held_out.kept(imported, Path(name))
+                left_out += len(imported) - len(own)
+                found += own
         usable = collection.usable(found, self.name, ", ".join(config.objects))
         taken = {id(piece) for piece in usable}
         idle = [piece.name for piece in found if id(piece) not in taken]
-        if not idle:
-            return usable, ""
-        few = ", ".join(idle[:4]) + (", ..." if len(idle) > 4 else "")
-        return usable, f"{len(idle)} of {len(found)} pieces have no place to {self.name}: {few}"
+        said = [f"{left_out} imported pieces are held out of training"] if left_out else []
+        if idle:
+            few = ", ".join(idle[:4]) + (", ..." if len(idle) > 4 else "")
+            said.append(f"{len(idle)} of {len(found)} pieces have no place to {self.name}: {few}")
+        return usable, "; ".join(said)
 
     def bank(self, config: WorldConfig) -> FurnitureBank:
         """See Affordance."""
@@ -82,7 +104,7 @@ class Furniture(Affordance):
         self, objects: str, trials: int, seed: int, config: WorldConfig
     ) -> tuple[Piece, ...]:
         """See Affordance."""
-        return self.named(objects)
+        return self.trained(config, None, 0) if objects == "train" else self.named(objects)
 
     def named(self, objects: str) -> tuple[Piece, ...]:
         """The pieces of a split of the package's catalogue, or those of a path that can be used.
@@ -138,13 +160,16 @@ class FurnitureArrangement:
     def __init__(self, setting: Setting, affordance: str) -> None:
         self.bank = FurnitureBank(setting.pieces, affordance, setting.disturbance.balls())
         self.models = self.bank.models
-        self._setting = setting
+        self._facing, self.point = setting.facing, setting.point
+        if not usage(affordance).wide:
+            every, never = torch.arange(len(self.bank)), torch.zeros(len(self.bank)) > 0.0
+            self.point = self.bank.clear_of(every, setting.point, setting.facing, never)
 
     def begin(self, scenes: Scenes) -> Target:
         """See Arrangement."""
-        every, setting = torch.arange(scenes.n), self._setting
-        stand(scenes, *self.bank.placed(every, setting.point, setting.facing))
-        return self.bank.target(every, setting.point, setting.facing)
+        every = torch.arange(scenes.n)
+        stand(scenes, *self.bank.placed(every, self.point, self._facing))
+        return self.bank.target(every, self.point, self._facing)
 
     def move(self, scenes: Scenes, ids: Tensor, point: Tensor, facing: Tensor) -> Target:
         """See Arrangement."""
@@ -152,6 +177,7 @@ class FurnitureArrangement:
         return self.bank.target(ids, point, facing)
 
 
-#: Seats of the four classes whose pieces are all made to sit on.
-SEAT = Furniture(SIT, SEAT_CLIPS, SEATS)
-BED = Furniture(LIE, BED_CLIPS, None)
+#: Sofas and beds are sat on as well; runs of earlier versions were trained on the four classes that
+#: are made to sit on alone.
+SEAT = Furniture(SIT, SEAT_CLIPS, (*SEATS, "sofa", "bed"), SEATS)
+BED = Furniture(LIE, BED_CLIPS)

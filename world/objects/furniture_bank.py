@@ -65,6 +65,9 @@ class FurnitureBank:
         )
         #: The footprint in the frame of the use point (+x along its facing), [V, 2] each, m.
         self.low, self.high = ends.amin(dim=1), ends.amax(dim=1)
+        reach = torch.maximum(-self.low.amin(dim=1), self.high.amax(dim=1))
+        # seats whose furniture is larger than the nearest initial states are distant: sofas, beds
+        self._large = reach > _LARGE_M
         # whether the footprint extends far beyond the use point, as a bed's does
         self._wide = usage(affordance).wide
         along = rotations.turn_back(self.facing, (self.head - self.point)[:, :2])
@@ -148,20 +151,24 @@ class FurnitureBank:
 
     def clear_of(self, variant: Tensor, offset: Tensor, facing: Tensor, before: Tensor) -> Tensor:
         """Offsets [m, 2] from a standing character to the use points, lengthened where it would
-        stand in a bed; those of seats are unchanged.
+        stand in a bed or, to sit, in a large piece; those of other seats are unchanged.
 
         Args: variant [m]; facing [m, 2] of the use points; before [m] bool: the offset is from the
-        edge of the access side instead of the use point.
+        edge of the access side instead of the use point; of seats, it stays as it is.
         """
-        if not self._wide:
+        if not self._wide and not bool(self._large.any()):
             return offset
         low, high = self.low[variant] - _CLEAR_M, self.high[variant] + _CLEAR_M
         root = rotations.turn_back(facing, -offset)
-        to_edge = torch.stack((self.high[variant, 0], torch.zeros_like(root[:, 0])), dim=1)
-        root = torch.where(before[:, None], root + to_edge, root)
+        if self._wide:
+            to_edge = torch.stack((self.high[variant, 0], torch.zeros_like(root[:, 0])), dim=1)
+            root = torch.where(before[:, None], root + to_edge, root)
         # factor of the vector from the use point to the root at which it leaves the footprint
         room = torch.where(root > 0.0, high, -low) / root.abs().clamp_min(1e-6)
         pushed = root * room.amin(dim=1, keepdim=True).clamp_min(1.0)
+        if not self._wide:
+            kept = before | ~self._large[variant]
+            return torch.where(kept[:, None], offset, -rotations.turn(facing, pushed))
         return -rotations.turn(facing, torch.where(before[:, None], root, pushed))
 
     def beyond(self, variant: Tensor, root: Tensor, point: Tensor, facing: Tensor) -> Tensor:
@@ -178,6 +185,9 @@ class FurnitureBank:
 _SUNK_M = 0.12
 #: Root height from which a character stands on its feet, m.
 _STANDS_M = 0.75
+#: Distance from the use point to the farthest edge beyond which a seat's furniture is large, m;
+#: chairs, armchairs and stools reach 0.54.
+_LARGE_M = 0.75
 #: Least distance of a standing character from a bed's footprint, m.
 _CLEAR_M = 0.35
 #: Greatest height of a seat that the character, with its hip at 0.89 m, can get onto, m; the scale

@@ -1,5 +1,6 @@
 """Disturbances of a scene: projectiles, or furniture that moves during the trial."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -72,9 +73,9 @@ class Disturbance:
     throwing: Throwing = field(default_factory=Throwing)
     moving: Moving = field(default_factory=Moving)
 
-    def rows(self, rows: range) -> "Disturbance":
+    def rows(self, rows: Sequence[int]) -> "Disturbance":
         """The trials `rows`."""
-        here = slice(rows.start, rows.stop)
+        here = list(rows)
         return Disturbance(self.kind, self.step[here], self.draw[here], self.throwing, self.moving)
 
     def balls(self) -> tuple[Ball, ...]:

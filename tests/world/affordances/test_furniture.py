@@ -1,5 +1,7 @@
 """Places to sit and to lie: which pieces offer them, and where trials put them."""
 
+from collections import Counter
+
 import numpy as np
 import pytest
 import torch
@@ -8,13 +10,17 @@ from torch import Tensor
 from console.evaluation import trials
 from console.evaluation.command import scored as scored_trials
 from console.evaluation.scores import Protocol
+from world import rotations
 from world.affordances import BED, SEAT
+from world.affordances.affordance import Setting
 from world.config import WorldConfig
 from world.errors import ChoiceError, ConfigError, PieceError
 from world.furniture.catalogue import SEATS, catalogue, find
+from world.initial.reference import unit
 from world.motions import load
 from world.motions.library import MotionLibrary
 from world.motions.uses.seat import SEAT as SEAT_CLIPS
+from world.scene import perturbations
 from world.scene.batch import Scenes
 from world.tasks import Target, make
 
@@ -75,3 +81,50 @@ def test_states_of_clips_have_furniture_where_the_clip_sits() -> None:
     assert int(low.sum()) > 3 and float(distance[low].max()) < 0.5
     torch.testing.assert_close(found.yaw.norm(dim=1), torch.ones(64), atol=1e-5, rtol=0)
     assert np.isfinite(found.qpos.numpy()).all()
+
+
+def test_sit_is_tested_on_eighteen_pieces_with_sofas_and_beds_and_lie_on_twelve() -> None:
+    """The paper: 16 and 5."""
+    sat = Counter(piece.category for piece in SEAT.named("test"))
+    assert sat == dict.fromkeys((*SEATS, "sofa", "bed"), 3)
+    assert all(piece.sit for piece in SEAT.named("test"))
+    lain = Counter(piece.category for piece in BED.named("test"))
+    assert lain == {"sofa": 4, "bed": 4, "table": 4}
+
+
+def test_training_has_the_classes_that_its_settings_record() -> None:
+    new = WorldConfig(pieces=12, classes=SEAT.classes)
+    assert Counter(p.category for p in SEAT.pieces(new)[0]) == dict.fromkeys(SEAT.classes, 2)
+    older, _ = SEAT.pieces(WorldConfig(pieces=12))
+    assert [piece.name for piece in older] == [p.name for p in catalogue("train", 12)]
+    assert {p.category for p in SEAT.trial_pieces("train", 1, 0, WorldConfig())} == set(SEATS)
+    assert len(SEAT.trial_pieces("train", 1, 0, new)) == 60
+    assert Counter(p.category for p in BED.pieces(WorldConfig(task="lie", pieces=6))[0]) == {
+        "sofa": 2, "bed": 2, "table": 2,
+    }  # fmt: skip
+    with pytest.raises(ChoiceError, match="hammock"):
+        SEAT.pieces(WorldConfig(classes=("hammock",)))
+
+
+def test_nobody_begins_a_trial_in_a_bed_or_a_sofa() -> None:
+    """From 1 m, in any direction: further away in a line where the footprint is, and only there."""
+    pieces = [piece for piece in SEAT.named("test") for _ in range(40)]
+    u = torch.rand(len(pieces), 2, generator=torch.Generator().manual_seed(0))
+    point, facing = unit(u[:, 0]), unit(u[:, 1])
+    nothing = perturbations.draw("none", len(pieces), 0, 1)
+    numbers = np.arange(len(pieces))
+    made = SEAT.arrange(Setting(pieces, nothing, point, facing, numbers, 0, (1.0, 10.0)))
+    assert torch.allclose(made.point / made.point.norm(dim=1, keepdim=True), point, atol=1e-6)
+    bank, every = made.bank, torch.arange(len(pieces))
+    here = rotations.turn_back(facing, -made.point)
+    outside = torch.maximum(bank.low - here, here - bank.high).amax(dim=1)
+    assert float(outside.min()) >= 0.35 - 1e-5
+    before = rotations.turn_back(facing, -point)
+    was = torch.maximum(bank.low - before, before - bank.high).amax(dim=1)
+    moved = made.point.norm(dim=1) > 1.0 + 1e-6
+    assert torch.equal(moved, was < 0.35 - 1e-6) and 10 < int(moved.sum()) < len(pieces) / 2
+    small = torch.tensor([piece.category in SEATS for piece in pieces])
+    assert torch.equal(made.point[small], point[small])
+    # and what the targets say is where the pieces are
+    target = bank.target(every, made.point, facing)
+    assert torch.equal(target.point[:, :2], made.point)
