@@ -9,7 +9,7 @@ import tyro
 from console.run.experiment import Experiment
 
 Preset = Literal["fast", "paper", "track"]
-Protocol = Literal["table1", "table3"]
+Protocol = Literal["table1", "table3", "weights"]
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,8 @@ class Evaluate:
     """Disturbance: 20 balls of 1.2 kg thrown at the body, or furniture moved once as the character
     approaches."""
     preset: Protocol = "table1"
-    """Protocol: table1 (1-10 m), or table3, the comparison with kinematic methods (1-5 m)."""
+    """Protocol: table1 (1-10 m), table3, the comparison with kinematic methods (1-5 m), or weights,
+    for carry: table1 with boxes of one size and 1-12 kg."""
     near_m: float | None = None
     """Smallest initial distance of the target, and of a box's target from the box, m; default: the
     protocol's."""

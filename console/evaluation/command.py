@@ -19,6 +19,7 @@ from console.run.directory import run_of, write_json
 from console.terminal import progress, screen
 from policy.checkpoints import lineage
 from world import tasks
+from world.affordances.box import WEIGHTS
 from world.character.model import CONTROL_HZ
 from world.config import WorldConfig
 from world.errors import ClipError, ConfigError, InhabitError
@@ -38,7 +39,12 @@ def objects_of(found: assembly.Trained, objects: str, number: int, seed: int) ->
 
 def chosen_pieces(command: Evaluate, found: assembly.Trained) -> tuple[Piece, ...]:
     """Return the objects of a command's trials."""
-    pieces = objects_of(found, command.objects, command.trials, command.seed)
+    objects = command.objects
+    if command.preset == WEIGHTS:
+        if not tasks.make(found.task).affordance.cargo or objects != "test":
+            raise ConfigError("--preset weights: is of carry and draws its own boxes")
+        objects = WEIGHTS
+    pieces = objects_of(found, objects, command.trials, command.seed)
     if not command.held_out:
         return pieces
     if command.objects in SPLITS:

@@ -55,24 +55,38 @@ def find(name: str, task: str) -> Recipe:
         path = Path(name)
         if not path.is_file():
             raise ConfigError(f"--recipe {name}: no such file")
-        return parsed(path.read_bytes(), name)
+        return parsed(path.read_bytes(), name, task=task)
     if name not in names(task):
         raise ChoiceError("--recipe", name, [*names(task), "a file ending in .toml"])
     file = f"{name}-{task}{SUFFIX}"
-    return parsed((_folder() / file).read_bytes(), name, file)
+    return parsed((_folder() / file).read_bytes(), name, file, task)
 
 
 def _folder() -> Any:
     return resources.files("console.run") / "data"
 
 
-def parsed(content: bytes, name: str, where: str = "") -> Recipe:
-    """Return the recipe of a TOML file. Raises ConfigError, which names the file and the entry."""
+def parsed(content: bytes, name: str, where: str = "", task: str = "") -> Recipe:
+    """Return the recipe of a TOML file. Raises ConfigError, which names the file and the entry.
+
+    task: whose recipe of the package one with `extends` has the preset, stages and further settings
+    of.
+    """
     where = where or name
     try:
         document = tomllib.loads(content.decode())
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise ConfigError(f"{where}: not valid TOML ({error})") from error
+    if "extends" in document:
+        _only(document, {"extends", "settings"}, where)
+        extended = str(document["extends"])
+        if extended not in names(task) or extended == name:
+            others = ", ".join(other for other in names(task) if other != name)
+            raise ConfigError(f"{where}: extends {extended!r}; choose {others}")
+        base = find(extended, task)
+        own = base.settings | _settings(document.get("settings", {}), where)
+        with_settings(PRESETS[base.preset], own, where)
+        return replace(base, name=name, settings=own)
     _only(document, {"preset", "settings", "stage"}, where)
     preset, stages = document.get("preset", "fast"), document.get("stage", [])
     if preset not in PRESETS:

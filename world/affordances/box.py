@@ -27,6 +27,10 @@ from world.scene.target import Target
 _CLEAR_M = 0.8
 #: Edges of the bands of size in the figures.
 _BANDS = (0.5, 0.75, 1.0, 1.25, 1.5)
+#: Objects of the protocol in which the weight varies: boxes of size 1 within the first bounds, kg,
+#: in bands with the second as edges.
+WEIGHTS = "weights"
+WEIGHTS_KG, _WEIGHT_BANDS_KG = (1.0, 12.0), (1.0, 4.0, 8.0, 12.0)
 #: Sizes and stands of trials, independent of the training's configuration.
 _PROTOCOL = CarryConfig()
 
@@ -58,6 +62,8 @@ class CarriedBox(Affordance):
         self, objects: str, trials: int, seed: int, config: WorldConfig
     ) -> tuple[Piece, ...]:
         """One box for each trial."""
+        if objects == WEIGHTS:
+            return weights(trials, seed)
         if objects != "test":
             raise ConfigError("--objects: carry draws a box for each trial; leave it out")
         return boxes(trials, seed, config.carry.weight_kg)
@@ -97,9 +103,23 @@ def boxes(trials: int, seed: int, weight_kg: tuple[float, float] | None) -> tupl
     return tuple(found)
 
 
+def weights(trials: int, seed: int) -> tuple[Piece, ...]:
+    """The box of each trial: of size 1, its mass uniform over WEIGHTS_KG."""
+    u = random_streams.uniform(seed, random_streams.BOX_TRIAL, torch.arange(trials), 0, 2)
+    low, high = WEIGHTS_KG
+    masses = (low + (high - low) * u[:, 1].double()).tolist()
+    named = ((box_scene.box(1.0, mass), _band(mass, _WEIGHT_BANDS_KG)) for mass in masses)
+    return tuple(replace(piece, name=f"box {band} kg") for piece, band in named)
+
+
 def _named(piece: Piece, scale: float) -> Piece:
-    band = int(np.clip(np.searchsorted(_BANDS, scale, side="right") - 1, 0, len(_BANDS) - 2))
-    return replace(piece, name=f"box {_BANDS[band]:g}-{_BANDS[band + 1]:g}")
+    return replace(piece, name=f"box {_band(scale, _BANDS)}")
+
+
+def _band(value: float, edges: tuple[float, ...]) -> str:
+    """The band of a value, as in 0.5-0.75."""
+    band = int(np.clip(np.searchsorted(edges, value, side="right") - 1, 0, len(edges) - 2))
+    return f"{edges[band]:g}-{edges[band + 1]:g}"
 
 
 class BoxArrangement:

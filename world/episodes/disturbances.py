@@ -30,8 +30,13 @@ PUSHED = (0, 1)
 
 def active(config: PerturbConfig) -> bool:
     """Whether a configuration has any disturbance."""
-    rates = config.pushes_per_s, config.projectiles_per_s
-    return config.moved_fraction > 0.0 or (config.fraction > 0.0 and max(rates) > 0.0)
+    return bool(_given(config))
+
+
+def _given(config: PerturbConfig) -> list[str]:
+    """The rates of a configuration that are not 0, by name."""
+    rates = ("pushes_per_s", "projectiles_per_s") if config.fraction > 0.0 else ()
+    return [name for name in (*rates, "moved_fraction") if getattr(config, name) > 0.0]
 
 
 def check(config: WorldConfig, simulator: str) -> None:
@@ -41,8 +46,9 @@ def check(config: WorldConfig, simulator: str) -> None:
     if not active(how):
         return
     if simulator != "mujoco":
+        flag = f"--world.perturb.{_given(how)[0].replace('_', '-')}"
         raise ConfigError(
-            f"--world.perturb needs --simulator mujoco: scenes of {simulator} are not disturbed"
+            f"{flag} needs --simulator mujoco: scenes of {simulator} stay undisturbed"
         )
     low, high = how.push_n_s
     if not low <= high:

@@ -39,7 +39,7 @@ def test_the_packages_recipes_hold_what_they_promise(task: str) -> None:
         assert all(kinds[kind] > 0.0 for kind in stage.success), "measured kinds are drawn"
         assert (staged.world.perturb.projectiles_per_s > 0) == (stage.name == "disturbed")
     assert len(seeds) == len(names), "no stage repeats another's draws"
-    assert recipe.names(task) == ["paper"]
+    assert recipe.names(task) == (["paper", "weights"] if task == "carry" else ["paper"])
 
 
 def test_a_stage_changes_its_settings_alone_and_not_those_of_the_next() -> None:
@@ -116,6 +116,19 @@ def test_an_invalid_file_is_refused_by_one_line_that_names_the_entry(
     with pytest.raises(ConfigError) as found:
         recipe.parsed(content, "x")
     assert said in str(found.value) and str(found.value).startswith("x")
+
+
+def test_a_recipe_may_extend_another_by_settings() -> None:
+    own, paper = recipe.find("weights", "carry"), recipe.find("paper", "carry")
+    assert own.name == "weights" and own.stages == paper.stages and own.preset == paper.preset
+    experiment, _ = recipe.start(own, ())
+    carry = recipe.staged(experiment, 4).world.carry
+    assert (carry.scale, carry.weight_kg, carry.sizes) == ((1.0, 1.0), (1.0, 12.0), 48)
+    assert experiment.ppo.skip, "settings of the extended recipe hold"
+    with pytest.raises(ConfigError, match="x: extends 'pap'; choose paper"):
+        recipe.parsed(b"extends = 'pap'", "x", task="sit")
+    with pytest.raises(ConfigError, match="x: unknown stage"):
+        recipe.parsed(("extends = 'paper'\n" + STAGE + ENDS).encode(), "x", task="sit")
 
 
 def test_a_condition_on_a_category_that_the_task_lacks_is_refused() -> None:

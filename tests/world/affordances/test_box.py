@@ -16,8 +16,10 @@ from world.affordances.box import boxes
 from world.character import model as character
 from world.config import CarryConfig, WorldConfig
 from world.errors import ConfigError
+from world.objects.box_bank import BoxBank
 from world.scene import perturbations
 from world.scene.batch import Scenes
+from world.scene.box import box
 from world.tasks import Target, make
 
 CARRY = WorldConfig(task="carry")
@@ -64,7 +66,9 @@ def test_boxes_stand_where_they_should_and_an_oracle_brings_them_all(tmp_path: P
     results = trials.drive(CARRY, brought, chosen, SHORT.steps, 1)
     figures = scored_trials(results, chosen, SHORT, make("carry").stages)
     assert figures["success"]["rate"] == 1.0 and figures["sustained"]["rate"] == 1.0
-    assert figures["by_class"] == [{"class": "box", "trials": 12, "success": 1.0}]
+    (row,) = figures["by_class"]
+    assert (row["class"], row["trials"], row["success"]) == ("box", 12, 1.0)
+    assert row["ci95"] == [pytest.approx(12 / (12 + 1.96**2), abs=1e-3), 1.0]
     path = tmp_path / "carry.msgpack"
     recording.write(path, trials.recording(waiting, {"task": "carry"}))
     read = recording.read(path).takes[0]
@@ -105,3 +109,21 @@ def test_carry_has_boxes_of_its_own() -> None:
     with pytest.raises(ConfigError, match="leave it out"):
         CARRIED.pieces(WorldConfig(objects=("train",)))
     assert len(CARRIED.trial_pieces("test", 4, 0, CARRY)) == 4
+
+
+def test_boxes_of_one_size_and_many_weights() -> None:
+    """The paper's fourth row."""
+    world = WorldConfig(task="carry")
+    found = make("carry").affordance.trial_pieces("weights", 600, 3, world)
+    assert {piece.boxes[0].half_m for piece in found} == {box(1.0).boxes[0].half_m}
+    masses = np.array([piece.mass_kg for piece in found])
+    assert 1.0 <= masses.min() < 1.1 and 11.9 < masses.max() <= 12.0
+    assert masses.mean() == pytest.approx(6.5, abs=0.4)
+    names = {"box 1-4 kg": (1, 4), "box 4-8 kg": (4, 8), "box 8-12 kg": (8, 12)}
+    assert {piece.name for piece in found} == set(names)
+    for piece in found:
+        low, high = names[piece.name]
+        assert low <= piece.mass_kg <= high
+    bank = BoxBank(found[:3])
+    body = bank.models[0].body("box")
+    assert bank.models[0].body_mass[body.id] == pytest.approx(found[0].mass_kg)

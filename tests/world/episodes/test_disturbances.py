@@ -238,7 +238,7 @@ def test_without_rates_nothing_of_it_is_there() -> None:
 @pytest.mark.parametrize(
     ("config", "simulator", "said"),
     [
-        (WorldConfig(perturb=ALL), "warp", "--world.perturb needs --simulator mujoco"),
+        (WorldConfig(perturb=ALL), "warp", "--world.perturb.pushes-per-s needs --simulator mujoco"),
         (WorldConfig(task="track", perturb=ALL), "mujoco", "moved-fraction"),
         (
             WorldConfig(perturb=PerturbConfig(pushes_per_s=1.0, push_n_s=(9.0, 3.0))),
