@@ -7,24 +7,17 @@ import subprocess
 import sys
 import threading
 import time
-from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
-from typing import cast
 
 import pytest
 import torch
 from safetensors.torch import load_file
 
 from console.app import main
-from console.commands import Train
-from console.run import assembly
-from console.run.directory import RunDirectory, RunError, checkpoint_folder
-from console.run.experiment import Experiment, to_json
+from console.run.directory import RunDirectory, checkpoint_folder
 from console.run.metrics import read_metrics
 from console.training import command as training
-from console.training.command import require_unedited
-from policy.checkpoints.format import Manifest, read
+from policy.checkpoints.format import read
 from tests.support.console.runs import SMALL, said
 from tests.support.paths import ROOT
 from world.character.features import STATE
@@ -228,46 +221,3 @@ def test_a_port_in_use(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
         address = f"127.0.0.1:{taken.getsockname()[1]}"
         assert main(["style", str(run), "--listen", address]) == 1
     assert address in said(capsys)
-
-
-def test_a_checkpoint_with_former_names_of_settings_is_unedited() -> None:
-    """config.json and checkpoint were written by an earlier version; an edit is still found."""
-    recorded = to_json(Experiment())
-    overlap = recorded.pop("lag")
-    recorded |= {
-        "overlap": overlap["overlap"],
-        "max_policy_lag": overlap["max_policy"],
-        "max_style_lag": overlap["max_style"],
-    }
-    manifest = cast("Manifest", SimpleNamespace(notes={"experiment": json.dumps(recorded)}))
-    run = RunDirectory(Path("run"))
-    require_unedited(manifest, Experiment(), run)
-    with pytest.raises(RunError, match=r"scenes: \d+ -> 7 \(restore"):
-        require_unedited(manifest, replace(Experiment(), scenes=7), run)
-
-
-def origins_of(folder: Path) -> list[str]:
-    notes = json.loads((folder / "manifest.json").read_text())["notes"]
-    return [origin["what"] for origin in json.loads(notes["lineage"])]
-
-
-def test_origins_of_the_weights_a_training_begins_from(run: Path, tmp_path: Path) -> None:
-    """Those of --init, and with --resume those that the checkpoint itself names."""
-    command = Train(task="sit", experiment=Experiment())
-    own = training.inherited(RunDirectory(run), command)
-    assert own == ()
-    named = ROOT / "pretrained" / "sit"
-    (first,) = training.inherited(RunDirectory(run), replace(command, init=named))
-    assert "SAMP" in first.what and "CC BY-NC-SA 4.0" in first.licence
-    resumed = training.inherited(RunDirectory(run), replace(command, resume=True))
-    assert [origin.what for origin in resumed] == origins_of(run / "checkpoints" / "latest")
-    assert resumed[0].what == assembly.OWN_CLIPS and resumed[0].licence == "Apache-2.0"
-    # a damaged newest checkpoint is passed over
-    copy = RunDirectory(tmp_path / "copy")
-    copy.create()
-    for name in ("000001", "000002"):
-        (copy.checkpoints / name).mkdir()
-    manifest = (run / "checkpoints" / "latest" / "manifest.json").read_text()
-    (copy.checkpoints / "000001" / "manifest.json").write_text(manifest)
-    (copy.checkpoints / "000002" / "manifest.json").write_text("{")
-    assert training.inherited(copy, replace(command, resume=True)) == resumed
