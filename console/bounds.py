@@ -121,6 +121,7 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "scenes": ((1, 1e6),), "threads": (_THREADS,), "seconds": ((0.1, 1e6),),
         "mutations": ((1, 1e9),),
     },
+    "Export": {"take": ((0, 1e6),)},
     "Plan": {
         "actors": ((1, 1e5),), "scenes": ((1, 1e8),), "network": ((1, 16384),),
         "horizon": ((1, 1e4),), "learner_cores": ((1, 1024),), "gbit_per_s": ((0.001, 1e6),),
