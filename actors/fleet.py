@@ -29,7 +29,7 @@ from actors.ray_actor import (
     to_tensors,
     unpack_rollout,
 )
-from policy.rollout import Rollout
+from policy.rollout import Abandoned, Rollout
 
 LOG = logging.getLogger("inhabit.actors")
 _COST_WEIGHT = 0.3  # weight of the newest measurement of an actor's cost
@@ -38,6 +38,7 @@ _COST_LIMIT = 20.0  # bound on the cost of an idle actor, in units of the fastes
 # Scenes are divided again where that is _DIVISION_GAIN times faster for _DIVISION_ROLLOUTS in a row
 _DIVISION_GAIN = 1.25
 _DIVISION_ROLLOUTS = 3
+_LISTEN_S = 0.5  # longest wait before the fleet looks whether its collection is abandoned
 _GATHER_S = 0.005  # wait for further answers after the first: each ray.wait has a fixed cost
 
 
@@ -116,6 +117,7 @@ class RayFleet:
         self._make_shard, self._seed, self._block = make_shard, seed, block
         self._scenes = range(scenes)
         self._slow_rollouts = 0
+        self._abandoned = False
         self._prefetched_policy: PublishedPolicy | None = None
         self._prefetched: list[Job] = []
         """Jobs of the next collection that are requested already"""
@@ -145,12 +147,16 @@ class RayFleet:
         except BaseException:
             self.close()
             raise
+        self._before = self._states
+        """State of all scenes before the last rollout"""
 
     def collect(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> Rollout:
         """One rollout of all scenes, in scene order.
 
-        Raises FleetError where an actor fails more often in a row than `restarts`.
+        Raises FleetError where an actor fails more often in a row than `restarts`, and Abandoned
+        after `abandon`.
         """
+        self._before = self._states
         policy, prefetched = self._take_prefetched(weights, version, sigma)
         self._admit_ready()
         self._redivide()
@@ -166,6 +172,8 @@ class RayFleet:
                 self._assign(collection, member, member.scenes, arguments)
         collection.queue_unassigned()
         while not collection.complete:
+            if self._abandoned:
+                raise Abandoned
             self._assign_queued(collection, arguments)
             self._wait(collection)
         for job in collection.jobs.values():
@@ -173,6 +181,18 @@ class RayFleet:
         self.stragglers += collection.stragglers
         self._states = {scenes: state for scenes, (_, state) in collection.results.items()}
         return Rollout.join([unpack_rollout(packed) for packed, _ in collection.results.values()])
+
+    def abandon(self) -> None:
+        """See learner.protocols.AbandoningFleet; the actors end what they work at for nobody."""
+        self._abandoned = True
+
+    def rewind(self) -> None:
+        """Return all scenes to the beginning of the last collection."""
+        self._states = self._before
+        with self._lock:
+            self._prefetched_policy, self._prefetched = None, []
+        for member in self._members:
+            member.in_sync = False
 
     def prefetch(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> None:
         """Request the next collection during the present one, with the arguments of its `collect`.
@@ -250,6 +270,7 @@ class RayFleet:
             _invalidate(self._prefetched)
             self._prefetched_policy, self._prefetched = None, []
         self._states = {r: to_arrays(part) for r, part in zip(ranges, parts, strict=True)}
+        self._before = self._states
         for member in self._members:
             member.in_sync = False
 
@@ -370,7 +391,8 @@ class RayFleet:
             due += [m.requested_s + self.config.start_s for m in starting.values()]
         due += [collection.next_straggler_s] if collection.next_straggler_s is not None else []
         references = [*collection.jobs, *starting]
-        ready, _ = ray.wait(references, timeout=max(0.0, min(due, default=now) - now))
+        until_s = max(0.0, min(due, default=now) - now)
+        ready, _ = ray.wait(references, timeout=min(_LISTEN_S, until_s))
         if ready:
             ready, _ = ray.wait(references, num_returns=len(references), timeout=_GATHER_S)
         for reference in ready:

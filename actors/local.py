@@ -1,7 +1,7 @@
 """A fleet in one process: one worker per thread, their rollouts joined in scene order."""
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from typing import Any
 
 import torch
@@ -9,7 +9,7 @@ from torch import Tensor
 
 from actors.worker import ShardLike, Worker
 from policy.errors import LayoutError
-from policy.rollout import Rollout
+from policy.rollout import Abandoned, Rollout
 from world.device import CPU
 from world.errors import ConfigError
 
@@ -90,23 +90,36 @@ class LocalFleet:
     ) -> None:
         """device: where the shards' tensors are."""
         self.horizon = horizon
+        self._abandoned = False
         self._pool = ThreadPoolExecutor(
             workers, "actor", initializer=torch.set_num_threads, initargs=(1,)
         )
         self._ranges = ranges = divide(scenes, block, workers)
         shards = self._pool.map(make_shard, ranges)
         self.workers = [
-            Worker(shard, owned, seed, block, device)
+            Worker(shard, owned, seed, block, device, lambda: self._abandoned)
             for shard, owned in zip(shards, ranges, strict=True)
         ]
 
     def collect(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> Rollout:
-        """One rollout of all scenes, in scene order; raises a worker's error."""
+        """One rollout of all scenes, in scene order; raises a worker's error, or Abandoned."""
         futures = [
             self._pool.submit(worker.rollout, weights, version, self.horizon, sigma)
             for worker in self.workers
         ]
+        wait(futures)
+        if self._abandoned:
+            raise Abandoned
         return Rollout.join([future.result() for future in futures])
+
+    def abandon(self) -> None:
+        """See learner.protocols.AbandoningFleet."""
+        self._abandoned = True
+
+    def rewind(self) -> None:
+        """Return all scenes to the beginning of the last collection."""
+        for worker in self.workers:
+            worker.rewind()
 
     def alive(self) -> int:
         """Number of workers."""

@@ -6,11 +6,13 @@ two processes.
 """
 
 import copy
+import ctypes
 import multiprocessing
 import signal
 from collections.abc import Mapping
 from multiprocessing.connection import Connection
 from multiprocessing.reduction import ForkingPickler
+from multiprocessing.sharedctypes import RawValue
 from typing import Any
 
 from torch import Tensor
@@ -25,7 +27,7 @@ from actors.ray_actor import (
     to_tensors,
     unpack_rollout,
 )
-from policy.rollout import Rollout
+from policy.rollout import Abandoned, Rollout
 
 _JOIN_S = 5.0
 """Longest time for a worker to end before it is killed."""
@@ -51,6 +53,8 @@ class ProcessFleet:
         self._ranges = divide(scenes, block, workers)
         # Forking a process whose torch has threads can leave a lock held indefinitely.
         context = multiprocessing.get_context("spawn")
+        #: 1 once collections are to end; a raw byte, as a signal handler must take no lock.
+        self._abandoned = RawValue(ctypes.c_bool, False)
         self._pipes: list[Connection] = []
         self._processes: list[Any] = []
         try:
@@ -58,7 +62,7 @@ class ProcessFleet:
                 ours, theirs = context.Pipe()
                 process = context.Process(
                     target=_serve,
-                    args=(theirs, make_shard, owned, seed, block),
+                    args=(theirs, make_shard, owned, seed, block, self._abandoned),
                     name=f"actor-{index}",
                     daemon=True,
                 )
@@ -72,10 +76,20 @@ class ProcessFleet:
             raise
 
     def collect(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> Rollout:
-        """One rollout of all scenes, in order."""
+        """One rollout of all scenes, in order; raises Abandoned after `abandon`."""
         arguments = (to_arrays(weights), version, self.horizon, sigma)
         answers = self._call_all("rollout", [arguments] * len(self._pipes))
+        if self._abandoned.value:
+            raise Abandoned
         return Rollout.join([unpack_rollout(packed) for packed in answers])
+
+    def abandon(self) -> None:
+        """See learner.protocols.AbandoningFleet."""
+        self._abandoned.value = True
+
+    def rewind(self) -> None:
+        """Return all scenes to the beginning of the last collection."""
+        self._call_all("rewind", [()] * len(self._pipes))
 
     def alive(self) -> int:
         """Number of workers whose processes run."""
@@ -142,12 +156,19 @@ class ProcessFleet:
         )
 
 
-def _serve(pipe: Connection, make_shard: MakeShard, scenes: range, seed: int, block: int) -> None:
+def _serve(
+    pipe: Connection,
+    make_shard: MakeShard,
+    scenes: range,
+    seed: int,
+    block: int,
+    abandoned: "ctypes.c_bool",
+) -> None:
     """Main loop of a worker's process: answer calls until the pipe closes."""
     # Ctrl-C reaches the whole process group, but the learner decides when its workers end.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    actor = RolloutActor(make_shard, scenes, seed, block)
+    actor = RolloutActor(make_shard, scenes, seed, block, lambda: abandoned.value)
     while True:
         try:
             method, arguments = pipe.recv()

@@ -25,8 +25,17 @@ class RolloutActor:
     those of an actor's constructor as text.
     """
 
-    def __init__(self, make_shard: MakeShard, scenes: range, seed: int, block: int) -> None:
+    def __init__(
+        self,
+        make_shard: MakeShard,
+        scenes: range,
+        seed: int,
+        block: int,
+        abandoned: Callable[[], bool] = lambda: False,
+    ) -> None:
+        """abandoned: whether to end a rollout before its next control step."""
         torch.set_num_threads(1)
+        self._abandoned = abandoned
         self._make_shard = make_shard
         self._scenes, self._seed, self._block = scenes, seed, block
         self._worker: Worker | None = None
@@ -37,7 +46,7 @@ class RolloutActor:
         """Make the worker at the first call, load `state` if given; returns the process id."""
         if self._worker is None:
             shard = self._make_shard(self._scenes)
-            self._worker = Worker(shard, self._scenes, self._seed, self._block)
+            self._worker = self._make_worker(shard, self._scenes)
         if state is not None:
             self._worker.load_state_dict(to_tensors(state))
         return os.getpid()
@@ -79,7 +88,7 @@ class RolloutActor:
                 and not (fresh and worker.shard.clock)
             ):
                 return worker
-        made = Worker(self._make_shard(scenes), scenes, self._seed, self._block)
+        made = self._make_worker(self._make_shard(scenes), scenes)
         self._borrowed = made
         return made
 
@@ -91,6 +100,13 @@ class RolloutActor:
     def state(self) -> Arrays:
         """State of the worker, for a checkpoint before the first rollout."""
         return to_arrays(self._built().state_dict())
+
+    def rewind(self) -> None:
+        """Return the worker's scenes to the beginning of its last rollout."""
+        self._built().rewind()
+
+    def _make_worker(self, shard: ShardLike, scenes: range) -> Worker:
+        return Worker(shard, scenes, self._seed, self._block, abandoned=self._abandoned)
 
     def _built(self) -> Worker:
         if self._worker is None:

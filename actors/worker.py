@@ -1,7 +1,7 @@
 """A rollout worker: steps one shard with published weights, independent of its fleet."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Protocol
 
 import torch
@@ -9,7 +9,7 @@ from torch import Tensor
 
 from policy.model.acting import Policy
 from policy.model.networks import log_density
-from policy.rollout import Rollout
+from policy.rollout import Abandoned, Rollout
 from world.device import CPU
 from world.precision import decide
 from world.random_streams import normal
@@ -115,9 +115,16 @@ class Worker:
         seed: int,
         block: int = 64,
         device: torch.device = CPU,
+        abandoned: Callable[[], bool] = lambda: False,
     ) -> None:
-        """device: where the shard's tensors are."""
+        """device: where the shard's tensors are.
+
+        abandoned: whether to end a rollout before its next control step.
+        """
         self.device = device
+        self._abandoned = abandoned
+        self._before: dict[str, Tensor] | None = None
+        """State of the shard at the beginning of the last rollout"""
         self.shard = shard
         self.scenes = scenes
         self.seed = seed
@@ -128,7 +135,11 @@ class Worker:
     def rollout(
         self, weights: Mapping[str, Tensor], version: int, horizon: int, sigma: float
     ) -> Rollout:
-        """Rollout of `horizon` steps of this shard's scenes with these weights."""
+        """Rollout of `horizon` steps of this shard's scenes with these weights.
+
+        Raises Abandoned, between two steps, once it is abandoned; then only `rewind` makes sense.
+        """
+        self._before = self.shard.state_dict()
         if self._policy is None:
             self._policy = Policy(weights, decide(self.device.type), self.device)
         else:
@@ -143,6 +154,8 @@ class Worker:
         state, goal = (x.clone() for x in self.shard.observe())
         world_s += time.perf_counter() - began
         for _ in range(horizon):
+            if self._abandoned():
+                raise Abandoned
             began = time.perf_counter()
             states.append(state)
             goals.append(goal)
@@ -199,12 +212,18 @@ class Worker:
         action = mean + sigma * noise
         return mean, action, log_density(action, mean, sigma)
 
+    def rewind(self) -> None:
+        """Return the shard to the beginning of the last rollout, complete or not."""
+        if self._before is not None:
+            self.shard.load_state_dict(self._before)
+
     def state_dict(self) -> dict[str, Tensor]:
         """State of the shard; the worker itself has none."""
         return self.shard.state_dict()
 
     def load_state_dict(self, state: dict[str, Tensor]) -> None:
         """Restore what `state_dict` gave."""
+        self._before = None
         self.shard.load_state_dict(state)
 
 

@@ -1,5 +1,6 @@
 """Rollouts for the training loop, in lockstep or overlapped with the update."""
 
+import contextlib
 from collections.abc import Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, fields
@@ -8,8 +9,8 @@ import torch
 from torch import Tensor
 
 from learner.errors import TrainingError
-from learner.protocols import Fleet, PrefetchingFleet, State
-from policy.rollout import Rollout
+from learner.protocols import AbandoningFleet, Fleet, PrefetchingFleet, State
+from policy.rollout import Abandoned, Rollout
 from world.device import CPU
 
 
@@ -46,19 +47,51 @@ class Gathering:
             else None
         )
         self._pending: Future[Gathered] | None = None
+        self._arguments: tuple[Mapping[str, Tensor], int, float] | None = None
+        """Arguments of the collection that was begun ahead"""
+        self._last: Gathered | None = None
+        """Overlapped, the rollout that an update learns from"""
+        self._learned = True
+        self._rewound = False
 
     def next(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> Gathered:
         """The next rollout; `weights` act in it or, overlapped, in the rollout that begins now."""
+        self._learned = False
         if self._pool is None:
             return self._collect(weights, version, sigma)
-        # The first rollout is not pending yet.
-        pending = self._pending or self._pool.submit(self._collect, weights, version, sigma)
-        self._pending = None
+        if self._pending is None:  # the first rollout
+            self._begin(weights, version, sigma)
+        assert self._pending is not None
         if isinstance(self.fleet, PrefetchingFleet):
             self.fleet.prefetch(weights, version, sigma)
-        gathered = pending.result()
+        self._last = None
+        self._last = self._pending.result()
+        self._begin(weights, version, sigma)
+        return self._last
+
+    def _begin(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> None:
+        """Begin a rollout ahead."""
+        assert self._pool is not None
+        self._arguments = weights, version, sigma
         self._pending = self._pool.submit(self._collect, weights, version, sigma)
-        return gathered
+
+    def learned(self) -> None:
+        """Note that the update on the last rollout is complete."""
+        self._last, self._learned = None, True
+
+    def rewind(self) -> None:
+        """After `AbandoningFleet.abandon`: drop the rollout that nothing was learned from.
+
+        The scenes return to where it began. Overlapped, a complete rollout that the update was to
+        learn from is kept, or else the policy of the one that was begun: both in `state_dict`.
+        """
+        assert isinstance(self.fleet, AbandoningFleet)
+        if self._pending is not None:
+            with contextlib.suppress(Abandoned):
+                self._pending.result()
+        if self._pending is not None or not self._learned:
+            self.fleet.rewind()
+        self._rewound = True
 
     def _collect(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> Gathered:
         rollout = self.fleet.collect(weights, version, sigma)
@@ -69,14 +102,26 @@ class Gathering:
 
         The pending rollout is kept because the weights that made it are not.
         """
+        if self._rewound:
+            return self._rewound_state()
         waiting = None if self._pending is None else _state_of(self._pending.result())
         state = {"fleet": self.fleet.state_dict()}
         return state if waiting is None else state | {"waiting": waiting}
 
+    def _rewound_state(self) -> State:
+        """State after `rewind`: a continuation gathers the same rollouts again."""
+        state: State = {"fleet": self.fleet.state_dict()}
+        if self._last is not None:
+            return state | {"waiting": _state_of(self._last)}
+        if self._arguments is not None:
+            weights, version, sigma = self._arguments
+            return state | {"begun": {"weights": dict(weights), "version": version, "sigma": sigma}}
+        return state
+
     def load_state_dict(self, state: State) -> None:
         """Restore a state; TrainingError where it has a pending rollout and the run is lockstep."""
-        waiting = state.get("waiting")
-        if waiting is not None and self._pool is None:
+        waiting, begun = state.get("waiting"), state.get("begun")
+        if not (waiting is begun is None) and self._pool is None:
             raise TrainingError(
                 "this checkpoint holds a rollout that was begun ahead (--lag.overlap): resume with"
                 " --lag.overlap, or begin another run from it with --init"
@@ -89,6 +134,8 @@ class Gathering:
         if waiting is not None:
             self._pending = Future()
             self._pending.set_result(_gathered_of(waiting, self.device))
+        elif begun is not None:
+            self._begin(begun["weights"], int(begun["version"]), float(begun["sigma"]))
 
     def close(self) -> None:
         """Wait for a pending rollout and end the thread; the fleet stays open."""

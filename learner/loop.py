@@ -14,15 +14,26 @@ from learner.episodes import EpisodeWindow
 from learner.errors import TrainingError
 from learner.gathering import Gathered, Gathering
 from learner.ppo import Learner
-from learner.protocols import Checkpointer, Fleet, Recorder, State, Style, StyleScores
+from learner.protocols import (
+    AbandoningFleet,
+    Checkpointer,
+    Fleet,
+    Recorder,
+    State,
+    Style,
+    StyleScores,
+)
 from learner.returns import mixed_reward
 from learner.segments import Failures
 from learner.stages import Outcome, StageEnd
-from policy.rollout import Rollout
+from policy.rollout import Abandoned, Rollout
 from world.device import put
 
 # Number of rollouts in a row beyond the lag bounds that end a run: it would never go on.
 MAX_STALE_ROLLOUTS = 8
+# Time of an update, s, beyond which one that is stopped is not completed: the state before it is
+# then kept, where its copy takes at most the given fraction of an iteration.
+LONG_UPDATE_S, COPY_FRACTION = 1.0, 0.05
 
 
 @dataclass(frozen=True)
@@ -97,26 +108,52 @@ class Loop:
         self.best_score = -math.inf
         self.batches = 0
         """Number of rollouts scored so far, which is the next batch id"""
+        self._abandoned = False
+        self._kept: State | None = None
+        """State before the present update, where one that is stopped is not completed"""
+        self._update_s, self._iteration_s, self._copy_s = math.inf, math.inf, 0.0
+        learner.abandoned = lambda: self._abandoned and self._kept is not None
         # The discriminator trains in parallel with the update, with the same numbers.
         self._background = ThreadPoolExecutor(
             1, "style", initializer=torch.set_num_threads, initargs=(1,)
         )
 
     def run(self, stop: Callable[[], bool] = lambda: False) -> None:
-        """Iterate until a limit of the config, the end of the stage or `stop()`; write a last
-        checkpoint."""
+        """Iterate until a limit of the config, the end of the stage, `stop()` or `abandon`; write a
+        last checkpoint."""
+        began = self.learner.version
         saved = None
-        while not self.finished and not self.stage_outcome() and not stop():
-            metrics = self.iterate()
+        while not (self.finished or self.stage_outcome() or stop() or self._abandoned):
+            try:
+                metrics = self.iterate()
+            except Abandoned:
+                break
             require_finite(self.learner.version, metrics)
             self.recorder.record(self.learner.version, metrics)
             if self.learner.version % self.config.checkpoint_iterations == 0:
+                if self._abandoned:
+                    break  # the rollout that was begun ahead is not waited for
                 saved = self._checkpoint(metrics)
+        if self._abandoned:
+            if self.learner.version in (saved, began):
+                return  # the newest checkpoint, if any, holds all that was learned
+            self.gathering.rewind()
         if saved != self.learner.version and self.learner.version > 0:
             self._checkpoint(self.episodes.metrics())
 
+    def abandon(self) -> None:
+        """End `run` soon: the rollout at hand ends before its next control step and is dropped, and
+        so is a long update. The last checkpoint is that of the last complete update, and resuming
+        from it goes on bit for bit.
+
+        For signal handlers and any thread. A fleet that cannot end a rollout completes it.
+        """
+        if isinstance(self.fleet, AbandoningFleet):
+            self._abandoned = True
+            self.fleet.abandon()
+
     def iterate(self) -> dict[str, float]:
-        """One iteration; returns its metrics."""
+        """One iteration; returns its metrics. Raises Abandoned after `abandon`."""
         began = time.perf_counter()
         learner, config = self.learner, self.learner.config
         version = learner.version
@@ -150,7 +187,10 @@ class Loop:
 
         self.episodes.add(rollout.episodes)
         self.failures.add(rollout.episodes)
+        self.gathering.learned()
+        self._kept = None
         ended = time.perf_counter()
+        self._update_s, self._iteration_s = ended - scored + style_s, ended - began
         self.seconds += ended - began
         of = None if self.division is None else self.division.terms
         means = rollout.term_means(self.terms, of) if self.terms else {}
@@ -187,11 +227,15 @@ class Loop:
             weights = self.learner.weights() | self.failures.published()
             gathered = self.gathering.next(weights, version, self.learner.sigma)
             rollout = gathered.rollout
+            if self._abandoned:
+                raise Abandoned
             if version - rollout.version <= self.config.lag.max_policy:
+                self._keep()
                 style = self._score(rollout)
                 if style is None or style.lag <= self.config.lag.max_style:
                     return gathered, style, stale
                 style.training.result()
+                self._kept = None
             stale += rollout.samples
         raise TrainingError(
             f"iteration {version + 1}: {MAX_STALE_ROLLOUTS} rollouts in a row are older than"
@@ -199,6 +243,14 @@ class Loop:
             f" older than --lag.max-style {self.config.lag.max_style}: raise the bounds, or find"
             " the lagging worker"
         )
+
+    def _keep(self) -> None:
+        """Copy the state before an update that is likely to take long, by the last one's time."""
+        affordable = self._copy_s <= COPY_FRACTION * self._iteration_s
+        if self._update_s > LONG_UPDATE_S and affordable:
+            began = time.perf_counter()
+            self._kept = self._sections()
+            self._copy_s = time.perf_counter() - began
 
     def _score(self, rollout: Rollout) -> _Scored | None:
         """Score a rollout, and begin the discriminator's training on it; None without a style."""
@@ -274,18 +326,24 @@ class Loop:
 
     def state_dict(self) -> State:
         """Everything that an exact restart needs, in the sections of a checkpoint."""
-        return {
-            "policy": self.learner.policy_state(),
+        own = self._kept or self._sections()
+        return own | {
             "training": {
-                "learner": self.learner.state_dict(),
+                **own["training"],
                 **self.gathering.state_dict(),
-                "batches": self.batches,
                 "episodes": self.episodes.state_dict(),
                 "failures": self.failures.state_dict(),
                 "seconds": self.seconds,
                 "best_score": self.best_score if math.isfinite(self.best_score) else None,
                 **self._stage_state(),
             },
+        }
+
+    def _sections(self) -> State:
+        """Copies of what a score or an update changes, in the sections of a checkpoint."""
+        return {
+            "policy": self.learner.policy_state(),
+            "training": {"learner": self.learner.state_dict(), "batches": self.batches},
             "style": {} if self.style is None else self.style.state_dict(),
         }
 

@@ -2,7 +2,8 @@
 
 import copy
 import time
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import replace
 
 import torch
@@ -24,7 +25,7 @@ from learner.surrogate import next_rate
 from policy.model.acting import publish
 from policy.model.networks import Actor, Critic
 from policy.model.normaliser import Normaliser, NormaliserConfig, ValueNormaliser
-from policy.rollout import Rollout, successors
+from policy.rollout import Abandoned, Rollout, successors
 from world.device import CPU, block_rows, moved, put
 from world.graphs import forget, replayed
 from world.precision import Precision, decide
@@ -84,6 +85,9 @@ class Learner:
         self.actor_optimiser = adam(self.actor.parameters(), config.actor_rate)
         self.critic_optimiser = adam(self.critic.parameters(), config.critic_rate)
         self.actor_rate = config.actor_rate
+        #: Whether an update ends before its next gradient step, with Abandoned and a half-learned
+        #: state.
+        self.abandoned: Callable[[], bool] = lambda: False
         self.version = 0
         self.samples = 0
         self.stage_start = 0
@@ -118,7 +122,10 @@ class Learner:
         return _on_cpu(publish(self.average, self.normaliser, self.symmetry, self._hidden))
 
     def update(self, rollout: Rollout, rewards: Tensor, sigma: float) -> dict[str, float]:
-        """One PPO iteration on a rollout with mixed rewards [T, N]; returns `ppo/` metrics."""
+        """One PPO iteration on a rollout with mixed rewards [T, N]; returns `ppo/` metrics.
+
+        Raises Abandoned where `abandoned` holds during it.
+        """
         rollout = self._canonical_rollout(rollout.on(self.device))
         rewards = put(rewards, self.device)
         raw = torch.cat((rollout.states, rollout.goals), -1)
@@ -130,6 +137,7 @@ class Learner:
         critic = self._pool.submit(self._update_critic, batch)
         actor = self._pool.submit(self._update_actor, batch, sigma)
         metrics = {"ppo/value_explained": explained, "ppo/sigma": sigma}
+        wait((critic, actor))
         metrics |= critic.result() | actor.result()
         self._update_average()
         # Only now: the likelihood ratios above are those of the normaliser that acted.
@@ -221,6 +229,7 @@ class Learner:
         """Values [..] of normalised observations [.., d], in fixed blocks over the threads."""
 
         def block(rows: Tensor) -> Tensor:
+            self._go_on()
             with torch.no_grad(), self.precision.context():
                 return self.critic(rows)
 
@@ -288,12 +297,23 @@ class Learner:
             for _ in range(self.config.epochs)
         ]
 
+    def _go_on(self) -> None:
+        """Raise Abandoned where the update is to end."""
+        if self.abandoned():
+            raise Abandoned
+
+    def _going_on(self, parts: list[Tensor]) -> Iterator[Tensor]:
+        """The parts, as long as the update is not to end."""
+        for part in parts:
+            self._go_on()
+            yield part
+
     def _update_critic(self, batch: Batch) -> dict[str, float]:
         began = time.perf_counter()
         losses = [
             self._critic_step(batch.observations[rows], batch.targets[rows])
             for epoch in self._minibatches(len(batch.targets), 0)
-            for rows in epoch
+            for rows in self._going_on(epoch)
         ]
         return {
             "ppo/value_loss": float(torch.stack(losses).double().mean()),
@@ -310,7 +330,9 @@ class Learner:
         settings = put(torch.tensor(numbers, dtype=torch.float64), self.device)
         epochs = [] if self.warmup_left else self._minibatches(len(batch.targets), 1)
         queued = [
-            self._actor_step(settings, *batch.rows(rows)) for epoch in epochs for rows in epoch
+            self._actor_step(settings, *batch.rows(rows))
+            for epoch in epochs
+            for rows in self._going_on(epoch)
         ]
         found = ActorSteps(queued)
         kl = found.kl(len(epochs[-1])) if epochs else 0.0

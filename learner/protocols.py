@@ -44,6 +44,23 @@ class PrefetchingFleet(Protocol):
         ...
 
 
+@runtime_checkable
+class AbandoningFleet(Protocol):
+    """A fleet that can end a collection before it is complete, to leave soon."""
+
+    def abandon(self) -> None:
+        """End this collection and all later ones within a control step: `collect` raises Abandoned.
+
+        For any thread and for signal handlers: it waits for nothing.
+        """
+        ...
+
+    def rewind(self) -> None:
+        """Return all scenes to the beginning of the last collection, complete or not; not during
+        one."""
+        ...
+
+
 class StyleScores(Protocol):
     """Style reward of one batch."""
 

@@ -9,6 +9,10 @@ from torch import Tensor
 from world.device import put
 
 
+class Abandoned(Exception):
+    """A rollout or an update was ended before it was complete, because the training stops."""
+
+
 @dataclass(frozen=True)
 class Rollout:
     """states[t] --actions[t]--> rewards[t].

@@ -35,6 +35,7 @@ from console.training.display import Display, Goal, open_display
 from console.training.staging import Training
 from policy.checkpoints.format import read_manifest
 from policy.errors import CheckpointError
+from learner.loop import Loop
 from world import device as devices
 from world import tasks
 from world.errors import ConfigError
@@ -197,7 +198,13 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
     with ExitStack() as stack:
         display = stack.enter_context(open_display(f"{command.task} {run.path}", goal))
         begun = threading.Event()
-        stopped = stack.enter_context(interrupts(display.note, begun))
+        loops: list[Loop] = []
+
+        def abandon() -> None:
+            if loops:
+                loops[-1].abandon()
+
+        stopped = stack.enter_context(interrupts(display.note, begun, abandon))
         display.note(f"run {run.path}")
         for line in command.overrides:
             display.note(line)
@@ -217,6 +224,10 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
         def stop() -> bool:
             return stopped() or (deadline is not None and time.monotonic() >= deadline)
 
+        def leave() -> None:
+            if stopped():
+                leave_soon()  # whatever workers and threads are at
+
         def begin(samples: int) -> None:
             sinks.open(open_recorders(run, samples))
             begun.set()
@@ -224,7 +235,7 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
         origins = beginning.inherited(run, command)
         training = Training(run, command, experiment, device.torch, display.note, sinks, origins)
         resumed = beginning.newest(run, experiment, display.note) if command.resume else None
-        training.train(resumed, stop, begin)
+        training.train(resumed, stop, begin, loops.append, leave)
         return INTERRUPTED if stopped() else 0
 
 
@@ -253,12 +264,15 @@ class Recorders:
 
 
 @contextmanager
-def interrupts(note: Callable[[str], None], begun: threading.Event) -> Iterator[Callable[[], bool]]:
-    """Handle Ctrl-C and SIGTERM: the first stops after the iteration, the second at once. Yields
-    whether a stop is requested.
+def interrupts(
+    note: Callable[[str], None], begun: threading.Event, abandon: Callable[[], None]
+) -> Iterator[Callable[[], bool]]:
+    """Handle Ctrl-C and SIGTERM: the first drops the unfinished iteration, the second stops at
+    once. Yields whether a stop is requested.
 
     begun: set when the first iteration begins; before it there is nothing to keep, and the first
     signal stops at once.
+    abandon: ends the iteration soon.
     """
     requested = False
 
@@ -269,7 +283,11 @@ def interrupts(note: Callable[[str], None], begun: threading.Event) -> Iterator[
             leave_soon()
             raise KeyboardInterrupt
         requested = True
-        note("stopping after this iteration; press again to stop at once, without a checkpoint")
+        note(
+            "stopping: the checkpoint will be that of the last complete iteration; press again to"
+            " stop at once, without a checkpoint"
+        )
+        abandon()
 
     before = {s: signal.signal(s, handle) for s in (signal.SIGINT, signal.SIGTERM)}
     try:

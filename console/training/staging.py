@@ -47,11 +47,14 @@ class Training:
         resumed: Checkpoint | None,
         stop: Callable[[], bool],
         begun: Callable[[int], None],
+        running: Callable[[Loop], None] = lambda loop: None,
+        saved: Callable[[], None] = lambda: None,
     ) -> None:
         """Train until a limit of the command, the end of the recipe, or `stop()`; write a last
         checkpoint.
 
-        begun: called with the samples so far before the first iteration.
+        begun: called with the samples so far before the first iteration. running: called with the
+        loop of each stage. saved: called once the last checkpoint is written.
         """
         number = 1 if resumed is None else beginning.stage_of(resumed)
         state: State | None = None
@@ -66,12 +69,15 @@ class Training:
                 else:
                     loop.begin_stage(state, outcome)
                 self._announce(number)
+                running(loop)
                 loop.run(stop)
                 outcome = loop.stage_outcome()
                 self._tell(loop, number, outcome)
                 last = number >= len(self.experiment.stages)
                 if not outcome or last or loop.finished or stop():
-                    self.note(f"checkpoint {loop.learner.version} in {self.run.checkpoints}")
+                    if any(self.run.checkpoints.glob("[0-9]*")):
+                        self.note(f"checkpoint {loop.learner.version} in {self.run.checkpoints}")
+                    saved()
                     return
                 state = loop.state_dict()
             number += 1

@@ -17,7 +17,7 @@ from policy.checkpoints.run_checkpoints import resolve
 from policy.errors import CheckpointError
 
 #: Of the training section, what belongs to the scenes.
-_SCENES = ("fleet", "waiting")
+_SCENES = ("fleet", "waiting", "begun")
 _ROWS, _COUNT = "replay", "counters/replay"
 
 

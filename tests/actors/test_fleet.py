@@ -4,12 +4,14 @@ import os
 import signal
 
 import pytest
+import torch
 
 from actors.cluster import ray_session
 from actors.errors import FleetError
 from actors.fleet import FleetConfig
 from actors.local import LocalFleet
 from policy.errors import LayoutError
+from policy.rollout import Abandoned
 from tests.support.faulty_shard import MakePoints
 from tests.support.learning.fleets import (
     BLOCK,
@@ -123,3 +125,18 @@ def test_checkpoint_moves_between_runners_and_numbers_of_actors(undisturbed):
         there.load_state_dict(small.state_dict())
     for fleet in (three, there, one, small):
         fleet.close()
+
+
+def test_an_abandoned_collection_ends_and_its_scenes_return():
+    fleet = rayed(2)
+    run(fleet, range(1))
+    before = fleet.state_dict()["shard"]
+    run(fleet, range(1, 2))
+    fleet.rewind()
+    fleet.abandon()
+    with pytest.raises(Abandoned):
+        run(fleet, range(1, 2))
+    fleet.rewind()
+    after = fleet.state_dict()["shard"]
+    assert all(torch.equal(after[name], before[name]) for name in before)
+    fleet.close()

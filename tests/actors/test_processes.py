@@ -13,7 +13,7 @@ from actors.processes import ProcessFleet
 from policy.model.acting import publish
 from policy.model.networks import Actor
 from policy.model.normaliser import Normaliser
-from policy.rollout import Rollout
+from policy.rollout import Abandoned, Rollout
 from tests.support.faulty_shard import MakePoints
 from tests.support.point_shard import ACTION, GOAL, STATE
 from world.errors import ConfigError
@@ -96,3 +96,21 @@ def test_workers_outlive_neither_close_nor_an_interrupt():
     while any(os.path.exists(f"/proc/{pid}") for pid in pids):
         assert time.monotonic() < until
         time.sleep(0.05)
+
+
+def test_an_abandoned_collection_ends_and_its_scenes_return():
+    held = processes(2)
+    try:
+        held.collect(weights(), 0, 0.2)
+        before = held.state_dict()["shard"]
+        held.collect(weights(), 1, 0.2)
+        held.rewind()
+        held.abandon()
+        with pytest.raises(Abandoned):
+            held.collect(weights(), 1, 0.2)
+        held.rewind()
+        after = held.state_dict()["shard"]
+        assert all(torch.equal(after[name], before[name]) for name in before)
+        assert held.alive() == 2
+    finally:
+        held.close()

@@ -180,13 +180,13 @@ def test_before_the_first_iteration_a_signal_stops_at_once(
     monkeypatch.setattr(training, "leave_soon", lambda: left.append("soon"))
     notes: list[str] = []
     begun = threading.Event()
-    with training.interrupts(notes.append, begun) as stopped:
+    with training.interrupts(notes.append, begun, lambda: left.append("abandon")) as stopped:
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
         assert notes == ["stopping at once"] and left == ["soon"] and not stopped()
         begun.set()
         signal.raise_signal(signal.SIGTERM)
-        assert stopped() and "after this iteration" in notes[1]
+        assert stopped() and "the last complete iteration" in notes[1] and left[-1] == "abandon"
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
 
