@@ -5,6 +5,7 @@ import importlib
 import io
 import os
 import sys
+import time
 import traceback
 from collections.abc import Sequence
 from functools import reduce
@@ -215,7 +216,7 @@ def one_line(error: BaseException) -> str:
     return f"{type(error).__name__}: {text} (--debug shows where)"
 
 
-SERVICES = ("serve", "style", "play")
+SERVICES = (["serve"], ["style"], ["play"])
 """Commands that wait for others once they run."""
 
 
@@ -245,7 +246,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         # frames and bullets of tables, and names of files, where the encoding has no such character
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")
+            # each line at once, in a pipe too: a silence there is one
+            stream.reconfigure(errors="backslashreplace", line_buffering=True)
     words = list(sys.argv[1:] if arguments is None else arguments)
     if words == ["--version"]:
         print(f"inhabit {version()}")
@@ -255,11 +257,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return execute(parse(words), words)
         from console import terminal
 
-        with terminal.answering():
-            command = parse(words)
-            serves = words[0] in SERVICES or words[:2] == ["motions", "play"]
-            with terminal.signs_of_life(f"inhabit {words[0]}", serves):
-                return execute(command, words)
+        serves = words[:1] in SERVICES or words[:2] == ["motions", "play"]
+        name = " ".join(["inhabit", *words[:1]])
+        silent_s = time.process_time()  # imports so far
+        with terminal.answering(), terminal.signs_of_life(name, serves, silent_s):
+            with terminal.doing("starting"):
+                command = parse(words)
+            return execute(command, words)
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else DONE if stop.code is None else FAILED
     except KeyboardInterrupt:

@@ -17,11 +17,10 @@ from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
 from rich.text import Text
 
 FILE_WIDTH = 150
-#: Silence after which a command says that it works, s: on a terminal, and in a file.
-SILENCE_S, IN_FILE_S = 1.0, 1.8
-#: In a file, the same before the work begins, where an error is to be the only line, and after the
-#: first minute, s.
-UNBEGUN_S, LATER_S, FIRST_S = 5.0, 10.0, 60.0
+#: Silence after which a command says what it does, s: on a terminal, where the line is replaced,
+#: and in a file or pipe, where one follows another.
+SILENCE_S, IN_FILE_S = 1.0, 1.6
+_TICK_S = 0.1
 #: Time after Ctrl-C in which a command leaves, s.
 LEAVE_S = 4.0
 INTERRUPTED = 130
@@ -61,6 +60,21 @@ class Work:
 
 
 _works: list[Work] = []
+_stages: list[Callable[[], str]] = []
+
+
+@contextmanager
+def doing(stage: str | Callable[[], str]) -> Iterator[None]:
+    """Name what the command does within: signs of life say it where nothing else is counted.
+
+    stage: "reading clips", or what returns such words at the time.
+    """
+    told = stage if callable(stage) else lambda: stage
+    _stages.append(told)
+    try:
+        yield
+    finally:
+        _stages.remove(told)
 
 
 @contextmanager
@@ -116,32 +130,30 @@ class Watch:
     def due(self, now: float) -> str | None:
         """Return the line to write now; None while there is nothing to say.
 
-        On a terminal it is due each second of silence; in a file every 2 s in the first minute of
-        work, every 10 s later, and rarely before the work begins.
+        It states the stage, the seconds so far, and of counted work how much is done and the time
+        that the rest takes.
         """
-        if self._terminal:
-            interval = SILENCE_S
-        elif now - self._began > FIRST_S:
-            interval = LATER_S
-        else:
-            interval = IN_FILE_S if _works else UNBEGUN_S
+        interval = SILENCE_S if self._terminal else IN_FILE_S
         if now - max(self._last, self._said) < interval:
             return None
         self._said = now
         work = f", {_works[-1].text(now)}" if _works else ""
-        return f"{self._name}: working, {now - self._began:.0f} s{work}"
+        stage = _stages[-1]() if _stages else "working"
+        return f"{self._name}: {stage}, {now - self._began:.0f} s{work}"
 
 
 @contextmanager
-def signs_of_life(name: str, serves: bool = False) -> Iterator[None]:
-    """Say on standard error what the command does where it wrote nothing for 2 s.
+def signs_of_life(name: str, serves: bool = False, silent_s: float = 0.0) -> Iterator[None]:
+    """Say on standard error what the command does, before it was silent for 2 s.
 
-    On a terminal this is one line that the next output replaces. serves: once the command wrote
-    something it waits for others, and its silence means nothing.
+    On a terminal this is one line that the next output replaces. Elsewhere each is a line that
+    begins with the command's name ("inhabit train: "), as no error does ("inhabit: "); an error is
+    the last line. serves: once the command wrote something it waits for others, and its silence
+    means nothing. silent_s: seconds of silence before.
     """
     stream, lock, ended = sys.stderr, threading.Lock(), threading.Event()
     terminal = stream.isatty()
-    watch = Watch(name, terminal, time.monotonic())
+    watch = Watch(name, terminal, time.monotonic() - silent_s)
     shown = False
 
     def clear() -> None:
@@ -163,7 +175,7 @@ def signs_of_life(name: str, serves: bool = False) -> Iterator[None]:
 
     def work() -> None:
         nonlocal shown
-        while not ended.wait(0.2):
+        while not ended.wait(_TICK_S):
             with lock:
                 line = watch.due(time.monotonic())
                 if line is not None:

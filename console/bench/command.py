@@ -24,7 +24,7 @@ from console.commands import Bench, Train
 from console.run import assembly, machine
 from console.run.directory import RunDirectory, write_json
 from console.run.experiment import PRESETS, Experiment, check, with_learner_threads
-from console.terminal import screen
+from console.terminal import doing, screen
 from console.training.runners import open_runner, style_client
 from discriminator.protocols import StyleScores
 from learner.config import LoopConfig
@@ -65,7 +65,8 @@ def bench_command(command: Bench) -> int:
         "scaling": scaling,
         "fuzz": fuzz,
     }
-    figures = measure[command.part](command, experiment, threads)
+    with doing(f"measuring {command.part}"):
+        figures = measure[command.part](command, experiment, threads)
     result = {
         "name": command.part,
         "preset": command.preset,

@@ -6,7 +6,7 @@ import platform
 import shutil
 import socket
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
@@ -14,6 +14,7 @@ import pretrained
 from console.commands import Doctor
 from console.doctor.finding import Finding
 from console.run.machine import cores, memory_gb, versions
+from console.terminal import doing
 from rpc.credentials import read_token
 from world import surroundings
 
@@ -170,21 +171,20 @@ CHECKS: tuple[Callable[[], Finding], ...] = (
 )
 
 
-def examine(checks: tuple[Callable[[], Finding], ...] = CHECKS) -> list[Finding]:
-    """Return the findings of all checks; a check that raises gives a bad finding with its
-    reason."""
-    findings: list[Finding] = []
+def examine(checks: tuple[Callable[[], Finding], ...] = CHECKS) -> Iterator[Finding]:
+    """Yield the finding of each check; a check that raises gives a bad finding with its reason."""
     for check in checks:
+        function = check.func if isinstance(check, partial) else check
+        name = getattr(function, "__name__", "check").removeprefix("check_")
+        if name == "service" and isinstance(check, partial):
+            name = check.args[0]
         try:
-            findings.append(check())
+            with doing(f"measuring the {name}" if name == "rate" else f"checking {name}"):
+                found = check()
         except Exception as error:  # any fault of a machine is a finding
-            function = check.func if isinstance(check, partial) else check
-            name = getattr(function, "__name__", "check").removeprefix("check_")
-            if name == "service" and isinstance(check, partial):
-                name = check.args[0]
             reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-            findings.append(Finding(name, "bad", reason))
-    return findings
+            found = Finding(name, "bad", reason)
+        yield found
 
 
 def as_json(findings: list[Finding]) -> list[dict[str, str]]:
@@ -230,11 +230,16 @@ def next_command(findings: list[Finding], command: Doctor) -> str:
 
 def doctor_command(command: Doctor) -> int:
     """Print the findings; return 1 if any is bad."""
-    findings = examine(checks_of(command))
-    findings.append(Finding("next", "ok", next_command(findings, command)))
+    findings: list[Finding] = []
+
+    def found(finding: Finding) -> None:
+        findings.append(finding)
+        if not command.json:
+            print(f"{finding.verdict:4s}  {finding.name:10s}  {finding.detail}")
+
+    for finding in examine(checks_of(command)):
+        found(finding)
+    found(Finding("next", "ok", next_command(findings, command)))
     if command.json:
         print(json.dumps(as_json(findings), indent=2))
-    else:
-        for finding in findings:
-            print(f"{finding.verdict:4s}  {finding.name:10s}  {finding.detail}")
     return 1 if any(finding.verdict == "bad" for finding in findings) else 0

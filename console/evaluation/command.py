@@ -16,7 +16,7 @@ from console.evaluation.tables import tables
 from console.recording import format as recording
 from console.run import assembly, machine
 from console.run.directory import run_of, write_json
-from console.terminal import progress, screen
+from console.terminal import doing, progress, screen
 from policy.checkpoints import lineage
 from world import tasks
 from world.affordances.box import WEIGHTS
@@ -61,12 +61,14 @@ def evaluate_command(command: Evaluate, then: Then | None = None) -> int:
 
     then: called at the end, but not for a task that follows clips.
     """
-    found = assembly.trained(command.source, command.task)
+    with doing("reading the policy"):
+        found = assembly.trained(command.source, command.task)
     check(command, found.task)
     if tasks.make(found.task).affordance.follows_clips:
         return evaluate_tracking(command, found)
-    pieces = chosen_pieces(command, found)
-    library = clips(command, found.experiment.world) if command.quality else None
+    with doing("reading pieces and clips"):
+        pieces = chosen_pieces(command, found)
+        library = clips(command, found.experiment.world) if command.quality else None
     output = screen()
     if strange := unfamiliar(found.experiment.world, pieces):
         output.print(f"note: not trained on pieces of the class {', '.join(strange)}")

@@ -10,7 +10,7 @@ from console.evaluation.tables import number
 from console.realism import sources
 from console.run import assembly
 from console.run.directory import write_json
-from console.terminal import progress, screen
+from console.terminal import doing, progress, screen
 from world import tasks
 from world.errors import ConfigError
 from world.motions import load
@@ -29,7 +29,7 @@ def realism_command(command: Realism) -> int:
         clips = phases.noised(clips, command.noise_rad, command.seed)
     if not clips:
         raise ConfigError(f"{command.source}: no motion to measure")
-    with output.status("comparing with mocap"):
+    with output.status("comparing with mocap"), doing("comparing with mocap"):
         found = relative.compare(clips, mocap, groups, command.folds, command.seed)
     output.print(table(found, f"{command.source.name}: {len(clips)} motions, {task}"))
     output.print(

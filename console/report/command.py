@@ -22,7 +22,7 @@ from console.run import assembly
 from console.run.directory import RunDirectory, run_of, write_text
 from console.run.experiment import to_json
 from console.run.metrics import read_metrics
-from console.terminal import progress
+from console.terminal import doing, progress
 from policy.checkpoints import lineage
 from world import tasks
 from world.errors import ConfigError
@@ -52,20 +52,21 @@ def report_command(command: Report) -> int:
     main = headline([figures for _, figures in known], figures)
     draws = pictures.can_draw()
     judge_style = judge_of(found)
-    content = page.Report(
-        title=f"inhabit {found.task}: {folder.name}",
-        subtitle=f"Checkpoint {found.path.name}, {found.manifest.samples / 1e6:.1f} M samples."
-        f" Trained on: {lineage.data(found.manifest.notes)}."
-        f" Licence: {lineage.licence(found.manifest.notes)}",
-        main=main,
-        evaluations=(*known, own),
-        metrics=tuple(read_metrics(folder / "metrics.jsonl")),
-        quality=figures.get("quality"),
-        trials=tuple(shown(results, protocol, judge_style, draws)),
-        pictures=pictures_of(main, pieces) if draws and kind(task).pictured else {},
-        settings=to_json(found.experiment) | {"world": settings_of(found)},
-    )
-    text = page.page(content)
+    with doing("drawing the pictures"):
+        content = page.Report(
+            title=f"inhabit {found.task}: {folder.name}",
+            subtitle=f"Checkpoint {found.path.name}, {found.manifest.samples / 1e6:.1f} M samples."
+            f" Trained on: {lineage.data(found.manifest.notes)}."
+            f" Licence: {lineage.licence(found.manifest.notes)}",
+            main=main,
+            evaluations=(*known, own),
+            metrics=tuple(read_metrics(folder / "metrics.jsonl")),
+            quality=figures.get("quality"),
+            trials=tuple(shown(results, protocol, judge_style, draws)),
+            pictures=pictures_of(main, pieces) if draws and kind(task).pictured else {},
+            settings=to_json(found.experiment) | {"world": settings_of(found)},
+        )
+        text = page.page(content)
     write_text(out, text)
     print(f"{out}: {len(text) / 1e6:.1f} MB, {command.trials} trials")
     return 0

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from console import outputs
 from console.commands import Export
 from console.serving import loading
+from console.terminal import doing
 from policy.checkpoints.served import ACTIONS, STATE_WIDTH, Served
 from policy.messages import description
 from policy.model.networks import hidden_widths
@@ -55,7 +56,8 @@ def export_policy(command: Export) -> int:
     outputs.check(command.out, "FILE.onnx", (".onnx",))
     path = loading.checkpoint_of(command.source, command.checkpoint)
     served = loading.served(loading.task_of(path), path).check()
-    found = export(served, command.out)
+    with doing("comparing the exported actions with the policy's"):
+        found = export(served, command.out)
     size = command.out.stat().st_size / 1e6
     print(
         f"{command.out}: {served.task.name} {served.version}, {size:.1f} MB; over {ROWS} states"

@@ -28,7 +28,7 @@ from console.run.experiment import (
 )
 from console.run.metrics import Recorder, open_recorders
 from console.run.renamed import flag
-from console.terminal import leave_soon
+from console.terminal import doing, leave_soon
 from console.training import beginning, dry_run
 from console.training.beginning import recorded, require_unedited
 from console.training.display import Display, Goal, open_display
@@ -58,7 +58,8 @@ def train(command: Train) -> int:
     made = [folder for folder in (run.path, *run.path.parents) if not folder.exists()]
     try:
         with run.lock():
-            prepare(run, command, experiment)
+            with doing("reading furniture and clips"):
+                prepare(run, command, experiment)
             return learn(run, command, experiment)
     finally:
         if not occupied:
@@ -235,7 +236,8 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
         origins = beginning.inherited(run, command)
         training = Training(run, command, experiment, device.torch, display.note, sinks, origins)
         resumed = beginning.newest(run, experiment, display.note) if command.resume else None
-        training.train(resumed, stop, begin, loops.append, leave)
+        with doing(display.stage):
+            training.train(resumed, stop, begin, loops.append, leave)
         return INTERRUPTED if stopped() else 0
 
 

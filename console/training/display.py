@@ -44,7 +44,18 @@ class Display(Protocol):
 
     def show(self, metrics: Mapping[str, float]) -> None: ...
 
+    def stage(self) -> str: ...
+
     def note(self, line: str) -> None: ...
+
+
+def stage(goal: Goal, metrics: Mapping[str, float], eta: str) -> str:
+    """Return the iteration at hand and the time left, as in "iteration 12, 40 % done, to go
+    1:20"."""
+    words = [f"iteration {int(metrics.get('iteration', 0)) + 1}"]
+    if goal != Goal():
+        words += [f"{_progress(goal, metrics):.0%} done", f"to go {eta}"]
+    return ", ".join(words)
 
 
 def duration(seconds: float) -> str:
@@ -133,6 +144,8 @@ class LiveDisplay:
         self._title, self._goal, self._console = title, goal, console
         self._live = Live(console=console, refresh_per_second=2, transient=False)
         self._since: tuple[float, float] | None = None
+        self._metrics: Mapping[str, float] = {}
+        self._eta = "-"
 
     def __enter__(self) -> Self:
         self._live.__enter__()
@@ -145,8 +158,11 @@ class LiveDisplay:
         if self._since is None:
             self._goal = self._goal.after(metrics.get("seconds", 0.0))
             self._since = (_progress(self._goal, metrics), metrics.get("seconds", 0.0))
-        eta = remaining(self._goal, metrics, self._since)
-        self._live.update(block(self._title, self._goal, metrics, eta))
+        self._metrics, self._eta = metrics, remaining(self._goal, metrics, self._since)
+        self._live.update(block(self._title, self._goal, metrics, self._eta))
+
+    def stage(self) -> str:
+        return stage(self._goal, self._metrics, self._eta)
 
     def note(self, line: str) -> None:
         self._console.print(line, highlight=False, markup=False)
@@ -159,6 +175,8 @@ class PlainDisplay:
         self._title, self._goal, self._console = title, goal, console
         self._since: tuple[float, float] | None = None
         self._shown = -PLAIN_EVERY_S
+        self._metrics: Mapping[str, float] = {}
+        self._eta = "-"
 
     def __enter__(self) -> Self:
         return self
@@ -170,11 +188,15 @@ class PlainDisplay:
         if self._since is None:
             self._goal = self._goal.after(metrics.get("seconds", 0.0))
             self._since = (_progress(self._goal, metrics), metrics.get("seconds", 0.0))
+        self._metrics, self._eta = metrics, remaining(self._goal, metrics, self._since)
         now = time.monotonic()
         if now - self._shown < PLAIN_EVERY_S and _progress(self._goal, metrics) < 1.0:
             return
         self._shown = now
-        self.note(plain_line(self._goal, metrics, remaining(self._goal, metrics, self._since)))
+        self.note(plain_line(self._goal, metrics, self._eta))
+
+    def stage(self) -> str:
+        return stage(self._goal, self._metrics, self._eta)
 
     def note(self, line: str) -> None:
         self._console.print(line, highlight=False, markup=False, soft_wrap=True)

@@ -10,6 +10,7 @@ from console.commands import Train
 from console.run import assembly, machine, mixing, recipe
 from console.run.directory import RunDirectory
 from console.run.experiment import Experiment
+from console.terminal import doing
 from console.training import beginning
 from console.training.runners import open_runner
 from learner.config import LoopConfig
@@ -64,7 +65,10 @@ class Training:
             with ExitStack() as stack:
                 loop = self._loop(stack, staged, number)
                 if state is None:
-                    beginning.initialise(loop, self.run, self.command, staged, self.note, resumed)
+                    with doing("initialising the networks"):
+                        beginning.initialise(
+                            loop, self.run, self.command, staged, self.note, resumed
+                        )
                     begun(loop.learner.samples)
                 else:
                     loop.begin_stage(state, outcome)
@@ -85,9 +89,10 @@ class Training:
     def _loop(self, stack: ExitStack, staged: Experiment, number: int) -> Loop:
         command, run = self.command, self.run
         count = workers(command, staged)
-        runner = stack.enter_context(
-            open_runner(command, staged, run, count, self.note, self.device)
-        )
+        with doing("building scenes"):
+            runner = stack.enter_context(
+                open_runner(command, staged, run, count, self.note, self.device)
+            )
         learner = assembly.learner(staged, self.device)
         if number == 1:
             self.note(learner.precision.reason)

@@ -42,7 +42,7 @@ def test_one_bad_file_never_stops_a_folder(tmp_path: Path) -> None:
     )  # fmt: skip
     assert done.returncode == 1
     assert sorted(path.stem for path in (tmp_path / "out").glob("*.npz")) == good
-    signs = "inhabit motions: working, "  # of life, where nothing else is said for seconds
+    signs = "inhabit motions: "  # of life, where nothing else is said for 2 s
     lines = [line for line in done.stderr.splitlines() if not line.startswith(signs)]
     assert len(lines) == len(BAD), done.stderr
     for name in BAD:

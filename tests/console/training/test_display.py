@@ -5,7 +5,7 @@ import io
 import pytest
 from rich.console import Console
 
-from console.training.display import Goal, block, open_display, remaining
+from console.training.display import Goal, block, open_display, remaining, stage
 
 
 def test_time_to_go_follows_the_nearest_limit():
@@ -52,3 +52,17 @@ def test_the_bar_has_a_row_of_its_own(done: float, width: int) -> None:
     rate = next(line for line in lines if "samples/s" in line)
     assert rate.startswith("rate") and "8,219 samples/s" in rate
     assert all(len(line) <= width for line in lines)
+
+
+def test_the_stage_names_the_iteration_at_hand_and_the_time_left() -> None:
+    assert stage(Goal(), {}, "-") == "iteration 1"
+    done = {"iteration": 4.0, "samples": 100.0}
+    assert stage(Goal(iterations=10), done, "0:30") == "iteration 5, 40% done, to go 0:30"
+    for terminal in (True, False):
+        console = Console(file=io.StringIO(), force_terminal=terminal, width=200)
+        with open_display("sit", Goal(iterations=10), console) as display:
+            assert display.stage() == "iteration 1, 0% done, to go -"
+            display.show(done | {"seconds": 20.0})
+            assert display.stage() == "iteration 5, 40% done, to go -"
+            display.show({"iteration": 7.0, "seconds": 35.0})
+            assert display.stage() == "iteration 8, 70% done, to go 0:15"
