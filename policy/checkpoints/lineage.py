@@ -9,18 +9,10 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 
+from policy.checkpoints.licences import UNKNOWN, restrictions, strictness
+
 NOTE = "lineage"
 NOT_STATED = "not stated"
-UNKNOWN = "unknown terms"
-#: Restrictions by the words that state them, the strictest first.
-_RESTRICTIONS = {
-    "non-commercial use": r"non[- ]?commercial|\bnc\b|(research|academic)[- ](use[- ])?only"
-    r"|only for research",
-    "no derivatives": r"\bnd\b|no[- ]?deriv",
-    "share alike": r"\bsa\b|share[- ]?alike|\b[al]?gpl",
-    "attribution": r"\bcc[- ]by\b|attribution|acknowledg|apache|\bmit\b|\bbsd\b|\b[al]?gpl",
-}
-_FREE = r"\bcc0\b|cc[- ]zero|public domain|unlicense|free for all uses"
 
 
 @dataclass(frozen=True)
@@ -68,29 +60,19 @@ def licence(notes: Mapping[str, str]) -> str:
 def terms(origins: Iterable[Origin]) -> str:
     """Return the licences of origins as one text, the most restrictive first."""
     found = dict.fromkeys(origin.licence for origin in origins)
-    return "; ".join(sorted(found, key=_strictness)) or NOT_STATED
-
-
-def restrictions(text: str) -> frozenset[str]:
-    """Return what a licence restricts, by its words; UNKNOWN for words that state none."""
-    found = frozenset(
-        name for name, words in _RESTRICTIONS.items() if re.search(words, text, re.IGNORECASE)
-    )
-    if found or re.search(_FREE, text, re.IGNORECASE):
-        return found
-    return frozenset({UNKNOWN})
+    return "; ".join(sorted(found, key=strictness)) or NOT_STATED
 
 
 def lost(text: str, origins: Iterable[Origin]) -> dict[Origin, frozenset[str]]:
     """Return what a licence for weights drops of the terms of each origin; empty if it keeps all.
 
-    A licence that quotes the terms of an origin keeps them.
+    A licence keeps terms that are not known by quoting them.
     """
     kept = restrictions(text)
     found = {
         origin: restrictions(origin.licence) - kept
         for origin in origins
-        if _plain(origin.licence) not in _plain(text) or not _plain(origin.licence)
+        if not _quotes(text, origin.licence)
     }
     unknown = {
         origin: frozenset({UNKNOWN}) for origin in found if UNKNOWN in restrictions(origin.licence)
@@ -98,10 +80,11 @@ def lost(text: str, origins: Iterable[Origin]) -> dict[Origin, frozenset[str]]:
     return {origin: names for origin, names in (found | unknown).items() if names}
 
 
+def _quotes(text: str, quoted: str) -> bool:
+    """Whether a text holds another one as a part of its own, between its marks."""
+    part = re.escape(_plain(quoted))
+    return bool(part) and bool(re.search(rf'(?:^|[;:(",]) ?{part} ?(?:$|[;:)",.])', _plain(text)))
+
+
 def _plain(text: str) -> str:
     return " ".join(text.casefold().split())
-
-
-def _strictness(text: str) -> int:
-    found = restrictions(text)
-    return next((i for i, name in enumerate(_RESTRICTIONS) if name in found), len(_RESTRICTIONS))

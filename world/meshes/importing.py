@@ -142,7 +142,7 @@ def _of_library(path: Path, options: ImportOptions) -> list[Job]:
         named = category_of_names(entry.title) or category_of_names(entry.name)
         if options.category is None and named is None:
             continue
-        licence = options.licence if options.licence != "unknown" else entry.licence or "unknown"
+        licence = entry.licence or options.licence
         own = replace(
             options,
             frame=entry.frame,

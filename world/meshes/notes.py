@@ -1,15 +1,13 @@
 """Licences and credits beside mesh files: a catalog.csv with one line per file, and the terms of
 its libraries in the folder's README."""
 
-import csv
 import re
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 
-CATALOGUE = "catalog.csv"
-#: Folders above that of a file whose catalogue may list it.
-_ABOVE = 2
+from world import catalogues, terms
+from world.catalogues import Row
+
 #: A line of terms: `Licences: NAME: TERMS, (c) OWNER; NAME: TERMS`, possibly a list item.
 _LINE = re.compile(r"^\W*licen[cs]es?\W*:\W*(.+)$", re.IGNORECASE)
 #: The terms of a library end with a semicolon or a sentence.
@@ -27,33 +25,28 @@ class Note:
 
 
 def of_file(path: Path) -> Note:
-    """The note of a mesh file, from the nearest catalogue that lists it: of its own folder, or of
-    one of the two above, as where a library has a folder for each class."""
-    known = _known(tuple(path.absolute().parents[: 1 + _ABOVE]))
-    return next((notes[path.stem] for notes in known if path.stem in notes), Note())
-
-
-@lru_cache(maxsize=64)
-def _known(folders: tuple[Path, ...]) -> tuple[dict[str, Note], ...]:
-    """The notes of folders, read once for all files of an import."""
-    return tuple(map(of_folder, folders))
+    """The note of a mesh file: from the nearest catalogue that lists it, or from what else states
+    terms beside it (world.terms)."""
+    found = catalogues.row_of(path)
+    if found is None:
+        stated = terms.of(path)
+        return Note(stated.licence, stated.credit)
+    row, folder = found
+    note = _note(row, _terms(folder, {row.source} - {""}).get(row.source, Note()))
+    return note if note.licence else Note(terms.of(path).licence, note.credit)
 
 
 def of_folder(folder: Path) -> dict[str, Note]:
-    """The notes of a folder's files, by their names without suffix (columns file, creator, and
+    """The notes of a folder's files, by their names in its catalogue (columns file, creator, and
     licence or library, whose licence the README gives)."""
-    try:
-        with (folder / CATALOGUE).open(newline="") as file:
-            rows = [row for row in csv.DictReader(file) if row.get("file")]
-    except (OSError, csv.Error, UnicodeDecodeError):
-        return {}
-    terms = _terms(folder, {row.get("library") or "" for row in rows} - {""})
-    return {row["file"]: _note(row, terms.get(row.get("library") or "", Note())) for row in rows}
+    rows = [row for catalogue in catalogues.of_folder(folder) for row in catalogue.rows]
+    named = _terms(folder, {row.source for row in rows} - {""})
+    return {row.file: _note(row, named.get(row.source, Note())) for row in rows}
 
 
-def _note(row: dict[str, str], library: Note) -> Note:
-    named = [text for text in (row.get("creator") or "", library.credit) if text]
-    return Note(row.get("licence") or row.get("license") or library.licence, ", ".join(named))
+def _note(row: Row, library: Note) -> Note:
+    named = [text for text in (row.credit, library.credit) if text]
+    return Note(row.licence or library.licence, ", ".join(named))
 
 
 def _terms(folder: Path, libraries: set[str]) -> dict[str, Note]:

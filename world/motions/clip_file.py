@@ -18,7 +18,7 @@ from world.character import model as character
 from world.errors import ClipError
 from world.motions import npz
 from world.motions.clip import Clip, validate
-from world.motions.licences import licence
+from world.motions.licences import dataset, licence, named
 from world.motions.objects import Bed, BoxTrack, Seat, Skeleton
 from world.partial_files import replacing
 from world.refusals import refusing
@@ -38,7 +38,7 @@ def read(path: Path) -> Clip:
             f"{path}: unknown clip format '{path.suffix}', must be {SUFFIX}"
             " ('inhabit motions import' makes clips of others)"
         )
-    about = {"source": path.name, "licence": licence(path.parent)}
+    about = {"source": named(path.name, dataset(path)), "licence": licence(path)}
     with refusing(ClipError, path, ".npz clip"), npz.opened(path) as file:
         return validate(clip_of(file, str(path), about, {"name": path.stem}))
 

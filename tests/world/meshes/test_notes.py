@@ -35,7 +35,7 @@ def test_a_name_that_ends_a_longer_one_has_its_own_terms(tmp_path: Path) -> None
 
 def test_without_notes_nothing_is_printed(tmp_path: Path) -> None:
     assert of_folder(tmp_path) == {}
-    (tmp_path / "catalog.csv").write_bytes(b"file,licence\n\xff\xfe,x\n")
+    (tmp_path / "catalog.csv").write_bytes(b"\xff\xfe,licence\nfile,x\n")
     assert of_folder(tmp_path) == {}
     (tmp_path / "catalog.csv").write_text("file,library\na,Unknown\n,Unknown\n")
     assert of_folder(tmp_path) == {"a": Note()}

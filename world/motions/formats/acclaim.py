@@ -105,7 +105,7 @@ def read(path: Path) -> Recording:
         position=position,
         rotation=rotation,
         source=path.name,
-        licence=licence(path.parent),
+        licence=licence(path),
         likely_unit_m=skeleton.unit_m,
         fps_assumed=header.fps is None,
         approximated=tuple(remarks),

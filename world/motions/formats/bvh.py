@@ -52,7 +52,7 @@ def read(path: Path) -> Recording:
         position=position,
         rotation=rotation,
         source=path.name,
-        licence=licence(path.parent, path.name),
+        licence=licence(path),
         approximated=(
             *(("first frame left out: a pose put in front",) if first else ()),
             *content.remarks,

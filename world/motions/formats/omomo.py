@@ -71,7 +71,7 @@ def read(path: Path) -> Recording:
         position=rows[:, 162:318].reshape(-1, 52, 3),
         rotation=Rotation.from_quat(quaternion).as_matrix().reshape(-1, 52, 3, 3),
         source=path.name,
-        licence=licence(path.parent),
+        licence=licence(path),
         unit_m=1.0,
         up="z",
         approximated=remarks,

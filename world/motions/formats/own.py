@@ -52,7 +52,7 @@ def recording(path: Path, fps: float, root: np.ndarray, local: np.ndarray) -> Re
         position=position,
         rotation=rotation,
         source=path.name,
-        licence=licence(path.parent),
+        licence=licence(path),
         unit_m=1.0,
         up="z",
         own_body=True,

@@ -70,7 +70,7 @@ def read(path: Path) -> Recording:
         position=position,
         rotation=turned,
         source=path.name,
-        licence=licence(path.parent),
+        licence=licence(path),
         unit_m=1.0,
         up="z",
     )

@@ -39,6 +39,8 @@ class Recording:
     """[T, J, 3, 3]: each joint's rotation in the file's world, from its axes at the zero pose."""
     source: str
     licence: str
+    dataset: str = ""
+    """The data set that a catalogue beside the file names"""
     unit_m: float | None = None
     """Length unit of the file, m; None where it must be inferred."""
     likely_unit_m: float | None = None

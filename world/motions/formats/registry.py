@@ -23,6 +23,7 @@ from world.motions.formats import (
     samp_pickle,
 )
 from world.motions.formats.recording import RateMissingError, Recording, validate
+from world.motions.licences import dataset
 from world.placeholders import placeholder
 from world.refusals import refusing
 from world.surroundings import expanded
@@ -81,6 +82,7 @@ def read(path: Path, name: str | None = None, fps: float | None = None) -> Recor
             if fps is None:
                 raise
             found = error.recording
+        found = replace(found, dataset=dataset(path))
         return validate(found if fps is None else replace(found, fps=fps, fps_assumed=False))
 
 

@@ -77,7 +77,7 @@ def recording(path: Path, fps: float, translation: np.ndarray, poses: np.ndarray
         position=position,
         rotation=rotation,
         source=path.name,
-        licence=licence(path.parent),
+        licence=licence(path),
         unit_m=1.0,
         bones_known=True,
         likely_up="z",

@@ -11,6 +11,7 @@ from world.motions.clip import Clip, validate
 from world.motions.formats import landmarks, recording
 from world.motions.formats.landmarks import Map
 from world.motions.formats.recording import Recording
+from world.motions.licences import named
 from world.motions.objects import Skeleton
 from world.motions.retarget import body, contacts, solve, tracked
 from world.refusals import refusing
@@ -62,7 +63,7 @@ def _retargeted(source: Recording, given: Map) -> Clip:
             fps=scaled.fps,
             root_position_m=root,
             local_rotation=local,
-            source=source.source,
+            source=named(source.source, source.dataset),
             licence=source.licence,
             box=tracked.track(scaled.box, target, drop) if scaled.box else None,
             ghost=ghost,
