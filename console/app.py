@@ -103,20 +103,28 @@ def asks_for_help(words: Sequence[str]) -> bool:
 
 def settings_of_other_tasks(words: Sequence[str]) -> frozenset[tuple[type, str]]:
     """Return the settings that the help of `train TASK` leaves out, as dataclass and field: those
-    of other tasks alone. Raises ChoiceError for an unknown task.
+    of other tasks alone, and those that its kind of object leaves unused. Raises ChoiceError for an
+    unknown task.
 
     Only for help, as tasks take a second to import. A setting of one task alone has its name.
     """
     if words[:1] != ["train"] or not asks_for_help(words):
         return frozenset()
+    from console import commands
     from world import tasks
-    from world.config import WorldConfig
+    from world.config import InitialStates, WorldConfig
 
     task = words[1] if not words[1].startswith("-") else ""
     if not task:
         return frozenset()
-    tasks.make(task)
-    return frozenset((WorldConfig, name) for name in tasks.REGISTRY if name != task)
+    unused = tasks.make(task).affordance.unused
+    inner = {name.partition(".")[2] for name in unused}
+    return frozenset(
+        {(WorldConfig, name) for name in tasks.REGISTRY if name != task}
+        | {(WorldConfig, name) for name in unused}
+        | {(InitialStates, name) for name in inner - {""}}
+        | ({(commands.Train, "objects")} if "objects" in unused else set())
+    )
 
 
 def starting_point(arguments: Sequence[str]) -> "Experiment":
@@ -196,10 +204,13 @@ def run(command: Any) -> int:
 
 
 def execute(command: Any, words: Sequence[str]) -> int:
-    """Run one parsed command, after a line on a MUJOCO_GL that is not there; return the exit
-    code."""
+    """Run one parsed command whose inputs are there, after a line on a MUJOCO_GL that is not;
+    return the exit code."""
+    from console import inputs
+
     if surroundings.missing_gl is not None and words[:1] != ["doctor"]:
         print(f"inhabit: {surroundings.missing_gl}: ignored", file=sys.stderr, flush=True)
+    inputs.require(command)
     return run(command)
 
 

@@ -6,6 +6,7 @@ NaN is within no bounds. A numeric field without bounds fails the tests.
 import dataclasses
 import typing
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Any
 
 from world.errors import ConfigError
@@ -164,6 +165,16 @@ def numeric(kind: type) -> Iterator[str]:
             yield field.name
 
 
+@lru_cache(maxsize=64)
+def ranges(kind: type) -> frozenset[str]:
+    """Return the fields of a dataclass that hold the least and the greatest of something."""
+    hints = typing.get_type_hints(kind)
+    pair = tuple[float, float]
+    return frozenset(
+        field.name for field in dataclasses.fields(kind) if hints[field.name] in (pair, pair | None)
+    )
+
+
 def text(kind: type, field: str) -> str:
     """Return the bounds of a field as shown in its help and errors; empty for a field without."""
     spans = BOUNDS.get(kind.__name__, {}).get(field)
@@ -183,10 +194,21 @@ def require(command: Any, prefix: str = "--") -> None:
             require(value, prefix if field.name in UNNAMED else f"{prefix}{name}.")
         elif field.name in spans and value is not None:
             _within(value, spans[field.name], f"{prefix}{name}", text(kind, field.name))
+            if field.name in ranges(kind):
+                _ordered(value, f"{prefix}{name}")
 
 
 UNNAMED = ("experiment", "mesh", "practice", "service")
 """Fields whose flags have no prefix."""
+
+
+def _ordered(value: tuple[float, float], flag: str) -> None:
+    low, high = value
+    if low > high:
+        raise ConfigError(
+            f"{flag} {low:g} {high:g}: the first is the least, the second the greatest; give"
+            f" {high:g} {low:g}"
+        )
 
 
 def _within(value: Any, spans: tuple[Span, ...], flag: str, form: str) -> None:

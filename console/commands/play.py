@@ -11,9 +11,12 @@ import tyro
 class Play:
     """Run a policy live in the browser and disturb it, or play a recording or clips."""
 
-    sources: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN|FILE")]
-    """Runs or checkpoint folders (NAME=RUN sets the name, else the task is the name), or one file:
-    a .msgpack recording or a motion clip."""
+    sources: Annotated[
+        tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN|NAME|FILE")
+    ]
+    """Runs, checkpoint folders or names of policies that the package brings: sit, lie, carry, walk
+    (NAME=RUN sets the name, else the task is the name), or one file: a .msgpack recording or a
+    motion clip."""
     checkpoint: Literal["best", "latest"] = "best"
     """Checkpoint of a run."""
     objects: str = "test"

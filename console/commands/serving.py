@@ -15,7 +15,8 @@ class Serve:
     """Serve the policies of one or more runs by gRPC until Ctrl-C."""
 
     sources: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
-    """Runs or checkpoint folders; NAME=RUN sets the name, else the task is the name."""
+    """Runs, checkpoint folders, or names of policies that the package brings (sit, lie, carry,
+    walk); NAME=RUN sets the name under which one is served, else the task is the name."""
     checkpoint: Literal["best", "latest"] = "best"
     """Checkpoint of a run; a newer one of this name is loaded while serving."""
     listen: str = "127.0.0.1:50051"
@@ -76,9 +77,9 @@ class Export:
     """Export a policy as ONNX, with its normaliser, and compare it with the original; or export a
     recording or motion clip for animation programs: glTF, BVH, SMPL parameters."""
 
-    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT|MOTION")]
-    """Run directory (its best checkpoint) or checkpoint folder, for .onnx; else a recording
-    (.msgpack) or motion clip (.npz)."""
+    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT|NAME|MOTION")]
+    """Run directory (its best checkpoint), checkpoint folder, or name of a policy that the package
+    brings (sit, lie, carry, walk), for .onnx; else a recording (.msgpack) or motion clip (.npz)."""
     out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FILE")]
     """FILE.onnx of a policy; FILE.glb, .gltf, .bvh or .smpl.npz of a motion."""
     checkpoint: Literal["best", "latest"] = "best"
@@ -95,8 +96,9 @@ class Synthesize:
     """Simulate a policy in a given scene and write the motion: clip, glTF, BVH, SMPL parameters,
     3-D page, video, full states."""
 
-    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT")]
-    """Run directory or checkpoint folder."""
+    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT|NAME")]
+    """Run directory, checkpoint folder, or name of a policy that the package brings: sit, lie,
+    carry, walk."""
     out: tuple[Path, ...]
     """FILE.npz (a clip), .glb or .gltf (skinned character and objects), .bvh, .smpl.npz (SMPL
     parameters), .html (3-D replay), .mp4 or .msgpack (full states); several files get the same

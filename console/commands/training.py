@@ -86,8 +86,9 @@ class Train:
 class Evaluate:
     """Evaluate a policy: success within 20 s by the paper's protocol, with intervals."""
 
-    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT")]
-    """Run directory (its latest checkpoint) or checkpoint folder."""
+    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT|NAME")]
+    """Run directory (its latest checkpoint), checkpoint folder, or name of a policy of the
+    package: sit, lie, carry, walk."""
     task: str = ""
     """Of a policy that was trained for several tasks (train --mix): the task to evaluate; default:
     the first."""
@@ -138,9 +139,9 @@ class Realism:
     """Measure how a motion compares with mocap: each measure relative to held-out mocap, by
     phase."""
 
-    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|RECORDING|CLIPS")]
-    """Run directory or checkpoint folder (trials are simulated), .msgpack recording, or clips: a
-    file or folder."""
+    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|NAME|RECORDING|CLIPS")]
+    """Run directory, checkpoint folder or name of a policy that the package brings (trials are
+    simulated), .msgpack recording, or clips: a file or folder."""
     against: tuple[Path, ...] = ()
     """Mocap clips, files or folders; default: the policy's training clips, or the package's own."""
     task: str = "sit"
@@ -169,8 +170,9 @@ class Report:
     """Write the report of a run as one HTML file: results, replay, pictures, motion quality,
     curves."""
 
-    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT")]
-    """Run directory (its latest checkpoint) or checkpoint folder."""
+    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT|NAME")]
+    """Run directory (its latest checkpoint), checkpoint folder, or name of a policy of the
+    package: sit, lie, carry, walk."""
     out: Path | None = None
     """File to write; default: report.html in the run, or NAME-report.html for a checkpoint
     folder."""
@@ -195,8 +197,9 @@ class Report:
 class Publish:
     """Publish a run's policy as a small folder, with training data, licence and evaluation."""
 
-    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT")]
-    """Run directory (its latest checkpoint) or checkpoint folder."""
+    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT|NAME")]
+    """Run directory (its latest checkpoint), checkpoint folder, or name of a policy of the
+    package: sit, lie, carry, walk."""
     out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="DIR")]
     """Folder to write."""
     task: str = ""
@@ -223,8 +226,9 @@ class Publish:
 class Video:
     """Render a policy or a recording as a film (.mp4) or an animated picture (.webp, .gif)."""
 
-    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|FILE")]
-    """Run directory, checkpoint folder, or .msgpack recording."""
+    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|NAME|FILE")]
+    """Run directory, checkpoint folder, name of a policy that the package brings (sit, lie, carry,
+    walk), or .msgpack recording."""
     out: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="OUT.mp4")] = None
     """Film or animated picture to write; optional with --sheet."""
     sheet: Path | None = None

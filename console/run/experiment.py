@@ -193,6 +193,14 @@ def check(experiment: Experiment) -> Experiment:
         )
     if min(experiment.warp.nconmax, experiment.warp.njmax) <= 0:
         raise ConfigError("--warp.nconmax and --warp.njmax must be above 0")
+    initial = experiment.world.initial
+    if initial.reference + initial.near + initial.far <= 0.0:
+        raise ConfigError(
+            "--world.initial.reference, --world.initial.near and --world.initial.far are all 0:"
+            " episodes need an initial state of some kind"
+        )
+    if sum(initial.reference_stages) <= 0.0:
+        raise ConfigError("--world.initial.reference-stages: one of them must be above 0")
     lag = experiment.lag
     if min(lag.max_policy, lag.max_style) < 0:
         raise ConfigError("--lag.max-policy and --lag.max-style must be 0 or above")

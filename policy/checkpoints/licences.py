@@ -47,8 +47,9 @@ _TABLE: tuple[tuple[str, _Found], ...] = (
      r"|cdla-permissive|odc-by|open data commons attribution(?: licen[cs]e)?|artistic"
      r"|etalab|ogl-uk|dl-de-by", _NAMED),
     (r"[al]?gpl|gnu (?:lesser |affero )?(?:general )?public licen[cs]e|mpl"
-     r"|mozilla public licen[cs]e|epl|eclipse public licen[cs]e|eupl|odbl|open database licen[cs]e|ofl|cdla-sharing|lal"
-     r"|osl|cecill|fdl|gfdl|free art licen[cs]e", _ALIKE),
+     r"|mozilla public licen[cs]e|epl|eclipse public licen[cs]e|eupl|odbl"
+     r"|open database licen[cs]e|ofl|cdla-sharing|lal|osl|cecill"
+     r"|fdl|gfdl|free art licen[cs]e", _ALIKE),
 )  # fmt: skip
 _LICENCES = tuple(
     (re.compile(rf"\b(?:{names})\b{_VERSION}{_KIND}"), found) for names, found in _TABLE
@@ -83,7 +84,8 @@ _NEGATED = re.compile(
 #: Words that state a condition.
 _CONDITION = re.compile(
     r"\b(?:(?:may|must|can|shall|should) ?not|cannot|must|shall|only|prohibit\w*|forbid\w*"
-    r"|restrict\w*|permission|permitted|allowed|unless|except\w*|excluding|on request|ask|all rights reserved"
+    r"|restrict\w*|permission|permitted|allowed|unless|except\w*|excluding"
+    r"|on request|ask|all rights reserved"
     r"|proprietary|confidential|commons[- ]clause|not? \w+ (?:use|purposes?)"
     r"|nc|nd|not free|not (?:in )?(?:the )?public|(?<!could )not (?:be|for|to be)"
     r"|(?:is|are|'s) not)\b"

@@ -92,12 +92,20 @@ def test_the_top_level_lists_every_command_and_group(capsys: pytest.CaptureFixtu
 
 def test_the_help_of_a_task_has_its_own_settings(capsys: pytest.CaptureFixture[str]) -> None:
     found = {task: set(flags_of(help_of(f"train {task}", capsys))) for task in REGISTRY}
-    shared = found["sit"]
-    assert found["lie"] == found["walk"] == shared
-    for task in ("carry", "track"):
-        own = found[task] - shared
+    furniture = {
+        "--objects", "--world.pieces", "--world.scales", "--world.scale", "--world.seed",
+        "--world.initial.raised-seat-fraction", "--world.initial.front-m",
+    }  # fmt: skip
+    shared = found["walk"]
+    assert found["lie"] == found["sit"] == shared | furniture
+    assert not shared & furniture and "--world.teacher" not in found["sit"]
+    for task, more in (("carry", {"--world.teacher"}), ("track", set())):
+        own = found[task] - shared - more
         assert own and all(flag.startswith(f"--world.{task}.") for flag in own)
-        assert not shared - found[task]
+        assert more <= found[task]
+    states = {flag for flag in shared if flag.startswith("--world.initial.")}
+    assert shared - found["track"] == states != set()  # clips alone begin its episodes
+    assert not shared - found["carry"]
     # without a task, those of every task
     assert set(flags_of(help_of("train", capsys))) == set().union(*found.values())
 

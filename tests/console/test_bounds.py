@@ -49,7 +49,7 @@ def test_each_number_has_bounds(kind: type, name: str) -> None:
     assert bounds.text(kind, name)
     spans = bounds.BOUNDS[kind.__name__][name]
     field = next(f for f in dataclasses.fields(kind) if f.name == name)
-    holder = dataclasses.make_dataclass(kind.__name__, [name])
+    holder = dataclasses.make_dataclass(kind.__name__, [(name, Any)])
     if field.default is not dataclasses.MISSING:
         bounds.require(holder(field.default))
     low, high = spans[-1]
@@ -98,3 +98,30 @@ def test_help_lists_the_bounds(word: str, capsys: pytest.CaptureFixture[str]) ->
     text = " ".join(capsys.readouterr().out.replace("│", " ").split())
     wanted = {"train": "1 to 1024", "serve": "1 to 65536", "evaluate": "1 to 10000000"}[word]
     assert wanted in text
+
+
+RANGES = sorted(
+    ((kind, name) for kind in kinds() for name in bounds.ranges(kind)),
+    key=lambda found: (found[0].__name__, found[1]),
+)
+
+
+@pytest.mark.parametrize(("kind", "name"), RANGES, ids=lambda x: getattr(x, "__name__", x))
+def test_the_least_of_a_range_comes_first(kind: type, name: str) -> None:
+    low, high = bounds.BOUNDS[kind.__name__][name][0]
+    values = (low + (high - low) / 4, low + (high - low) / 2)
+    pair = tuple[float, float]
+    holder = dataclasses.make_dataclass(kind.__name__, [(name, pair)])
+    bounds.require(holder(values))
+    bounds.require(holder((low, low)))
+    with pytest.raises(ConfigError, match=rf"^--{name.replace('_', '-')} .*: the first is the le"):
+        bounds.require(holder(values[::-1]))
+
+
+def test_there_are_ranges_and_one_is_refused_dry(capsys: pytest.CaptureFixture[str]) -> None:
+    assert len(RANGES) >= 12
+    assert main(["train", "sit", "--dry-run", "--world.scale", "1.2", "0.8"]) == 2
+    assert "--world.scale 1.2 0.8: the first is the least" in capsys.readouterr().err
+    words = "--world.initial.reference 0 --world.initial.near 0 --world.initial.far 0"
+    assert main(f"train sit --dry-run {words}".split()) == 2
+    assert "are all 0" in capsys.readouterr().err

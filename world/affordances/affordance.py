@@ -83,6 +83,13 @@ class ClipStates:
     """[n, 2]: cosine and sine of its yaw."""
 
 
+#: Settings of furniture alone.
+FURNITURE_SETTINGS = frozenset(
+    {"objects", "pieces", "scales", "scale", "seed", "teacher"}
+    | {"initial.raised_seat_fraction", "initial.front_m"}
+)
+
+
 class Affordance(ABC):
     """The record of one affordance."""
 
@@ -96,6 +103,8 @@ class Affordance(ABC):
     cargo: bool = False
     """Whether a free box follows the character's coordinates in a scene."""
     follows_clips: bool = False
+    unused: frozenset[str] = FURNITURE_SETTINGS
+    """Settings of WorldConfig, `initial.` ones included, that change nothing for such a task"""
     """Whether the task follows clips: evaluation, player and videos then show clips instead of
     trials with objects."""
 

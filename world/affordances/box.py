@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from world import random_streams
-from world.affordances.affordance import Affordance, Setting, stand
+from world.affordances.affordance import FURNITURE_SETTINGS, Affordance, Setting, stand
 from world.config import CarryConfig, WorldConfig
 from world.errors import ConfigError
 from world.furniture.piece import Piece
@@ -39,6 +39,7 @@ class CarriedBox(Affordance):
     """A box to carry."""
 
     name, kind, clips, cargo = "carry", "box", BOX_CLIPS, True
+    unused = FURNITURE_SETTINGS - {"teacher"}
 
     def pieces(self, config: WorldConfig) -> tuple[tuple[Piece, ...], str]:
         """No furniture: the task makes its own boxes."""

@@ -37,6 +37,7 @@ class Furniture(Affordance):
     """Furniture with one usage."""
 
     kind = "furniture"
+    unused = frozenset({"teacher"})
 
     def __init__(
         self,

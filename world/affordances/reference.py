@@ -1,6 +1,6 @@
 """The affordance of reference motions: clips to follow, each with the object that it uses."""
 
-from world.affordances.affordance import Affordance, Arrangement, Setting
+from world.affordances.affordance import FURNITURE_SETTINGS, Affordance, Arrangement, Setting
 from world.config import WorldConfig
 from world.errors import ConfigError
 from world.furniture.piece import Piece
@@ -22,6 +22,7 @@ class ReferenceMotion(Affordance):
     """Clips to follow."""
 
     name, kind, clips, follows_clips = "follow", "reference", ANY, True
+    unused = FURNITURE_SETTINGS | {"initial"}
 
     def pieces(self, config: WorldConfig) -> tuple[tuple[Piece, ...], str]:
         """No furniture: the clips bring their objects."""

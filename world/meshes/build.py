@@ -12,7 +12,7 @@ from world.furniture.affordance import lying, seats
 from world.furniture.affordance.relief import Relief, relief, sheltered
 from world.furniture.affordance.seats import Zone, zone_heights
 from world.furniture.piece import Hull, Lying, Piece, SeatTarget
-from world.meshes import decompose, hints, resting
+from world.meshes import axes, decompose, hints, resting
 from world.meshes.classes import CLASSES, DENSITY_KG_M3, category_of, shape_of
 from world.meshes.frame import Frame
 from world.meshes.source import Source
@@ -90,7 +90,10 @@ class Places:
 def build(source: Source, options: ImportOptions) -> Built:
     """The piece of a mesh. Raises PieceError where it is no furniture or has no target."""
     named = options.category or options.named
-    triangles, notes = placed(source, options.frame, named)
+    stated_up = options.frame.up is not None
+    frame, turned = axes.resolved(source, options.frame, options.force)
+    options = replace(options, frame=frame)
+    triangles, notes = placed(source, frame, named)
     try:
         found = places(source.name, triangles, options)
     except PieceError as error:
@@ -99,7 +102,7 @@ def build(source: Source, options: ImportOptions) -> Built:
             raise
         raise PieceError(f"{error}; with {flags} it is ordinary furniture") from error
     if not options.force and options.sit is None:
-        hints.require_ordinary(source, options.frame, triangles, named)
+        hints.require_ordinary(source, options.frame, triangles, named, stated_up)
     piece, error = _cut(source.name, triangles, options, found, decompose.VOXELS)
     if _faults(piece, error):
         # a hull bulges over the seat, or a ragdoll slides off: more voxels often help
@@ -110,7 +113,7 @@ def build(source: Source, options: ImportOptions) -> Built:
         piece = resting.required(piece)
     density = DENSITY_KG_M3[piece.category]
     mass, centre, inertia = decompose.mass_properties(piece.hulls, density)
-    said = [*notes, *found.notes]
+    said = [*turned, *notes, *found.notes]
     if error is not None and abs(error) > COARSE_M:
         where = "above" if error > 0.0 else "below"
         said.append(f"its hulls are {100 * abs(error):.0f} cm {where} the mesh at the seat")

@@ -64,12 +64,19 @@ def flags(source: Source, frame: Frame, named: str | None = None, within: float 
 
 
 def require_ordinary(
-    source: Source, frame: Frame, triangles_m: Triangles, named: str | None = None
+    source: Source,
+    frame: Frame,
+    triangles_m: Triangles,
+    named: str | None = None,
+    stated_up: bool = True,
 ) -> None:
     """Raise PieceError for a piece of an odd size that other flags make ordinary, unless the flags
-    or a catalogue state size and axis."""
+    or a catalogue state size and axis.
+
+    stated_up: whether the frame's axis, if any, is one that the user states.
+    """
     stated = frame.unit is not None or frame.height_m is not None
-    if frame.size_m is not None or (stated and frame.up is not None):
+    if frame.size_m is not None or (stated and frame.up is not None and stated_up):
         return
     if unlikeness(triangles_m) < ODD:
         return
