@@ -4,7 +4,7 @@ import os
 import signal
 import socket
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
@@ -141,12 +141,16 @@ class Server:
         for name in self._services:
             self.health.set(name, NOT_SERVING if full else SERVING)
 
-    def run(self) -> None:
-        """Block until SIGTERM, SIGINT or `stopping` is set, then drain. Main thread only."""
+    def run(self, report: Callable[[str], None] = lambda line: None) -> None:
+        """Block until SIGTERM, SIGINT or `stopping` is set, then drain. Main thread only.
+
+        report: takes a line when it stops.
+        """
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, lambda *_: self.stopping.set())
         while not self.stopping.wait(1.0):  # a bounded wait, so that signals are handled
             pass
+        report(f"stopping: calls in progress have {self.config.drain_s:g} s to end")
         self.drain()
 
     def drain(self) -> None:

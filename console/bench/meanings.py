@@ -18,6 +18,7 @@ class Meaning:
     """The limit, or the pattern's name of the figure that is the limit."""
 
 
+NO_LIMIT = "none is set"
 #: The first pattern that matches the whole name counts.
 MEANINGS = (
     Meaning(r"goal_to_echo_ratio", "goal: calls per second over those of a gRPC echo"),
@@ -87,6 +88,15 @@ MEANINGS = (
     Meaning(r"(.*)exceptions", r"damaged files that ended in an exception \1", "at most", 0.0),
     Meaning(r"(.*)(crashes|deaths|hangs|killed)", r"damaged files: \2 \1", "at most", 0.0),
     Meaning(r"mutations", "damaged files that were read"),
+    Meaning(r"fair_alone_(p\d+)_ms", r"characters without a flood: \1 of latency"),
+    Meaning(r"fair_flood_(\w+)_p99_ratio", r"characters while another client floods with \1: p99"
+            " over that without", "at most", "limit_fair_p99_ratio"),
+    Meaning(r"fair_flood_(\w+)_(p\d+)_ms", r"characters while another client floods with \1: \2 of"
+            " latency"),
+    Meaning(r"limit_fair_p99_ratio", "limit of the p99 while another client floods over that"
+            " without"),
+    Meaning(r"fair_within_limit", "whether all floods are within the limit; 1 is yes",
+            "at least", 1.0),
 )  # fmt: skip
 
 
@@ -100,16 +110,16 @@ def meaning(name: str) -> str:
 
 
 def verdict(name: str, figures: Mapping[str, float]) -> str:
-    """Return whether a figure meets its limit, with the limit; empty for a figure without one."""
+    """Return whether a figure meets its limit, with the limit; or that none is set for it."""
     found = _found(name)
     if found is None or not found[0].sense:
-        return ""
+        return NO_LIMIT
     entry, match = found
     limit = entry.limit
     if isinstance(limit, str):
         other = match.expand(limit)
         if other not in figures:
-            return ""
+            return f"{NO_LIMIT} here: {other} is not among the figures"
         limit = figures[other]
     value = figures[name]
     met = value >= limit if entry.sense == "at least" else value <= limit

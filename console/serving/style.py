@@ -1,5 +1,6 @@
 """`inhabit style`: the standalone discriminator service of a run."""
 
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -46,7 +47,7 @@ def style_command(command: Style) -> int:
         f"style service of {run.path} at {service.address}, from {origin}, version {style.version}",
         flush=True,
     )
-    service.run()
+    service.run(lambda line: print(line, file=sys.stderr, flush=True))
     return 0
 
 

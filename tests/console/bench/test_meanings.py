@@ -1,7 +1,7 @@
 """Meanings and limits of figures."""
 
 from console.bench.command import table
-from console.bench.meanings import meaning, verdict
+from console.bench.meanings import NO_LIMIT, meaning, verdict
 
 
 def test_a_figure_is_compared_with_the_limit_that_is_stated_for_it() -> None:
@@ -10,8 +10,10 @@ def test_a_figure_is_compared_with_the_limit_that_is_stated_for_it() -> None:
     assert verdict("samples_per_s", figures) == "MISSED: at least 1.15e+04"
     assert verdict("to_goal_ratio", figures) == "MISSED: at least 1"
     assert verdict("blown_up_scenes", figures) == "met: at most 0"
-    assert verdict("swap_ms", figures) == "" and verdict("goal_samples_per_s", figures) == ""
-    assert verdict("samples_per_s", {"samples_per_s": 1.0}) == ""  # no goal among the figures
+    assert verdict("swap_ms", figures) == verdict("goal_samples_per_s", figures) == NO_LIMIT
+    assert verdict("samples_per_s", {"samples_per_s": 1.0}) == (
+        "none is set here: goal_samples_per_s is not among the figures"
+    )
     assert verdict("to_goal_ratio", {"to_goal_ratio": 1.0}) == "met: at least 1"
 
 
@@ -25,7 +27,7 @@ def test_goals_of_the_policy_service_are_those_of_its_bench() -> None:
     }
     assert verdict("act_64_per_s_to_echo_ratio", figures) == "MISSED: at least 0.6"
     assert verdict("policy_streams_256_p99_ms", figures) == "met: at most 10"
-    assert verdict("act_64_per_processor_s_to_echo_ratio", figures) == ""
+    assert verdict("act_64_per_processor_s_to_echo_ratio", figures) == NO_LIMIT
     assert verdict("act_64_per_s_to_ray_ratio", figures) == ""  # its goal is not among them
     assert meaning("policy_streams_256_p99_ms").startswith("policy service: 99th percentile")
 
@@ -42,3 +44,15 @@ def test_the_table_has_all_of_it() -> None:
     cells = [list(column.cells) for column in shown.columns]
     assert cells[0] == ["update_s", "to_goal_ratio"] and cells[1] == ["0.5", "2"]
     assert cells[2][0].startswith("time of one update") and cells[3] == ["", "met: at least 1"]
+
+
+def test_fairness_has_its_limit() -> None:
+    figures = {
+        "fair_flood_rows_p99_ratio": 2.5,
+        "limit_fair_p99_ratio": 3.0,
+        "fair_within_limit": 1.0,
+    }
+    assert verdict("fair_flood_rows_p99_ratio", figures) == "met: at most 3"
+    assert verdict("fair_within_limit", figures) == "met: at least 1"
+    assert verdict("fair_within_limit", figures | {"fair_within_limit": 0.0}).startswith("MISSED")
+    assert "floods with rows: p99" in meaning("fair_flood_rows_p99_ratio")

@@ -69,20 +69,22 @@ def served(run: RunDirectory, files: dict[str, str]) -> Iterator[str]:
          "--tls-cert", files["server.crt"], "--tls-key", files["server.key"],
          "--tls-client-ca", files["ca.crt"], "--token-file", files["token"],
          "--state", str(run.path / "journal")],
-        stdout=subprocess.PIPE, text=True, env=dict(os.environ, PYTHONPATH=str(ROOT)),
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=dict(os.environ, PYTHONPATH=str(ROOT)),
     )  # fmt: skip
-    assert process.stdout is not None
+    assert process.stdout is not None and process.stderr is not None
     try:
         line = process.stdout.readline()
         assert line.endswith("version 1\n"), line
         yield line.split(" at ")[1].split(",")[0]
         process.send_signal(signal.SIGTERM)
         assert process.wait(120) == 0
+        assert "stopping: calls in progress have 10 s to end\n" in process.stderr.read()
         assert (run.path / "journal" / "state.safetensors").exists()
     finally:
         process.kill()
         process.wait()
         process.stdout.close()
+        process.stderr.close()
 
 
 def address(at: str, files: dict[str, str]) -> StyleAddress:

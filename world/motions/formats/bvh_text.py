@@ -16,6 +16,7 @@ _ROWS_FEW, _ROWS_FRACTION = 3, 0.02
 MAX_JOINTS = 2000
 MAX_CHANNELS = 20_000
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_COMMA = r"[-+]?\d+(?:,\d+)?(?:[eE][-+]?\d+)?"
 _TOKEN = re.compile(
     r"(?P<space>[\s;]+)"
     r"|(?P<node>\b(?:ROOT|JOINT)\b[ \t:]*(?P<name>[^\r\n{}]*))"
@@ -90,10 +91,14 @@ def _split(text: str) -> tuple[str, str | None]:
         raise ValueError("it is empty")
     if not re.match(r"\s*HIERARCHY\b", text, re.IGNORECASE):
         raise ValueError("it does not begin with HIERARCHY")
-    parts = re.split(r"^[ \t}]*MOTION\b", text, maxsplit=1, flags=re.IGNORECASE | re.MULTILINE)
-    closing = re.match(r"([ \t}]*)MOTION\b", text[len(parts[0]) :], re.IGNORECASE)
-    above = parts[0] + (closing[1] if closing else "")
-    return above, parts[1] if len(parts) > 1 else None
+    # on a line of its own, or behind the last brace of a file without line breaks
+    found = re.search(
+        r"^[ \t}]*(MOTION)\b|\}\s*(MOTION)\s+Frames\b", text, re.IGNORECASE | re.MULTILINE
+    )
+    if found is None:
+        return text, None
+    start, end = found.span(1 if found[1] else 2)
+    return text[:start], text[end:]
 
 
 def _hierarchy(text: str) -> tuple[list[Joint], int]:
@@ -153,10 +158,11 @@ def _open(above: list[int], what: str) -> int:
 def _offset(text: str, at: int, joint: Joint) -> int:
     """Read the OFFSET of a joint; return the place behind it."""
     form = re.compile(rf"\s*({_NUMBER})[\s,]+({_NUMBER})[\s,]+({_NUMBER})")
-    found = form.match(text, at)
+    commas = re.compile(rf"\s*({_COMMA})\s+({_COMMA})\s+({_COMMA})(?![\d.,])")
+    found = commas.match(text, at) or form.match(text, at)
     if not found:
         raise ValueError(f"the OFFSET of {joint.name} is not three numbers")
-    joint.offset = [float(value) for value in found.groups()]
+    joint.offset = [float(value.replace(",", ".")) for value in found.groups()]
     return found.end()
 
 
@@ -184,14 +190,11 @@ def _motion(text: str, width: int) -> tuple[np.ndarray, float | None, list[str]]
     if not width:
         raise ValueError("no joint has CHANNELS: nothing moves")
     remarks: list[str] = []
-    text = _with_points(text)
-    count = re.search(r"^[ \t]*Frames[ \t]*:?[ \t]*(\d+)", text, re.IGNORECASE | re.MULTILINE)
-    step = re.search(
-        rf"^[ \t]*Frame\s*Time[ \t]*:?[ \t]*({_NUMBER})", text, re.IGNORECASE | re.MULTILINE
-    )
+    count = re.search(r"(?:^|\s)Frames[ \t]*:?[ \t]*(-?\d+(?:\.0*)?)(?!\S)", text, re.IGNORECASE)
+    step = re.search(r"(?:^|\s)Frame\s*Time[ \t]*:?[ \t]*(\S*)", text, re.IGNORECASE)
     start = max((found.end() for found in (count, step) if found), default=0)
-    promised = int(count[1]) if count else None
-    lines = [line.split() for line in text[start:].splitlines()]
+    promised = max(0, int(float(count[1]))) if count else None
+    lines = [line.split() for line in _with_points(text[start:]).splitlines()]
     lines = [words for words in lines if words]
     rows = _rows(lines, width, promised)
     frames = len(rows)
@@ -205,15 +208,27 @@ def _motion(text: str, width: int) -> tuple[np.ndarray, float | None, list[str]]
         raise ValueError(f"{frames} rows of {promised} frames: the file is cut short")
     elif frames != promised:
         remarks.append(f"{frames} rows are read, the count of frames is another ({promised})")
-    frame_s = float(step[1]) if step else None
-    return rows, frame_s, remarks
+    return rows, _seconds(step[1]) if step else None, remarks
+
+
+def _seconds(word: str) -> float | None:
+    """The duration of a frame, also with a decimal comma or as a fraction; None where it is no
+    number."""
+    above, _, below = word.replace(",", ".").partition("/")
+    try:
+        return float(above) / float(below or 1.0)
+    except (ValueError, ZeroDivisionError):
+        return None
 
 
 def _with_points(text: str) -> str:
-    """The text with decimal points for decimal commas, or spaces for separating ones."""
+    """The text with decimal points for decimal commas, or spaces for separating ones, and with
+    e for the exponents of Fortran."""
+    text = re.sub(r"(?<=[\d.])[dD](?=[+-]?\d)", "e", text)
     if "," not in text:
         return text
-    return text.replace(",", " " if "." in text else ".")
+    separates = "." in text or re.search(r",[-+]?\d*,", text) is not None
+    return text.replace(",", " " if separates else ".")
 
 
 def _rows(lines: list[list[str]], width: int, promised: int | None) -> np.ndarray:

@@ -67,6 +67,14 @@ def test_a_file_as_it_should_be() -> None:
             "Frame Time: 0.1", "Frame Time: 0.10"
         ),
         file(step="Frame Time: 0,1", rows="\n".join(r.replace(" ", ",0 ") + ",0" for r in ROWS)),
+        file(step="Frame Time: 0,1"),
+        file(step="Frame Time: 1/10"),
+        file(rows="\n".join(r.replace(" ", ".0D+00 ") + ".0d0" for r in ROWS)),
+        file("Frames: 4.0").replace("0 -1 0", "0,0 -1,0 0,0").replace("0 -2 0", "0,0 -2 0,0"),
+        file().replace("0 -1 0", "0,-1,0").replace("0 -2 0", "0, -2, 0"),
+        # without line breaks, but where names end
+        " ".join(file().split()).replace("Leg {", "Leg\n{").replace("Hips {", "Hips\n{"),
+        " ".join(file().split()),
     ],
 )  # fmt: skip
 def test_other_spellings_are_the_same_file(text: str) -> None:
