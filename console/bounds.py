@@ -202,7 +202,7 @@ UNNAMED = ("experiment", "mesh", "practice", "service")
 """Fields whose flags have no prefix."""
 
 
-def _ordered(value: tuple[float, float], flag: str) -> None:
+def _ordered(value: Any, flag: str) -> None:
     low, high = value
     if low > high:
         raise ConfigError(

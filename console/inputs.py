@@ -26,12 +26,13 @@ FIELDS = (
     "tls_client_ca",
     "token_file",
 )
-_FINDINGS = "Doctor"
+_ELSEWHERE = ("Doctor", "ObjectsList", "ObjectsShow")
+"""Commands whose own fields of these names are findings, or words without a flag"""
 
 
 def require(command: Any, prefix: str = "--") -> None:
     """Raise ConfigError, which names flag and value, for a path of input that is not there."""
-    if type(command).__name__ == _FINDINGS:
+    if type(command).__name__ in _ELSEWHERE:
         return
     for field in dataclasses.fields(command):
         value = getattr(command, field.name)

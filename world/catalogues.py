@@ -69,27 +69,31 @@ def row_of(path: Path) -> tuple[Row, Path] | None:
 def of_folder(folder: Path) -> tuple[Catalogue, ...]:
     """Return the catalogues of a folder; a damaged one counts as none."""
     try:
-        stamp = folder.stat().st_mtime_ns
+        files = _files(folder, folder.stat().st_mtime_ns)
+        return tuple(
+            _read(file, found.st_mtime_ns, found.st_size)
+            for file in files
+            if (found := file.stat()).st_size <= _BYTES
+        )
     except OSError:
         return ()
-    return _read(folder, stamp)
 
 
 @lru_cache(maxsize=64)
-def _read(folder: Path, _stamp: int) -> tuple[Catalogue, ...]:
-    """Read the catalogues of a folder once for all its files."""
-    try:
-        named = {path.name.lower(): path for path in sorted(folder.glob("*.[cC][sS][vV]"))}
-        found = [named[name] for name in CATALOGUES if name in named]
-        return tuple(Catalogue(folder, tuple(_rows(path))) for path in found)
-    except OSError:
-        return ()
+def _files(folder: Path, _changed: int) -> tuple[Path, ...]:
+    """The files of a folder that are catalogues by their names, listed once for all its files."""
+    named = {path.name.lower(): path for path in sorted(folder.glob("*.[cC][sS][vV]"))}
+    return tuple(named[name] for name in CATALOGUES if name in named and named[name].is_file())
+
+
+@lru_cache(maxsize=64)
+def _read(path: Path, _changed: int, _size: int) -> Catalogue:
+    """Read a catalogue once for all files of its folder."""
+    return Catalogue(path.parent, tuple(_rows(path)))
 
 
 def _rows(path: Path) -> Iterator[Row]:
     """The rows of a table with a header; its delimiter is a comma, a semicolon or a tab."""
-    if not path.is_file() or path.stat().st_size > _BYTES:
-        return
     text = path.read_bytes().decode("utf-8-sig", errors="replace")
     header = text.partition("\n")[0]
     delimiter = max(",;\t", key=header.count)

@@ -69,7 +69,8 @@ def served(run: RunDirectory, files: dict[str, str]) -> Iterator[str]:
          "--tls-cert", files["server.crt"], "--tls-key", files["server.key"],
          "--tls-client-ca", files["ca.crt"], "--token-file", files["token"],
          "--state", str(run.path / "journal")],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=dict(os.environ, PYTHONPATH=str(ROOT)),
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        env=dict(os.environ, PYTHONPATH=str(ROOT)),
     )  # fmt: skip
     assert process.stdout is not None and process.stderr is not None
     try:
