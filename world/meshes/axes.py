@@ -2,7 +2,7 @@
 
 Furniture has an ordinary size with its seat or top facing up, stands on a broad base, and looks
 different upside down; a piece that lies on its back or side does so less. The weights are fitted to
-94 real pieces in 376 lying poses, of which they tell 371 from the upright one; by the names of
+94 real pieces in 376 lying poses, of which they tell 373 from the upright one; by the names of
 formats alone half of all OBJ files would lie.
 """
 
@@ -52,6 +52,9 @@ def resolved(source: Source, frame: Frame, force: bool = False) -> tuple[Frame, 
         if (found := _score(source, frame, axis, most)) is not None:
             better, most = axis, found
     if better != up:
+        # upside down alone is too much like upright to be refused, but may be nearer than a side
+        if usual == "+z" and _score(source, frame, "-z", most) is not None:
+            better = "-z"
         raise PieceError(
             f"{source.name}: lies on its back or side with {up} up, and stands with --up {better};"
             f" give that, or --up {up} to keep it"

@@ -96,6 +96,11 @@ def test_a_piece_on_its_back_is_refused_with_its_axis(name: str) -> None:
     assert axes.resolved(lying, Frame(), force=True)[0] == Frame()
 
 
+def test_an_upside_down_chair_is_named_as_such() -> None:
+    with pytest.raises(PieceError, match="stands with --up -z; give"):
+        axes.resolved(source(CHAIR * [1.0, -1.0, -1.0]), Frame())
+
+
 def test_support_and_asymmetry_by_hand() -> None:
     corners = np.unique(boxes((0, 1, 0, 1, 0, 1)).reshape(-1, 3), axis=0)
     assert axes.support(corners) == pytest.approx(1.0) and axes.asymmetry(corners) == 0.0
