@@ -77,7 +77,9 @@ class Export:
     """Export a policy as ONNX, with its normaliser, and compare it with the original; or export a
     recording or motion clip for animation programs: glTF, BVH, SMPL parameters."""
 
-    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT|NAME|MOTION")]
+    source: Annotated[
+        Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT|NAME|MOTION")
+    ]
     """Run directory (its best checkpoint), checkpoint folder, or name of a policy that the package
     brings (sit, lie, carry, walk), for .onnx; else a recording (.msgpack) or motion clip (.npz)."""
     out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FILE")]
