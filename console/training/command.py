@@ -33,9 +33,9 @@ from console.training import beginning, dry_run
 from console.training.beginning import recorded, require_unedited
 from console.training.display import Display, Goal, open_display
 from console.training.staging import Training
+from learner.loop import Loop
 from policy.checkpoints.format import read_manifest
 from policy.errors import CheckpointError
-from learner.loop import Loop
 from world import device as devices
 from world import tasks
 from world.errors import ConfigError
