@@ -19,6 +19,7 @@ from world.objects.box_bank import BoxBank, resting
 from world.objects.floor_bank import FloorBank
 from world.objects.furniture_bank import FurnitureBank
 from world.scene.batch import Scenes
+from world.scene.box import GROUND_M
 from world.scene.target import Target
 
 Points = NDArray[np.float64]
@@ -115,17 +116,20 @@ class BoxGoal:
 
     surface_m, carries = 0.0, True
 
-    def __init__(self, policy: str, label: str, box: Piece, index: int, stand: Thing,
-                 scenes: Scenes) -> None:  # fmt: skip
-        """The box rests on its present stand; `index` is that of the free body."""
-        self.policy, self.label, self.things = policy, label, ()
+    def __init__(
+        self, policy: str, name: str, box: Piece, index: int, stand: Thing, scenes: Scenes
+    ) -> None:
+        """The box begins where it is; `index` is that of its free body, `stand` its target."""
+        self.policy, self.label, self.things = policy, f"{policy}: {name}", ()
+        self.box_name = name
         self._index, self._stand = index, stand
         self._bank = BoxBank([box])
         pose = scenes.free_qpos[:, 7 * index : 7 * index + 7].float()
         self._start, self._yaw = pose[:, :3].clone(), rotations.heading(pose[:, 3:])
 
-    def _position(self, scenes: Scenes) -> Tensor:
-        return scenes.free_qpos[:, 7 * self._index : 7 * self._index + 3]
+    def lost(self, scenes: Scenes) -> bool:
+        """Whether the box lies on the floor."""
+        return float(scenes.free_qpos[0, 7 * self._index + 2]) < GROUND_M
 
     def target(self, scenes: Scenes) -> Target:
         """See Goal."""

@@ -27,6 +27,7 @@ from console.kinds.setup import FAR_M, Pose
 from console.play.balls import Thrower
 from console.play.scene import GLIDE_M_S, GLIDE_RAD_S, MAX_IMPULSE_N_S, STEP_S, UnstableError
 from console.play.source import heading
+from console.video.stage import furniture_colour
 from policy.checkpoints.served import Served
 from world.affordances import Affordance
 from world.character import model as character
@@ -35,16 +36,24 @@ from world.errors import ChoiceError, ConfigError
 from world.furniture.usage import USAGES, usage
 from world.scene.batch import Scenes
 from world.scene.box import STAND
-from world.scene.model import compile_room
+from world.scene.model import FURNITURE_BODY, compile_room
 from world.scene.target import state
 from world.tasks.sit import fallen
 
+#: The limit of success to which errors are scaled, m.
+GOAL_M = 0.2
 #: Distance of the walk policy's target ahead on the way around furniture, m.
 _LEAD_M = 1.2
 #: A goal is reached after this time of uninterrupted success, s.
 _HELD_S = 0.5
 #: A character is helped up after it has lain fallen for this time, s.
 _FALLEN_S = 1.0
+#: A policy that has not reached its goal after this time, s, begins again, with a box after the
+#: second; a box that has lain on the floor for the third is put back on a stand.
+_TRIES_S, _TRIES_BOX_S, _LOST_S = 20.0, 45.0, 2.0
+#: While it chooses for itself, the character stays at a goal for this time, s, and leaves one that
+#: it has not reached after the second.
+_STAYS_S, _LEAVES_S = 2.0, 60.0
 #: A character with a lower root, m, or a less upright trunk (height of its unit axis) is not on its
 #: feet.
 _LOW_M, _UPRIGHT = 0.75, 0.85
@@ -54,8 +63,13 @@ _OFF_M = 0.5
 _HANGS_M = 0.1
 #: A box is on a stand within these distances of the centre of its top, horizontally and up, m.
 _ON_M, _ON_UP_M = 0.2, 0.05
+#: The first mocap bodies: the stands of a scene with one box, whose bodies have names of their own.
+_STANDS = 2
 #: Set-points of standing [1, 28] rad.
 _STANDING = servos.coordinates(torch.from_numpy(character.standing_qpos())[None])
+
+
+Vector3 = tuple[float, float, float]
 
 
 class Stage(Enum):
@@ -76,6 +90,9 @@ class Control:
     way: list[NDArray[np.float64]] = field(default_factory=list)
     fallen_s: float = 0.0
     held_s: float = 0.0
+    tries_s: float = 0.0
+    lost_s: float = 0.0
+    since_s: float = 0.0
     falls: int = 0
     reached: int = 0
     resting_on: Goal | None = None
@@ -92,7 +109,7 @@ class RoomMoment:
     """Pose and wanted pose of each thing."""
     balls: NDArray[np.float64]
     error_m: float
-    """Error of the goal's task, in units of its limit, times 0.2 m."""
+    """Error of the goal's task, in units of its limit, times GOAL_M."""
     fell: bool
 
 
@@ -114,6 +131,9 @@ class Room:
         self._force = self.scenes.batch.bind("xfrc_applied")
         self._thrower = Thrower(self.scenes, seed)
         self._pushes: list[tuple[int, NDArray[np.float64]]] = []
+        self._random = np.random.default_rng(seed)
+        self.wanders = False
+        """Whether the character chooses its next goal itself."""
         self.time_step = 0
         self.stands = [
             # the first mocap bodies are the stands
@@ -124,6 +144,10 @@ class Room:
         self.pieces = [
             Thing(p.name, p.piece, first + i, p.pose, p.pose) for i, p in enumerate(layout.pieces)
         ]
+        for thing in self.pieces:
+            body = self.model.body(f"{FURNITURE_BODY}{thing.index - _STANDS}")
+            first, count = int(body.geomadr[0]), int(body.geomnum[0])
+            self.model.geom_rgba[first : first + count] = furniture_colour(thing.piece.name)
         self.things = {thing.name: thing for thing in (*self.pieces, *self.stands)}
         self.box_names = _names(layout.boxes)
         start = layout.start
@@ -184,7 +208,19 @@ class Room:
             return
         goals = sides(policy, f"{policy}: {name}", self.things[name], affordance.name)
         free = [goal for goal in goals if bool(self._others(goal).free(goal.entry()))]
-        self._sent(nearest(free or goals, self._root()))
+        self._sent(nearest(free or goals, self.root()))
+
+    def send_anywhere(self) -> None:
+        """Send the character to another goal, by the seed."""
+        every = [(policy, name) for policy, names in self.goals().items() for name in names or [""]]
+        resting = self.control.goal.label
+        every = [pair for pair in every if f"{pair[0]}: {pair[1]}" != resting]
+        policy, name = every[int(self._random.integers(len(every)))]
+        if name:
+            self.send(policy, name)
+            return
+        x, y, yaw = self._random.uniform((-1.5, -1.5, -math.pi), (1.5, 1.5, math.pi)).tolist()
+        self.walk(Pose(x, y, yaw))
 
     def walk(self, pose: Pose) -> None:
         """Send the character to the free point of the floor that is nearest to a pose."""
@@ -205,7 +241,7 @@ class Room:
             back = min(free, key=lambda s: math.dist((s.pose.x, s.pose.y), self._box_at(index)[:2]))
             self._put_on(index, back)
             free.remove(back)
-        return BoxGoal(policy, f"{policy}: {name}", self._boxes[index], index, free[0], self.scenes)
+        return BoxGoal(policy, name, self._boxes[index], index, free[0], self.scenes)
 
     def _sent(self, goal: Goal) -> None:
         now = self.control
@@ -230,7 +266,7 @@ class Room:
 
     def _help(self) -> None:
         """Begin to help the character to its feet."""
-        now, root = self.control, self._root()
+        now, root = self.control, self.root()
         rest = now.resting_on
         if rest is not None and math.dist(rest.target(self.scenes).point[0, :2], root) > 0.8:
             rest = None  # it has left or fallen off
@@ -259,7 +295,7 @@ class Room:
         now = self.control
         now.way, now.stage, now.held_s = [], Stage.TASK, 0.0
         plan = self._others(now.goal)
-        entry, root = now.goal.entry(), self._root()
+        entry, root = now.goal.entry(), self.root()
         if plan.clear(root, entry) and now.goal.takes_over(root):
             return
         now.way, now.stage = plan.way(root, entry), Stage.WALK
@@ -284,8 +320,8 @@ class Room:
     def _qpos(self) -> NDArray[np.float64]:
         return self.scenes.qpos[0].numpy()
 
-    def _root(self) -> NDArray[np.float64]:
-        """[2] m."""
+    def root(self) -> NDArray[np.float64]:
+        """The character's root on the floor [2], m."""
         return self._qpos()[:2].copy()
 
     def _on_feet(self) -> bool:
@@ -295,6 +331,16 @@ class Room:
     def _box_at(self, index: int) -> list[float]:
         """Centre of a box [3], m."""
         return self.scenes.free_qpos[0, 7 * index : 7 * index + 3].tolist()
+
+    def box_poses(self) -> dict[str, tuple[Vector3, Vector3, float]]:
+        """Centres (m), half edges (m) and yaws (rad) of the boxes by name."""
+        found = {}
+        for index, name in enumerate(self.box_names):
+            x, y, z = self._box_at(index)
+            w, _, _, along = self.scenes.free_qpos[0, 7 * index + 3 : 7 * index + 7].tolist()
+            half = self._boxes[index].boxes[0].half_m
+            found[name] = ((x, y, z), half, 2 * math.atan2(along, w))
+        return found
 
     def stand_of(self, index: int) -> Thing | None:
         """The stand on which a box is; None elsewhere."""
@@ -353,6 +399,7 @@ class Room:
     def step(self) -> RoomMoment:
         """Step by 1/30 s; UnstableError for a non-finite state."""
         self._glide()
+        self._choose()
         self._thrower.step(self.time_step, self.scenes.body(), STEP_S)
         self._force[0] = 0.0
         for index, force in self._pushes:
@@ -376,6 +423,13 @@ class Room:
             self._plan = None
             if thing.pose == thing.wanted and self.control.stage is Stage.WALK:
                 self._set_out()
+
+    def _choose(self) -> None:
+        now = self.control
+        now.since_s += STEP_S
+        left = now.since_s > _LEAVES_S
+        if self.wanders and (now.held_s >= _STAYS_S or (left and now.hoist is None)):
+            self.send_anywhere()
 
     def _drive(self) -> None:
         now = self.control
@@ -403,7 +457,7 @@ class Room:
 
     def _ahead(self) -> FloorGoal:
         """The walk policy's target on the way; begins the task where the way is over."""
-        now, root = self.control, self._root()
+        now, root = self.control, self.root()
         plan = self._others(now.goal)
         if plan.clear(root, now.goal.entry()) and now.goal.takes_over(root):
             now.stage = Stage.TASK
@@ -433,6 +487,24 @@ class Room:
         now.reached += before < _HELD_S <= now.held_s
         if good and now.goal.surface_m > 0.0:
             now.resting_on = now.goal
+        self._try_again()
+
+    def _try_again(self) -> None:
+        """Begin the goal again where its policy has lost the box, or is at the end of its wits."""
+        now, goal = self.control, self.control.goal
+        tries = now.stage is Stage.TASK and now.held_s == 0.0
+        now.tries_s = now.tries_s + STEP_S if tries else 0.0
+        lost = isinstance(goal, BoxGoal) and goal.lost(self.scenes)
+        now.lost_s = now.lost_s + STEP_S if lost else 0.0
+        if now.lost_s <= _LOST_S and now.tries_s <= (_TRIES_BOX_S if goal.carries else _TRIES_S):
+            return
+        if isinstance(goal, BoxGoal):
+            now.goal = self._carry(goal.policy, goal.box_name)
+        now.tries_s = now.lost_s = 0.0
+        if self._on_feet():
+            self._set_out()
+        else:
+            self._help()
 
     def _task(self) -> Any:
         return self.policies[self.control.goal.policy].task
@@ -449,7 +521,7 @@ class Room:
 
     @torch.inference_mode()
     def now(self) -> RoomMoment:
-        """The present moment."""
+        """Return the present moment."""
         return self._moment()
 
     def _moment(self) -> RoomMoment:
@@ -458,7 +530,7 @@ class Room:
             control=kept(self.control),
             things=tuple((t.pose, t.wanted) for t in self.things.values()),
             balls=self._thrower.position().double().numpy(),
-            error_m=self.error_m() * 0.2 / self._task().success_m,
+            error_m=self.error_m() * GOAL_M / self._task().success_m,
             fell=self.control.fallen_s > 0.0,
         )
 

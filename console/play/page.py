@@ -6,12 +6,11 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from console.evaluation.stepping import Track
 from console.play.source import HZ, Curves, Source
+from console.recording.format import AWAY_M
 from console.report.charts import Line, chart
 from console.report.page import document, player
-from console.report.scene3d import drawable
-from world.character.features import STATE
+from console.report.scene3d import drawn
 from world.errors import ConfigError
 
 
@@ -23,10 +22,10 @@ def page(source: Source, title: str, about: str) -> str:
                           "writes clips")  # fmt: skip
     fallen = np.flatnonzero(curves.fell)
     end = int(fallen[0]) if len(fallen) else len(source)
-    nothing = np.zeros((0, STATE.width), np.float32)
-    error = np.nan_to_num(curves.error_m, posinf=99.0).astype(np.float32)
-    track = Track(source.take(), nothing, error, source.model, end)
-    data = drawable(track) | {
+    error = np.nan_to_num(curves.error_m, posinf=99.0)
+    poses = np.stack([source.poses(frame) for frame in range(len(source))])
+    # a ball out of the scene has no position
+    data = drawn(source.model, np.nan_to_num(poses, nan=AWAY_M), error, end) | {
         "about": about,
         "success_m": curves.success_m,
         "fell": bool(len(fallen)),

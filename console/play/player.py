@@ -59,6 +59,7 @@ class Player:
             if self.frame == self.last and not self.source.extend():
                 self.playing = False
                 break
-            self.frame += 1
+            # a source that has forgotten its oldest frames has fewer now
+            self.frame = min(self.frame + 1, self.last)
             moved += 1
         return moved

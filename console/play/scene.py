@@ -11,9 +11,10 @@ from torch import Tensor
 from console.kinds import kind
 from console.kinds.setup import Pose, Setup, check
 from console.play.balls import Thrower
+from console.play.frames import UnstableError
 from policy.checkpoints.served import Served
 from world.character import model as character
-from world.errors import ChoiceError, InhabitError
+from world.errors import ChoiceError
 from world.furniture.piece import Piece
 from world.scene.batch import Scenes
 from world.scene.target import state
@@ -24,10 +25,6 @@ GLIDE_M_S, GLIDE_RAD_S = 1.5, 2.0
 #: Greatest impulse of a push, N s: 45 kg at 4.4 m/s.
 MAX_IMPULSE_N_S = 200.0
 _HERE = torch.zeros(1, dtype=torch.int64)
-
-
-class UnstableError(InhabitError):
-    """A simulation whose state became non-finite."""
 
 
 @dataclass(frozen=True)
