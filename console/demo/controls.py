@@ -128,7 +128,8 @@ class RoomControls:
     def _move(self) -> None:
         if (name := str(self._moved.value)) == _NOTHING:
             return
-        pose = Pose(*map(float, self._at.value), math.radians(self._turned.value))
+        x, y = self._at.value
+        pose = Pose(float(x), float(y), math.radians(self._turned.value))
         self._place_handles(pose)
         self._session.at_the_front()
         self._room.move(name, pose)

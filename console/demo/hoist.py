@@ -55,16 +55,7 @@ class Hoist:
         """Force (N) and torque (N m) [6], world frame, on the pelvis in the next step of `seconds`;
         of coordinates [43] and velocities [34]."""
         position, velocity = qpos[:3], qvel[:3]
-        if self._at is None:
-            self._at = position.copy()
-        if np.linalg.norm(self._at - position) < _BEHIND_M:
-            self._stuck_s = 0.0
-            self._advance((_LOWERS_M_S if len(self._path) == 1 else _SPEED_M_S) * seconds, position)
-        elif (stuck := self._stuck_s + seconds) > _PATIENCE_S:
-            # something holds the legs: higher first
-            self._at, self._stuck_s = position + [0.0, 0.0, _HIGHER_M], 0.0
-        else:
-            self._stuck_s = stuck
+        at = self._at = self._reference(position, seconds)
         axes = Rotation.from_quat(qpos[3:7], scalar_first=True).as_matrix()
         offset = self._path[-1] - position
         good = np.linalg.norm(offset) < _NEAR_M and axes[2, 2] > _UPRIGHT
@@ -72,24 +63,37 @@ class Hoist:
         self._still_s = self._still_s + seconds if good else 0.0
         # the feet take the weight before the hand lets go
         carried = 1.0 - min(1.0, self._still_s / _FOR_S)
-        force = _FOLLOWS_RAD_S**2 * (self._at - position) - 2 * _FOLLOWS_RAD_S * velocity
+        force = _FOLLOWS_RAD_S**2 * (at - position) - 2 * _FOLLOWS_RAD_S * velocity
         force[2] += _GRAVITY_M_S2 * carried
         # angular, in the root's axes, in which the inertia is diagonal
         spin = _TURNS_RAD_S**2 * (self._turn(axes) @ axes) - 2 * _TURNS_RAD_S * qvel[3:6]
         torque = axes @ _bounded(_KG_M2 * spin, _MOST_N_M)
         return np.concatenate((_bounded(_KG * force, _MOST_N), torque))
 
-    def _advance(self, step_m: float, position: Vector) -> None:
-        assert self._at is not None
-        while step_m > 0.0:
-            way = self._path[0] - self._at
+    def _reference(self, position: Vector, seconds: float) -> Vector:
+        """Return the point [3] m that the pelvis at a position [3] m follows, after `seconds`."""
+        at = position.copy() if self._at is None else self._at
+        if np.linalg.norm(at - position) < _BEHIND_M:
+            self._stuck_s = 0.0
+            speed = _LOWERS_M_S if len(self._path) == 1 else _SPEED_M_S
+            return self._advanced(at, speed * seconds, position)
+        self._stuck_s += seconds
+        if self._stuck_s <= _PATIENCE_S:
+            return at
+        # something holds the legs: higher first
+        self._stuck_s = 0.0
+        return position + np.array([0.0, 0.0, _HIGHER_M])
+
+    def _advanced(self, at: Vector, step_m: float, position: Vector) -> Vector:
+        """Return the reference `at` moved along the path; a corner waits for the pelvis."""
+        while True:
+            way = self._path[0] - at
             length = float(np.linalg.norm(way))
             if length > step_m:
-                self._at = self._at + way * (step_m / length)
-                return
-            self._at, step_m = self._path[0].copy(), step_m - length
-            if len(self._path) == 1 or np.linalg.norm(self._at - position) > _NEAR_M:
-                return
+                return at + way * (step_m / length)
+            at, step_m = self._path[0].copy(), step_m - length
+            if len(self._path) == 1 or np.linalg.norm(at - position) > _NEAR_M:
+                return at
             self._path.pop(0)
 
     def _turn(self, axes: NDArray[np.float64]) -> Vector:

@@ -110,7 +110,6 @@ class RoomMoment:
     balls: NDArray[np.float64]
     error_m: float
     """Error of the goal's task, in units of its limit, times GOAL_M."""
-    fell: bool
 
 
 class Room:
@@ -121,7 +120,9 @@ class Room:
         self.policies = dict(policies)
         self._walks = self._of_kind("floor")
         if self._walks is None:
-            raise ConfigError("the demo needs a policy that walks: train one with inhabit train walk")
+            raise ConfigError(
+                "the demo needs a policy that walks: train one with inhabit train walk"
+            )
         self._boxes = layout.boxes
         models = compile_room([p.piece for p in layout.pieces], layout.boxes, Thrower.balls())
         self._calm, self._carrying = models
@@ -160,7 +161,10 @@ class Room:
         qpos[:2] = start.x, start.y
         qpos[3:7] = math.cos(start.yaw / 2), 0.0, 0.0, math.sin(start.yaw / 2)
         self.scenes.set_state(
-            HERE, torch.from_numpy(qpos)[None], torch.zeros(1, character.NV), *self.stands[0].origin()
+            HERE,
+            torch.from_numpy(qpos)[None],
+            torch.zeros(1, character.NV),
+            *self.stands[0].origin(),
         )
         for thing in self.things.values():
             self.scenes.move_piece(HERE, thing.index, *thing.origin())
@@ -325,7 +329,7 @@ class Room:
         return self._qpos()[:2].copy()
 
     def _on_feet(self) -> bool:
-        w, x, y, z = self._qpos()[3:7]
+        _w, x, y, _z = self._qpos()[3:7]
         return self._qpos()[2] > _LOW_M and 1 - 2 * (x * x + y * y) > _UPRIGHT
 
     def _box_at(self, index: int) -> list[float]:
@@ -473,9 +477,9 @@ class Room:
     def _judge(self) -> None:
         """Count success and falls after a step, and help after a fall."""
         now, body = self.control, self.scenes.body()
-        down = bool(fallen(body)[0]) or (
+        down = bool(fallen(body)[0]) or ((
             now.stage is Stage.WALK or now.goal.surface_m == 0.0
-        ) and not self._on_feet()  # fmt: skip
+        ) and not self._on_feet())  # fmt: skip
         now.fallen_s = now.fallen_s + STEP_S if down else 0.0
         if now.fallen_s > _FALLEN_S:
             now.falls += 1
@@ -531,7 +535,6 @@ class Room:
             things=tuple((t.pose, t.wanted) for t in self.things.values()),
             balls=self._thrower.position().double().numpy(),
             error_m=self.error_m() * GOAL_M / self._task().success_m,
-            fell=self.control.fallen_s > 0.0,
         )
 
     def restore(self, moment: RoomMoment, step: int) -> None:

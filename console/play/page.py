@@ -33,7 +33,7 @@ def page(source: Source, title: str, about: str) -> str:
     if curves.style is not None:
         # the viewer shows the style reward of a frame at the step that leaves it
         data["style"] = [None if math.isnan(x) else round(float(x), 3) for x in curves.style[1:]]
-    drawn = "".join(
+    charts = "".join(
         chart(name, lines, "s")
         for name, lines in (
             ("reward terms, unweighted", [_line(k, v) for k, v in curves.terms.items()]),
@@ -47,7 +47,7 @@ def page(source: Source, title: str, about: str) -> str:
         f"<h1>{escape(title)}</h1>",
         f"<p class='soft'>{escape(about)}</p>",
         player(["replay"]),
-        f'<h2>Over time</h2><div class="grid-of">{drawn}</div>{note}',
+        f'<h2>Over time</h2><div class="grid-of">{charts}</div>{note}',
     )
     return document(title, sections, [data])
 

@@ -1,7 +1,6 @@
 """Controls of a live scene on the page: its setup, and its disturbances."""
 
 import math
-from typing import Any
 
 import numpy as np
 

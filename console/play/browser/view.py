@@ -31,9 +31,7 @@ _MIDDLE_M = (1.2, 0.0)
 class View:
     """All open pages of a session; `tick` runs in one thread, callbacks in viser's threads."""
 
-    def __init__(
-        self, server: Server, session: Session, title: str, plots: bool = True
-    ) -> None:
+    def __init__(self, server: Server, session: Session, title: str, plots: bool = True) -> None:
         """plots: draw the source's measures beside the scene."""
         self.server, self.session, self.title = server, session, title
         self.ghost: Ghost | None = None
