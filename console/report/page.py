@@ -61,20 +61,37 @@ def page(report: Report) -> str:
     return document(report.title, sections, [shown.data for shown in report.trials])
 
 
-def document(title: str, sections: Iterable[str], takes: Sequence[Figures]) -> str:
-    """Return an HTML document of sections, with the takes of its player (`player`)."""
-    data = resources.files("console.report").joinpath("data")
+def document(
+    title: str, sections: Iterable[str], takes: Sequence[Figures], linked: bool = False
+) -> str:
+    """Return an HTML document of sections, with the takes of its player (`player`).
+
+    linked: style and viewer are the files page.css and viewer.js beside the document, which many
+    documents share; else the document contains them.
+    """
     # "</" ends a script element
     packed = json.dumps(takes, separators=(",", ":")).replace("</", "<\\/")
+    style = (
+        '<link rel="stylesheet" href="page.css">'
+        if linked
+        else f"<style>{shared('page.css')}</style>"
+    )
+    script = (
+        '<script src="viewer.js"></script>' if linked else f"<script>{shared('viewer.js')}</script>"
+    )
     return (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8">'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{escape(title)}</title>"
-        f"<style>{data.joinpath('page.css').read_text()}</style></head><body>"
+        f"<title>{escape(title)}</title>{style}</head><body>"
         f"{''.join(sections)}"
         f'<script type="application/json" id="takes">{packed}</script>'
-        f"<script>{data.joinpath('viewer.js').read_text()}</script></body></html>\n"
+        f"{script}</body></html>\n"
     )
+
+
+def shared(name: str) -> str:
+    """Return the text of a file that documents contain or share: page.css or viewer.js."""
+    return resources.files("console.report").joinpath("data", name).read_text()
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], marked: Sequence[str] = ()) -> str:
