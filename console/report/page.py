@@ -94,14 +94,21 @@ def shared(name: str) -> str:
     return resources.files("console.report").joinpath("data", name).read_text()
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]], marked: Sequence[str] = ()) -> str:
-    """Return a table; rows with a first cell in `marked` are styled as published results."""
+def table(
+    head: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    marked: Sequence[str] = (),
+    words: bool = False,
+) -> str:
+    """Return a table; rows with a first cell in `marked` are styled as published results. words:
+    cells hold words, which wrap, instead of numbers."""
     cells = "".join(f"<th>{escape(cell)}</th>" for cell in head)
     body = []
     for row in rows:
         kind = ' class="published"' if row[0] in marked else ""
         body.append(f"<tr{kind}>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>")
-    return f'<div class="wide"><table><tr>{cells}</tr>{"".join(body)}</table></div>'
+    style = ' class="words"' if words else ""
+    return f'<div class="wide"><table{style}><tr>{cells}</tr>{"".join(body)}</table></div>'
 
 
 def percent(rate: dict[str, Any]) -> str:
