@@ -66,9 +66,10 @@ def document(
 ) -> str:
     """Return an HTML document of sections, with the takes of its player (`player`).
 
-    linked: style and viewer are the files page.css and viewer.js beside the document, which many
-    documents share; else the document contains them.
+    linked: the document is embedded in a page, and style and viewer are the files page.css and
+    viewer.js beside it, which many documents share; else it contains them.
     """
+    embedded = ' class="embedded"' if linked else ""
     # "</" ends a script element
     packed = json.dumps(takes, separators=(",", ":")).replace("</", "<\\/")
     style = (
@@ -82,7 +83,8 @@ def document(
     return (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8">'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{escape(title)}</title>{style}</head><body>"
+        f"<title>{escape(title)}</title>{style}</head>"
+        f"<body{embedded}>"
         f"{''.join(sections)}"
         f'<script type="application/json" id="takes">{packed}</script>'
         f"{script}</body></html>\n"

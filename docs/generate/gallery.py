@@ -24,7 +24,7 @@ from console.evaluation.command import check, manifest_of, objects_of
 from console.evaluation.scores import Outcomes, Protocol, judge
 from console.evaluation.stepping import Track, Trials
 from console.report.command import described, order
-from console.report.page import document, player, shared
+from console.report.page import document, player
 from console.report.scene3d import body_poses, drawn
 from console.run import assembly, machine
 from console.run.directory import write_text
@@ -81,14 +81,14 @@ def recoveries(run: Run) -> dict[str, int]:
     found = sorted(run.good(), key=lambda trial: -int(thrown[trial]))[:2]
     bad = [trial for trial in run.ranked() if not run.outcomes.success[trial]][:1]
     names = ("recovers", "recovers, another")
-    return dict(zip(names, found, strict=False)) | {"fails": trial for trial in bad}
+    return dict(zip(names, found, strict=False)) | dict(zip(("fails",), bad, strict=False))
 
 
 def followed(run: Run) -> dict[str, int]:
     """Successes after a move of the furniture, and the worst trial."""
     found = [trial for trial in run.good() if run.results.disturbed[trial]]
     middle = found[len(found) // 2 :][:1]
-    return {"follows": trial for trial in middle} | {"worst": run.ranked()[-1]}
+    return dict(zip(("follows",), middle, strict=False)) | {"worst": run.ranked()[-1]}
 
 
 def spread(run: Run) -> dict[str, int]:
