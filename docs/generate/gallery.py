@@ -80,8 +80,9 @@ def recoveries(run: Run) -> dict[str, int]:
     thrown = run.results.disturbed
     found = sorted(run.good(), key=lambda trial: -int(thrown[trial]))[:2]
     bad = [trial for trial in run.ranked() if not run.outcomes.success[trial]][:1]
-    names = ("recovers", "recovers, another")
-    return dict(zip(names, found, strict=False)) | dict(zip(("fails",), bad, strict=False))
+    chosen = dict(zip(("recovers", "recovers, another"), found, strict=False))
+    chosen.update(zip(("fails",), bad, strict=False))
+    return chosen
 
 
 def followed(run: Run) -> dict[str, int]:

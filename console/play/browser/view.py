@@ -26,6 +26,9 @@ from world.realism.measures import Motion
 _CONTROLS, _PLOTS, _GHOST = 6, 12, 3
 #: Initial look-at point of the camera on the floor, m: between character and target.
 _MIDDLE_M = (1.2, 0.0)
+#: In a narrow window: greatest factor of the camera's distance, and how far the look-at point is
+#: towards the camera, as a fraction of that distance.
+_FARTHEST, _BELOW = 1.9, 0.7
 
 
 class View:
@@ -40,6 +43,7 @@ class View:
         self._drawn: Drawn | None = None
         self._plots: Plots | None = None
         self._stage()
+        server.on_client_connect(self._fit_narrow)
         self.status = server.gui.add_markdown("")
         self._time_controls()
         self._measured: viser.GuiTabHandle | None = None
@@ -76,9 +80,18 @@ class View:
     def look(
         self, position: tuple[float, float, float], look_at: tuple[float, float, float]
     ) -> None:
-        """Set the initial camera, m."""
+        """Set the initial camera, m; in a narrow window it is farther away, and the scene above the
+        panel."""
         camera = self.server.initial_camera
         camera.position, camera.look_at, camera.up = position, look_at, (0.0, 0.0, 1.0)
+        self._camera = np.array(position), np.array(look_at)
+
+    def _fit_narrow(self, client: viser.ClientHandle) -> None:
+        position, look_at = self._camera
+        if client.camera.aspect < 1.0:
+            away = position - look_at
+            client.camera.position = look_at + away * min(_FARTHEST, 1.0 / client.camera.aspect)
+            client.camera.look_at = look_at + _BELOW * away * (1.0, 1.0, 0.0)
 
     @property
     def offset(self) -> tuple[float, float]:
