@@ -18,25 +18,21 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from console.demo.floor_plan import FloorPlan, Footprint
-from console.demo.goals import BoxGoal, FloorGoal, Goal, Thing, nearest, sides
+from console.demo.contents import Contents
+from console.demo.goals import BoxGoal, FloorGoal, Goal, nearest, sides
 from console.demo.hoist import STANDING_M, Hoist
 from console.demo.layout import Layout
 from console.kinds.poses import HERE
-from console.kinds.setup import FAR_M, Pose
+from console.kinds.setup import Pose
 from console.play.balls import Thrower
-from console.play.scene import GLIDE_M_S, GLIDE_RAD_S, MAX_IMPULSE_N_S, STEP_S, UnstableError
+from console.play.scene import MAX_IMPULSE_N_S, STEP_S, UnstableError
 from console.play.source import heading
-from console.video.stage import furniture_colour
 from policy.checkpoints.served import Served
 from world.affordances import Affordance
 from world.character import model as character
 from world.character import servos
 from world.errors import ChoiceError, ConfigError
-from world.furniture.usage import USAGES, usage
-from world.scene.batch import Scenes
-from world.scene.box import STAND
-from world.scene.model import FURNITURE_BODY, compile_room
+from world.furniture.usage import usage
 from world.scene.target import state
 from world.tasks.sit import fallen
 
@@ -61,15 +57,8 @@ _LOW_M, _UPRIGHT = 0.75, 0.85
 _OFF_M = 0.5
 #: Height above standing in which the feet hang free, m.
 _HANGS_M = 0.1
-#: A box is on a stand within these distances of the centre of its top, horizontally and up, m.
-_ON_M, _ON_UP_M = 0.2, 0.05
-#: The first mocap bodies: the stands of a scene with one box, whose bodies have names of their own.
-_STANDS = 2
 #: Set-points of standing [1, 28] rad.
 _STANDING = servos.coordinates(torch.from_numpy(character.standing_qpos())[None])
-
-
-Vector3 = tuple[float, float, float]
 
 
 class Stage(Enum):
@@ -112,7 +101,7 @@ class RoomMoment:
     """Error of the goal's task, in units of its limit, times GOAL_M."""
 
 
-class Room:
+class Room(Contents):
     """A furnished room with a character; not thread-safe."""
 
     def __init__(self, policies: Mapping[str, Served], layout: Layout, seed: int = 0) -> None:
@@ -123,12 +112,8 @@ class Room:
             raise ConfigError(
                 "the demo needs a policy that walks: train one with inhabit train walk"
             )
-        self._boxes = layout.boxes
-        models = compile_room([p.piece for p in layout.pieces], layout.boxes, Thrower.balls())
-        self._calm, self._carrying = models
-        self.model = self._calm
         world = self.policies[self._walks].world
-        self.scenes = Scenes([self._calm], world.action_scale, world.action_clip)
+        super().__init__(layout, world.action_scale, world.action_clip)
         self._force = self.scenes.batch.bind("xfrc_applied")
         self._thrower = Thrower(self.scenes, seed)
         self._pushes: list[tuple[int, NDArray[np.float64]]] = []
@@ -136,24 +121,8 @@ class Room:
         self.wanders = False
         """Whether the character chooses its next goal itself."""
         self.time_step = 0
-        self.stands = [
-            # the first mocap bodies are the stands
-            Thing(f"stand {i + 1}", STAND, i, pose, pose, layout.stand_m)
-            for i, pose in enumerate(layout.stands)
-        ]
-        first = len(layout.stands)
-        self.pieces = [
-            Thing(p.name, p.piece, first + i, p.pose, p.pose) for i, p in enumerate(layout.pieces)
-        ]
-        for thing in self.pieces:
-            body = self.model.body(f"{FURNITURE_BODY}{thing.index - _STANDS}")
-            first, count = int(body.geomadr[0]), int(body.geomnum[0])
-            self.model.geom_rgba[first : first + count] = furniture_colour(thing.piece.name)
-        self.things = {thing.name: thing for thing in (*self.pieces, *self.stands)}
-        self.box_names = _names(layout.boxes)
         start = layout.start
         self.control = Control(self._point(start))
-        self._plan: FloorPlan | None = None
         self._begin(start)
 
     def _begin(self, start: Pose) -> None:
@@ -166,10 +135,7 @@ class Room:
             torch.zeros(1, character.NV),
             *self.stands[0].origin(),
         )
-        for thing in self.things.values():
-            self.scenes.move_piece(HERE, thing.index, *thing.origin())
-        for index in range(len(self._boxes)):
-            self._put_on(index, self.stands[index])
+        self._furnish()
         self._thrower.step(self.time_step, self.scenes.body(), 0.0)
 
     def _of_kind(self, kind: str) -> str | None:
@@ -287,13 +253,6 @@ class Room:
         now.hoist = Hoist([np.array(point) for point in path], yaw)
         now.stage, now.held_s, now.fallen_s = Stage.HELP, 0.0, 0.0
 
-    def _height_at(self, root: NDArray[np.float64], thing: Thing) -> float:
-        """Height of the highest box of a piece if a root [2] is over it, without its back."""
-        if float(Footprint.of(thing.piece, thing.pose).distance_m(root)) > 0.0:
-            return 0.0
-        points = [u.point_m[2] for use in USAGES.values() for u in use.use_points(thing.piece)]
-        return max(points, default=float(thing.piece.bounds()[1][2]))
-
     def _set_out(self) -> None:
         """Begin the way to the goal, or its task."""
         now = self.control
@@ -303,21 +262,6 @@ class Room:
         if plan.clear(root, entry) and now.goal.takes_over(root):
             return
         now.way, now.stage = plan.way(root, entry), Stage.WALK
-
-    def plan(self) -> FloorPlan:
-        """The floor plan with all pieces."""
-        if self._plan is None:
-            self._plan = FloorPlan([Footprint.of(t.piece, t.pose) for t in self.things.values()])
-        return self._plan
-
-    def _others(self, goal: Goal) -> FloorPlan:
-        """The floor plan without what the goal's policy itself steers clear of."""
-        own = {thing.name for thing in goal.things}
-        entry = goal.entry()
-        rest = [Footprint.of(t.piece, t.pose) for t in self.things.values() if t.name not in own]
-        if goal.carries:
-            rest = [f for f in rest if float(f.distance_m(entry)) > 0.0]  # the box's own stand
-        return FloorPlan(rest)
 
     # state
 
@@ -331,41 +275,6 @@ class Room:
     def _on_feet(self) -> bool:
         _w, x, y, _z = self._qpos()[3:7]
         return self._qpos()[2] > _LOW_M and 1 - 2 * (x * x + y * y) > _UPRIGHT
-
-    def _box_at(self, index: int) -> list[float]:
-        """Centre of a box [3], m."""
-        return self.scenes.free_qpos[0, 7 * index : 7 * index + 3].tolist()
-
-    def box_poses(self) -> dict[str, tuple[Vector3, Vector3, float]]:
-        """Centres (m), half edges (m) and yaws (rad) of the boxes by name."""
-        found = {}
-        for index, name in enumerate(self.box_names):
-            x, y, z = self._box_at(index)
-            w, _, _, along = self.scenes.free_qpos[0, 7 * index + 3 : 7 * index + 7].tolist()
-            half = self._boxes[index].boxes[0].half_m
-            found[name] = ((x, y, z), half, 2 * math.atan2(along, w))
-        return found
-
-    def stand_of(self, index: int) -> Thing | None:
-        """The stand on which a box is; None elsewhere."""
-        x, y, z = self._box_at(index)
-        half = self._boxes[index].boxes[0].half_m[2]
-        for stand in self.stands:
-            near = math.dist((x, y), (stand.pose.x, stand.pose.y)) < _ON_M
-            if near and abs(z - half - stand.up_m) < _ON_UP_M:
-                return stand
-        return None
-
-    def _put_on(self, index: int, stand: Thing) -> None:
-        """Put a box on a stand, at rest."""
-        half = self._boxes[index].boxes[0].half_m[2]
-        top, yaw = stand.origin()
-        at = top + torch.tensor([[0.0, 0.0, half]])
-        rotation = torch.stack(
-            (torch.cos(torch.atan2(yaw[:, 1], yaw[:, 0]) / 2), torch.zeros(1), torch.zeros(1),
-             torch.sin(torch.atan2(yaw[:, 1], yaw[:, 0]) / 2)), dim=1,
-        )  # fmt: skip
-        self.scenes.set_free(HERE, index, torch.cat((at, rotation), dim=1), torch.zeros(1, 6))
 
     # disturbances
 
@@ -384,25 +293,13 @@ class Room:
         """Throw a ball at the character, at the next step."""
         self._thrower.throw(self.time_step)
 
-    def move(self, name: str, pose: Pose) -> None:
-        """Move a piece towards a pose of its origin, from the next step on.
-
-        Raises ChoiceError for an unknown piece, ConfigError beyond the bounds.
-        """
-        if name not in self.things:
-            raise ChoiceError("piece", name, list(self.things))
-        if not all(math.isfinite(v) for v in (pose.x, pose.y, pose.yaw)):
-            raise ConfigError("a pose must be finite numbers")
-        if max(abs(pose.x), abs(pose.y)) > FAR_M:
-            raise ConfigError(f"choose x and y within {FAR_M:g} m of the middle")
-        self.things[name].wanted = pose
-
     # time
 
     @torch.inference_mode()
     def step(self) -> RoomMoment:
         """Step by 1/30 s; UnstableError for a non-finite state."""
-        self._glide()
+        if self._glide() and self.control.stage is Stage.WALK:
+            self._set_out()
         self._choose()
         self._thrower.step(self.time_step, self.scenes.body(), STEP_S)
         self._force[0] = 0.0
@@ -414,19 +311,6 @@ class Room:
         if not bool(self.scenes.finite()[0]):
             raise UnstableError("the simulation became unstable: go back and push or move less")
         return self._moment()
-
-    def _glide(self) -> None:
-        for thing in self.things.values():
-            if thing.pose == thing.wanted:
-                continue
-            loads = [i for i in range(len(self._boxes)) if self.stand_of(i) is thing]
-            thing.pose = thing.pose.stepped(thing.wanted, GLIDE_M_S * STEP_S, GLIDE_RAD_S * STEP_S)
-            self.scenes.move_piece(HERE, thing.index, *thing.origin())
-            for index in loads:
-                self._put_on(index, thing)
-            self._plan = None
-            if thing.pose == thing.wanted and self.control.stage is Stage.WALK:
-                self._set_out()
 
     def _choose(self) -> None:
         now = self.control
@@ -560,7 +444,3 @@ def kept(control: Control) -> Control:
 def _categories(affordance: Affordance) -> frozenset[str]:
     """Classes of furniture that the task of an affordance is trained and evaluated with."""
     return frozenset(piece.category for piece in affordance.choices("test").values())
-
-
-def _names(boxes: tuple[Any, ...]) -> list[str]:
-    return [f"{'large' if i == 0 else 'small'} box" for i in range(len(boxes))]

@@ -114,17 +114,6 @@ def test_only_the_policy_of_carry_has_the_contacts_of_boxes() -> None:
     assert (Stage.TASK, True) not in seen and (Stage.WALK, False) not in seen
 
 
-def test_boxes_move_with_their_stand() -> None:
-    room = rooms.room()
-    stand = room.stands[0]
-    room.move("stand 1", Pose(stand.pose.x + 0.6, stand.pose.y, 0.0))
-    for _ in range(30):
-        room.step()
-    assert room.stand_of(0) is stand
-    assert room.box_poses()["large box"][0][0] == pytest.approx(stand.pose.x, abs=0.02)
-    assert stand.pose == stand.wanted
-
-
 def test_a_push_is_felt_and_a_moment_repeats_bit_for_bit() -> None:
     room = rooms.room()
     moment = room.step()
