@@ -45,7 +45,6 @@ def drawn(
     shapes, bodies = shapes_of(model)
     return {
         "hz": character.CONTROL_HZ,
->>>>>>> abc0686 (inhabit demo: a furnished room in the browser)
         "frames": len(poses),
         "shapes": shapes,
         "bodies": len(bodies),
