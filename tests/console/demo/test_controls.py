@@ -11,7 +11,7 @@ from console.demo.controls import RoomControls
 from console.demo.source import RoomFrames
 from console.play.session import Session
 from tests.support.console import rooms
-from tests.support.console.views import Used, used
+from tests.support.console.rooms import Used, used
 from world.errors import ConfigError
 
 

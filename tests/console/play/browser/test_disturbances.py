@@ -6,7 +6,7 @@ import pytest
 from console.play.browser.disturbances import add_disturbances
 from console.play.session import Session
 from tests.support.console import players
-from tests.support.console.views import used
+from tests.support.console.rooms import used
 
 
 def test_a_push_along_the_heading_and_a_ball() -> None:
