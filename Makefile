@@ -1,4 +1,5 @@
-# Two commands do everything on a fresh machine with Python 3.11: `make train` and `make test`.
+# Three commands do everything on a fresh machine with Python 3.11: `make demo`, `make train` and
+# `make test`.
 
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
@@ -9,10 +10,11 @@ TRIALS ?= 256
 FROM_WALKER := --init walk --clone-passes 0 --ppo.sigma 0 0.035 --ppo.kl-target 0 0.06 \
     --world.initial.standing-fraction 0.4
 
-.PHONY: help setup train test check docs format proto clean
+.PHONY: help setup demo train test check docs format proto clean
 .DEFAULT_GOAL := help
 
 help:
+	@echo "make demo    set up, and open a furnished room in the browser"
 	@echo "make train   set up, train sit from the shipped walker for about $(MINUTES) minutes, evaluate, render $(RUN)/replay.mp4"
 	@echo "make test    set up and run every test"
 	@echo "make check   set up and check format, lint, types, direction of imports and documentation"
@@ -30,6 +32,9 @@ setup: .venv/.installed
 	@command -v nvidia-smi >/dev/null || $(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt "$$(grep '^torch==' constraints.txt)"
 	@$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	@touch $@
+
+demo: setup
+	$(BIN)/inhabit demo
 
 train: setup
 	$(BIN)/inhabit train sit --run $(RUN) --restart --minutes $(MINUTES) $(FROM_WALKER)

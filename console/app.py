@@ -227,7 +227,7 @@ def one_line(error: BaseException) -> str:
     return f"{type(error).__name__}: {text} (--debug shows where)"
 
 
-SERVICES = (["serve"], ["style"], ["play"])
+SERVICES = (["serve"], ["style"], ["play"], ["demo"])
 """Commands that wait for others once they run."""
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from console.commands.demo import Demo
 from console.commands.motions import MotionsCheck, MotionsImport, MotionsList, MotionsPlay
 from console.commands.objects import Meshes, ObjectsCheck, ObjectsImport, ObjectsList, ObjectsShow
 from console.commands.play import Play
@@ -31,6 +32,7 @@ COMMANDS = (
     Entry("publish", Publish, "console.serving.publish:publish_command"),
     Entry("video", Video, "console.video.command:video_command"),
     Entry("play", Play, "console.play.command:play_command"),
+    Entry("demo", Demo, "console.demo.command:demo_command"),
     Entry("serve", Serve, "console.serving.policy:serve_command"),
     Entry("style", Style, "console.serving.style:style_command"),
     Entry("synthesize", Synthesize, "console.synthesis.command:synthesize_command"),
@@ -95,6 +97,7 @@ __all__ = [
     "OBJECTS",
     "TEACHING",
     "Bench",
+    "Demo",
     "Doctor",
     "Entry",
     "Evaluate",

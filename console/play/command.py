@@ -34,9 +34,15 @@ def play_command(command: Play) -> int:
     if files and len(command.sources) > 1:
         raise ConfigError(f"'{files[0]}' is a file: play one file, or runs")
     view = of_file(command, Path(files[0])) if files else of_runs(command)
+    return serve(view, command.open)
+
+
+def serve(view: View, opens: bool) -> int:
+    """Print the address of a view, open it in a browser if asked to, and advance it until
+    Ctrl-C."""
     address = f"http://{joined(view.server.get_host(), view.server.get_port())}/"
     print(f"{view.title} at {address} (Ctrl-C ends)", flush=True)
-    if command.open:
+    if opens:
         webbrowser.open(address)
     try:
         run(view)

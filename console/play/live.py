@@ -1,69 +1,22 @@
 """A live scene with all of its past moments."""
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from console.kinds import kind
-from console.play.scene import Moment, Scene, UnstableError
-from console.play.source import HZ, Curves, Poser
+from console.play.frames import Frames
+from console.play.scene import Moment, Scene
+from console.play.source import Curves
 from console.recording.format import Take, boxes_of
 from world.character import model as character
 
-#: Greatest number of frames: five minutes.
-LIMIT = 300 * HZ
 
-
-class Live:
+class Live(Frames[Moment]):
     """A scene and its moments; a Source."""
 
     def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
         self.scene = scene
-        self.model: mujoco.MjModel = scene.model
-        self.moments: list[Moment] = [scene.now()]
-        self.ended = ""
-        """Reason why the scene does not continue, or ""."""
-        self._poser = Poser(self.model)
-
-    def __len__(self) -> int:
-        return len(self.moments)
-
-    def extend(self) -> bool:
-        """See Source."""
-        if len(self.moments) >= LIMIT:
-            self.ended = f"{LIMIT // HZ} s are recorded: start again, or continue from earlier"
-            return False
-        if self.ended:
-            return False
-        try:
-            self.moments.append(self.scene.step())
-        except UnstableError as error:
-            self.ended = str(error)
-            return False
-        return True
-
-    def cut(self, frame: int) -> None:
-        """See Source."""
-        del self.moments[frame + 1 :]
-        self.scene.restore(self.moments[-1], frame)
-        self.ended = ""
-
-    def poses(self, frame: int) -> NDArray[np.float64]:
-        """See Source."""
-        moment = self.moments[frame]
-        physics = {name: value[0].numpy() for name, value in moment.physics.items()}
-        return self._poser.poses(
-            physics["qpos"],
-            physics["mocap_pos"].reshape(-1, 3),
-            physics["mocap_quat"].reshape(-1, 4),
-            moment.balls,
-        )
-
-    def state(self, frame: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """See Source."""
-        physics = self.moments[frame].physics
-        qpos, qvel = physics["qpos"][0].numpy(), physics["qvel"][0].numpy()
-        return qpos[: character.NQ], qvel[: character.NV]
 
     def curves(self) -> Curves:
         """See Source."""

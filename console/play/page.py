@@ -6,12 +6,11 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from console.evaluation.stepping import Track
 from console.play.source import HZ, Curves, Source
+from console.recording.format import AWAY_M
 from console.report.charts import Line, chart
 from console.report.page import document, player
-from console.report.scene3d import drawable
-from world.character.features import STATE
+from console.report.scene3d import drawn
 from world.errors import ConfigError
 
 
@@ -23,10 +22,10 @@ def page(source: Source, title: str, about: str) -> str:
                           "writes clips")  # fmt: skip
     fallen = np.flatnonzero(curves.fell)
     end = int(fallen[0]) if len(fallen) else len(source)
-    nothing = np.zeros((0, STATE.width), np.float32)
-    error = np.nan_to_num(curves.error_m, posinf=99.0).astype(np.float32)
-    track = Track(source.take(), nothing, error, source.model, end)
-    data = drawable(track) | {
+    error = np.nan_to_num(curves.error_m, posinf=99.0)
+    poses = np.stack([source.poses(frame) for frame in range(len(source))])
+    # a ball out of the scene has no position
+    data = drawn(source.model, np.nan_to_num(poses, nan=AWAY_M), error, end) | {
         "about": about,
         "success_m": curves.success_m,
         "fell": bool(len(fallen)),
@@ -34,7 +33,7 @@ def page(source: Source, title: str, about: str) -> str:
     if curves.style is not None:
         # the viewer shows the style reward of a frame at the step that leaves it
         data["style"] = [None if math.isnan(x) else round(float(x), 3) for x in curves.style[1:]]
-    drawn = "".join(
+    charts = "".join(
         chart(name, lines, "s")
         for name, lines in (
             ("reward terms, unweighted", [_line(k, v) for k, v in curves.terms.items()]),
@@ -48,7 +47,7 @@ def page(source: Source, title: str, about: str) -> str:
         f"<h1>{escape(title)}</h1>",
         f"<p class='soft'>{escape(about)}</p>",
         player(["replay"]),
-        f'<h2>Over time</h2><div class="grid-of">{drawn}</div>{note}',
+        f'<h2>Over time</h2><div class="grid-of">{charts}</div>{note}',
     )
     return document(title, sections, [data])
 

@@ -25,8 +25,9 @@ class Player:
 
     def play(self, playing: bool) -> None:
         """Play or pause; at the end of a source that cannot continue, play from its start."""
-        if playing and not self.playing and self.frame == self.last and not self.source.extend():
-            self.frame = 0
+        if playing and not self.playing and self.frame == self.last:
+            # the new frame is shown: else a push that follows at once would be in the past
+            self.frame = self.last if self.source.extend() else 0
         self.playing, self._due = playing, 0.0
 
     def run(self, speed: float) -> None:
@@ -59,6 +60,7 @@ class Player:
             if self.frame == self.last and not self.source.extend():
                 self.playing = False
                 break
-            self.frame += 1
+            # a source that has forgotten its oldest frames has fewer now
+            self.frame = min(self.frame + 1, self.last)
             moved += 1
         return moved

@@ -11,23 +11,20 @@ from torch import Tensor
 from console.kinds import kind
 from console.kinds.setup import Pose, Setup, check
 from console.play.balls import Thrower
+from console.play.frames import UnstableError
 from policy.checkpoints.served import Served
 from world.character import model as character
-from world.errors import ChoiceError, InhabitError
+from world.errors import ChoiceError
 from world.furniture.piece import Piece
 from world.scene.batch import Scenes
 from world.scene.target import state
 
 STEP_S = 1.0 / character.CONTROL_HZ
 #: Speeds at which the target moves to its new pose: a jump could place it inside the character.
-_GLIDE_M_S, _GLIDE_RAD_S = 1.5, 2.0
+GLIDE_M_S, GLIDE_RAD_S = 1.5, 2.0
 #: Greatest impulse of a push, N s: 45 kg at 4.4 m/s.
 MAX_IMPULSE_N_S = 200.0
 _HERE = torch.zeros(1, dtype=torch.int64)
-
-
-class UnstableError(InhabitError):
-    """A simulation whose state became non-finite."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +117,7 @@ class Scene:
     @torch.inference_mode()
     def step(self) -> Moment:
         """Step by 1/30 s; UnstableError for a non-finite state."""
-        self._goal = self._goal.stepped(self._wanted, _GLIDE_M_S * STEP_S, _GLIDE_RAD_S * STEP_S)
+        self._goal = self._goal.stepped(self._wanted, GLIDE_M_S * STEP_S, GLIDE_RAD_S * STEP_S)
         self._object.move(self._scenes, self._goal)
         body, target = self._scenes.body(), self._object.target(self._scenes)
         self._thrower.step(self.time_step, body, STEP_S)

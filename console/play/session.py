@@ -6,6 +6,7 @@ import threading
 import numpy as np
 
 from console.kinds.setup import Pose, Setup
+from console.play.frames import Frames, Playable
 from console.play.live import Live
 from console.play.player import Player
 from console.play.scene import Scene
@@ -41,8 +42,16 @@ class Session:
         self.open(found)
 
     @property
+    def stepped(self) -> Playable:
+        """What is simulated; ConfigError for a file."""
+        source = self.player.source
+        if not isinstance(source, Frames):
+            raise ConfigError("a recording cannot be disturbed: play a run instead")
+        return source.stepped
+
+    @property
     def scene(self) -> Scene:
-        """The live scene; ConfigError for a file."""
+        """The live scene; ConfigError for another source."""
         source = self.player.source
         if not isinstance(source, Live):
             raise ConfigError("a recording cannot be disturbed: play a run instead")
@@ -52,31 +61,33 @@ class Session:
         """Push a body horizontally, `direction_rad` from the character's heading (0: forwards,
         pi / 2: to its left)."""
         with self.lock:
-            scene = self._at_the_front()
+            stepped = self.at_the_front()
             if not math.isfinite(impulse_n_s) or not math.isfinite(direction_rad):
                 raise ConfigError("a push must be finite numbers")
             qpos, _ = self.player.source.state(self.player.frame)
             angle = heading(qpos) + direction_rad
             along = np.array([math.cos(angle), math.sin(angle), 0.0])
-            scene.push(impulse_n_s * along, body)
+            stepped.push(impulse_n_s * along, body)
 
     def throw(self) -> None:
         """Throw a ball at the character."""
         with self.lock:
-            self._at_the_front().throw()
+            self.at_the_front().throw()
 
     def move(self, goal: Pose) -> None:
         """Move the furniture, or the target stand of the box, towards another pose."""
         with self.lock:
-            self._at_the_front().move(goal)
+            self.at_the_front()
+            self.scene.move(goal)
 
-    def _at_the_front(self) -> Scene:
-        scene = self.scene
+    def at_the_front(self) -> Playable:
+        """What is simulated, for a change to it; ConfigError while a past frame is shown."""
+        stepped = self.stepped
         if self.player.frame < self.player.last:
             raise ConfigError(
                 "this frame is in the past: choose 'Continue from here' or 'To the newest' first"
             )
-        return scene
+        return stepped
 
     def use(self, names: dict[str, Source], name: str) -> None:
         """Play one of several sources; ChoiceError names them."""

@@ -9,7 +9,7 @@ from itertools import pairwise
 Point = tuple[float, float]
 
 WIDTH, HEIGHT = 360, 210
-_LEFT, _RIGHT, _TOP, _BOTTOM = 46, 10, 30, 30
+_LEFT, _RIGHT, _TOP, _BOTTOM = 46, 10, 36, 30
 #: Number of points that a line is thinned to.
 _POINTS = 240
 

@@ -61,30 +61,56 @@ def page(report: Report) -> str:
     return document(report.title, sections, [shown.data for shown in report.trials])
 
 
-def document(title: str, sections: Iterable[str], takes: Sequence[Figures]) -> str:
-    """Return an HTML document of sections, with the takes of its player (`player`)."""
-    data = resources.files("console.report").joinpath("data")
+def document(
+    title: str, sections: Iterable[str], takes: Sequence[Figures], linked: bool = False
+) -> str:
+    """Return an HTML document of sections, with the takes of its player (`player`).
+
+    linked: the document is embedded in a page, and style and viewer are the files page.css and
+    viewer.js beside it, which many documents share; else it contains them.
+    """
+    embedded = ' class="embedded"' if linked else ""
     # "</" ends a script element
     packed = json.dumps(takes, separators=(",", ":")).replace("</", "<\\/")
+    style = (
+        '<link rel="stylesheet" href="page.css">'
+        if linked
+        else f"<style>{shared('page.css')}</style>"
+    )
+    script = (
+        '<script src="viewer.js"></script>' if linked else f"<script>{shared('viewer.js')}</script>"
+    )
     return (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8">'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{escape(title)}</title>"
-        f"<style>{data.joinpath('page.css').read_text()}</style></head><body>"
+        f"<title>{escape(title)}</title>{style}</head>"
+        f"<body{embedded}>"
         f"{''.join(sections)}"
         f'<script type="application/json" id="takes">{packed}</script>'
-        f"<script>{data.joinpath('viewer.js').read_text()}</script></body></html>\n"
+        f"{script}</body></html>\n"
     )
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]], marked: Sequence[str] = ()) -> str:
-    """Return a table; rows with a first cell in `marked` are styled as published results."""
+def shared(name: str) -> str:
+    """Return the text of a file that documents contain or share: page.css or viewer.js."""
+    return resources.files("console.report").joinpath("data", name).read_text()
+
+
+def table(
+    head: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    marked: Sequence[str] = (),
+    words: bool = False,
+) -> str:
+    """Return a table; rows with a first cell in `marked` are styled as published results. words:
+    cells hold words, which wrap, instead of numbers."""
     cells = "".join(f"<th>{escape(cell)}</th>" for cell in head)
     body = []
     for row in rows:
         kind = ' class="published"' if row[0] in marked else ""
         body.append(f"<tr{kind}>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>")
-    return f'<div class="wide"><table><tr>{cells}</tr>{"".join(body)}</table></div>'
+    style = ' class="words"' if words else ""
+    return f'<div class="wide"><table{style}><tr>{cells}</tr>{"".join(body)}</table></div>'
 
 
 def percent(rate: dict[str, Any]) -> str:

@@ -25,18 +25,33 @@ _KINDS = {
 def drawable(track: Track, every: int = 1) -> dict[str, Any]:
     """Return a track as JSON values: hz, frames, shapes, errors and, in base64, poses [T, B, 7]
     int16; of every so many frames."""
-    model = track.model
+    data = drawn(
+        track.model,
+        body_poses(track)[::every],
+        track.error_m[::every],
+        -(-track.steps // every),
+    )
+    return data | {"hz": character.CONTROL_HZ / every}
+
+
+def drawn(
+    model: mujoco.MjModel,
+    poses: NDArray[np.float64],
+    error_m: NDArray[Any],
+    end: int,
+) -> dict[str, Any]:
+    """Return the same of poses [T, nbody, 7] of a model, errors [T] m, and the first step that is
+    not evaluated."""
     shapes, bodies = shapes_of(model)
-    poses = body_poses(track)[::every, bodies]
     return {
-        "hz": character.CONTROL_HZ / every,
+        "hz": character.CONTROL_HZ,
         "frames": len(poses),
         "shapes": shapes,
         "bodies": len(bodies),
         "root": bodies.index(model.body(character.BODIES[0]).id),
-        "poses": packed(poses),
-        "error": [round(float(x), 3) for x in track.error_m[::every]],
-        "end": -(-track.steps // every),
+        "poses": packed(poses[:, bodies]),
+        "error": [round(float(x), 3) for x in error_m],
+        "end": end,
     }
 
 

@@ -26,7 +26,7 @@ def page(motion: Motion) -> str:
         f"<h1>{escape(title)}</h1><p class='soft'>{escape(outcome)}</p>",
         player([task.name]),
         f'<h2>Over time</h2><div class="grid-of">{"".join(_charts(motion))}</div>',
-        f"<h2>Origin</h2>{table(('', ''), _facts(motion))}",
+        f"<h2>Origin</h2>{table(('', ''), _facts(motion), words=True)}",
     )
     return document(title, sections, [take])
 

@@ -94,6 +94,11 @@ _ROUND: dict[str, list[tuple[str, tuple[float, ...], Rgba]]] = {
 }
 
 
+def furniture_colour(piece: str) -> Rgba:
+    """Return the colour of furniture by its name, whose words tell its class."""
+    return next((FURNITURE[word] for word in piece.split("-") if word in FURNITURE), _OTHER)
+
+
 def stage(simulated: mujoco.MjModel, piece: str = "", shapes: Shapes = "body") -> mujoco.MjModel:
     """Return the display model of a simulated scene.
 
@@ -238,7 +243,7 @@ def colour_of(model: mujoco.MjModel, number: int, piece: str) -> Rgba:
     if name.startswith(PROJECTILE_BODY):
         return _BALL
     if name == FURNITURE_BODY:
-        return next((FURNITURE[word] for word in piece.split("-") if word in FURNITURE), _OTHER)
+        return furniture_colour(piece)
     return BOX if int(model.body_mocapid[number]) < 0 else _OTHER
 
 

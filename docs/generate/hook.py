@@ -3,12 +3,14 @@
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
+from console.report.page import shared
 from docs.generate import (
     api,
     commands,
     configuration,
     features,
     formats,
+    gallery,
     metrics,
     protocol,
     results,
@@ -24,6 +26,7 @@ def pages() -> dict[str, str]:
         "reference/metrics.md": metrics.page(),
         "reference/features.md": features.page(),
         "reference/file-formats.md": formats.page(),
+        "gallery/index.md": gallery.page(),
         "results/policies.md": results.page(),
         **{f"reference/protocol-{name}.md": protocol.page(name) for name in protocol.FILES},
         **{f"reference/api/{package}.md": api.page(package) for package in api.PACKAGES},
@@ -34,6 +37,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Called by mkdocs once it has found the pages on disk."""
     for uri, text in pages().items():
         files.append(File.generated(config, uri, content=text))
+    for name in gallery.SHARED:
+        files.append(File.generated(config, f"gallery/{name}", content=shared(name)))
     return files
 
 

@@ -15,7 +15,7 @@ import pytest
 import yaml
 
 from console.app import parse
-from console.commands import Serve, Style, Train
+from console.commands import Demo, Serve, Style, Train
 from console.serving.loading import source
 from discriminator.service import start
 from discriminator.trainer import Discriminator
@@ -193,7 +193,7 @@ def test_the_cluster_file_authenticates_and_keeps_the_dashboard_in() -> None:
     assert "--address=$RAY_HEAD_IP:6379" in worker and "--port=6379" in head
 
 
-@pytest.mark.parametrize("name", ["actor", "learner"])
+@pytest.mark.parametrize("name", ["actor", "demo", "learner"])
 def test_images_install_what_was_tested(name: str) -> None:
     text = (DEPLOY / f"{name}.Dockerfile").read_text()
     lines = text.replace("\\\n", " ").splitlines()
@@ -211,6 +211,22 @@ def test_images_install_what_was_tested(name: str) -> None:
     assert all((ROOT / path).exists() for path in copied)
     users = [line for line in lines if line.startswith("USER ")]
     assert users == ["USER 1000"] and "latest" not in text
+
+
+def test_the_image_of_the_demo_runs_it() -> None:
+    lines = (DEPLOY / "demo.Dockerfile").read_text().splitlines()
+    (entry,) = [line for line in lines if line.startswith("ENTRYPOINT ")]
+    words = json.loads(entry.removeprefix("ENTRYPOINT "))
+    assert words[0] == "inhabit"
+    found = parse(words[1:])
+    assert isinstance(found, Demo) and not found.open and found.allow_insecure_remote
+    port = found.listen.rpartition(":")[2]
+    assert f"EXPOSE {port}" in lines
+    ran = [line for line in lines if line.startswith("#   docker run")]
+    assert len(ran) == 2 and all(f"-p 127.0.0.1:{port}:{port} " in line for line in ran)
+    (more,) = (line.partition(" inhabit-demo ")[2] for line in ran if "/app/" in line)
+    for folder in parse([*words[1:], *more.split()]).policies:
+        assert (ROOT / Path(folder).relative_to("/app") / "policy.safetensors").exists()
 
 
 def metrics_of_dashboard() -> set[str]:

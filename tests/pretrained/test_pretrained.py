@@ -1,6 +1,9 @@
 """Policies by name; the package ships those that anyone may use, within its size."""
 
 import fnmatch
+import os
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -44,3 +47,29 @@ def test_commands_take_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     words = ["evaluate", "sit", "--trials", "2", "--quality", "0", "--json", "a.json"]
     assert main(words) == 0
     assert (tmp_path / "a.json").exists()
+
+
+def test_an_installed_package_holds_whole_policies_and_plays_them_anywhere(tmp_path: Path) -> None:
+    """What a wheel holds, used from an empty folder: no folder of a policy without its weights."""
+    lib, empty = tmp_path / "lib", tmp_path / "empty"
+    empty.mkdir()
+    build = ["egg_info", "--egg-base", str(tmp_path), "build_py", "--build-lib", str(lib)]
+    made = subprocess.run(
+        [sys.executable, "-c", "from setuptools import setup; setup()", "-q", *build],
+        cwd=ROOT, capture_output=True, text=True,
+    )  # fmt: skip
+    assert made.returncode == 0, made.stderr
+    folders = sorted(path.name for path in (lib / "pretrained").iterdir() if path.is_dir())
+    assert folders == ["carry", "walk"]
+    script = (
+        "import pretrained; from console.demo.command import missing, policies\n"
+        "found = policies(()); print(pretrained.ROOT); print(*found); print(missing(found))"
+    )
+    ran = subprocess.run(
+        [sys.executable, "-c", script],
+        cwd=empty, capture_output=True, text=True, env=os.environ | {"PYTHONPATH": str(lib)},
+    )  # fmt: skip
+    assert ran.returncode == 0, ran.stderr
+    where, names, said = ran.stdout.splitlines()
+    assert Path(where) == lib / "pretrained" and names == "carry walk"
+    assert "Not here: sit and lie" in said

@@ -82,6 +82,58 @@ class Page:
             time.sleep(0.1)
         raise AssertionError(f"never true: {script}; the page said {self.errors}")
 
+    def size(self, width: int, height: int, mobile: bool = False, dark: bool = False) -> None:
+        """Set the size of the window, px, and the colours that the visitor prefers."""
+        self.call(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=mobile,
+        )
+        self.call("Emulation.setTouchEmulationEnabled", enabled=mobile)
+        scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
+        self.call("Emulation.setEmulatedMedia", features=[scheme])
+
+    def sideways(self) -> int:
+        """Pixels by which the page is wider than its window."""
+        return int(self.run("document.documentElement.scrollWidth - window.innerWidth"))
+
+    def click(self, x: float, y: float) -> None:
+        """Click a point of the window, px."""
+        for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
+            self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+
+    def choose(self, label: str, option: str) -> None:
+        """Choose an option of the list with this label."""
+        field = f"document.getElementById({_control(label)})"
+        self.wait(f"{field} !== null")
+        self.run(f"{field}.scrollIntoView(), {field}.click()")
+        shown = "[...document.querySelectorAll('[role=option]')].filter(o => o.offsetParent)"
+        wanted = f"{shown}.find(o => o.innerText.trim() === {json.dumps(option)})"
+        self.wait(f"{wanted} !== undefined")
+        self.run(f"{wanted}.click()")
+
+    def tick(self, label: str) -> None:
+        """Click the checkbox with this label."""
+        field = f"document.getElementById({_control(label)})"
+        self.wait(f"{field} !== null && !{field}.disabled")
+        self.run(f"{field}.click()")
+
+    def type(self, label: str, value: str, part: int = 0) -> None:
+        """Type a number into the field with this label; part: of a vector."""
+        words = json.dumps(label)
+        field = (
+            "((row) => { while (row && !row.querySelector('input:not([type=hidden])'))"
+            " row = row.parentElement; return"
+            f" row.querySelectorAll('input:not([type=hidden])')[{part}]; }})("
+            f"[...document.querySelectorAll('label')].find(l => l.innerText.trim() === {words}))"
+        )
+        self.wait(f"{field} !== undefined")
+        self.run(f"{field}.focus(), {field}.select()")
+        self.call("Input.insertText", text=value)
+        self.key("Enter", 13)
+
     def picture(self) -> bytes:
         """A screenshot, PNG."""
         return base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])
@@ -108,6 +160,14 @@ class Page:
             self.call(
                 "Input.dispatchKeyEvent", type=kind, key=name, code=name, windowsVirtualKeyCode=code
             )
+
+
+def _control(label: str) -> str:
+    """JavaScript: the id of the control of a label."""
+    words = json.dumps(label)
+    return (
+        f"[...document.querySelectorAll('label')].find(l => l.innerText.trim() === {words}).htmlFor"
+    )
 
 
 @contextmanager

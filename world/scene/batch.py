@@ -144,9 +144,14 @@ class Scenes:
     def move_furniture(self, ids: Tensor, origin: Tensor, yaw: Tensor) -> None:
         """Write origin [m, 3] m and yaw [m, 2] (cosine, sine) of the furniture of the scenes
         `ids`."""
+        self.move_piece(ids, 0, origin, yaw)
+
+    def move_piece(self, ids: Tensor, index: int, origin: Tensor, yaw: Tensor) -> None:
+        """Write origin [m, 3] m and yaw [m, 2] (cosine, sine) of the mocap body `index` of the
+        scenes `ids`."""
         rows = ids.numpy()
-        self._array["mocap_pos"][rows, 0] = origin.double().numpy()
-        self._array["mocap_quat"][rows, 0] = quaternion(yaw).numpy()
+        self._array["mocap_pos"][rows, index] = origin.double().numpy()
+        self._array["mocap_quat"][rows, index] = quaternion(yaw).numpy()
 
     def move_stand(self, ids: Tensor, top: Tensor) -> None:
         """Write the position of the target's stand, centre of its top [m, 3] m, of the scenes
@@ -159,12 +164,15 @@ class Scenes:
         self.free_qpos[ids, 7 * index : 7 * index + 7] = pose.double()
         self.free_qvel[ids, 6 * index : 6 * index + 6] = velocity.double()
 
-    def now(self, target: Target, ids: Tensor | None = None) -> Target:
-        """`target` [n], or that of the scenes `ids` [m], with the present state of the box."""
+    def now(self, target: Target, ids: Tensor | None = None, index: int = 0) -> Target:
+        """`target` [n], or that of the scenes `ids` [m], with the present state of the box, which
+        is the free body `index`."""
         if target.box is None:
             return target
-        pose = self.free_qpos[:, :7] if ids is None else self.free_qpos[ids, :7]
-        velocity = self.free_qvel[:, :3] if ids is None else self.free_qvel[ids, :3]
+        pose = self.free_qpos[:, 7 * index : 7 * index + 7]
+        velocity = self.free_qvel[:, 6 * index : 6 * index + 3]
+        if ids is not None:
+            pose, velocity = pose[ids], velocity[ids]
         pose = pose.to(torch.float32)
         box = replace(
             target.box,

@@ -76,10 +76,15 @@ def add(spec: mujoco.MjSpec, cargo: Piece, passable: bool = False) -> None:
             friction=[1.0, 0.05, 0.001],
             rgba=[0.45, 0.62, 0.45, 1.0],
         )
-    body = spec.worldbody.add_body(name=BOX_BODY)
-    body.add_freejoint(name=BOX_BODY)
+    add_free(spec, cargo, BOX_BODY)
+
+
+def add_free(spec: mujoco.MjSpec, cargo: Piece, name: str) -> None:
+    """Add the free box `cargo` as the body `name`."""
+    body = spec.worldbody.add_body(name=name)
+    body.add_freejoint(name=name)
     body.add_geom(
-        name=BOX_BODY,
+        name=name,
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=cargo.boxes[0].half_m,
         mass=cargo.mass_kg,

@@ -89,6 +89,12 @@ def scene_spec(
     _add_furniture(spec, piece, shared or slots.common([piece or _NOTHING]), passable)
     if cargo is not None:
         box_scene.add(spec, cargo, passable)
+    _add_balls(spec, balls)
+    return spec
+
+
+def _add_balls(spec: mujoco.MjSpec, balls: Sequence[Ball]) -> None:
+    """Add free balls."""
     for index, ball in enumerate(balls):
         thrown = spec.worldbody.add_body(name=f"{PROJECTILE_BODY}{index}")
         thrown.add_freejoint()
@@ -101,14 +107,43 @@ def scene_spec(
             conaffinity=_CHARACTER,
             rgba=[0.80, 0.25, 0.20, 1.0],
         )
-    return spec
+
+
+def compile_room(
+    pieces: Sequence[Piece], boxes: Sequence[Piece], balls: Sequence[Ball] = ()
+) -> tuple[mujoco.MjModel, mujoco.MjModel]:
+    """The models of one room with several `pieces`, each a mocap body, and one or more free
+    `boxes`: the first steps as scenes of furniture do, the second as scenes of a box. They have one
+    layout, so that a scene may change between them.
+
+    The first two mocap bodies are those of a scene with a box: the initial stand of the first box,
+    and the stand of the target. The initial stands of the other boxes follow, then the pieces. The
+    coordinates of the boxes follow the character's, in their order; those of balls come last.
+    """
+    spec = scene_spec(box_scene.STAND, (), boxes[0])
+    for number, box in enumerate(boxes[1:], 1):
+        box_scene.add_free(spec, box, f"{box_scene.BOX_BODY}{number}")
+    _add_balls(spec, balls)
+    for number, piece in enumerate((*[box_scene.STAND] * (len(boxes) - 1), *pieces)):
+        _add_furniture(spec, piece, slots.exactly(piece), name=f"{FURNITURE_BODY}{number}")
+    carrying = spec.compile()
+    plain = scene_spec(None).option
+    for name in ("impratio", "cone", "jacobian"):
+        setattr(spec.option, name, getattr(plain, name))
+    return spec.compile(), carrying
 
 
 def _add_furniture(
-    spec: mujoco.MjSpec, piece: Piece | None, shared: Layout, passable: bool
+    spec: mujoco.MjSpec,
+    piece: Piece | None,
+    shared: Layout,
+    passable: bool = False,
+    name: str = FURNITURE_BODY,
 ) -> None:
-    """Add the furniture's body: hulls or boxes in the first slots, the others unused."""
-    body = spec.worldbody.add_body(name=FURNITURE_BODY, mocap=True)
+    """Add the furniture's body `name`: hulls or boxes in the first slots, the others unused."""
+    body = spec.worldbody.add_body(name=name, mocap=True)
+    # geoms and meshes of the scene's own furniture have no prefix
+    prefix = "" if name == FURNITURE_BODY else f"{name}."
     shown = piece or _NOTHING
     fillings = slots.fillings(shown, shared)
     centre, half, quat, used = shown.boxes_padded(shared.slots)
@@ -118,21 +153,21 @@ def _add_furniture(
     for slot in range(shared.slots):
         contype, conaffinity = bits if used[slot] else UNUSED
         geom = body.add_geom(
-            name=f"slot{slot}",
+            name=f"{prefix}slot{slot}",
             contype=contype,
             conaffinity=conaffinity,
             friction=[1.0, 0.05, 0.001],
             rgba=_FURNITURE_RGBA if used[slot] else [*_FURNITURE_RGBA[:3], 0.0],
         )
         if slot < len(shown.hulls):
-            slots.add_hull(spec, f"hull{slot}", shown.hulls[slot])
+            slots.add_hull(spec, f"{prefix}hull{slot}", shown.hulls[slot])
             geom.type = mujoco.mjtGeom.mjGEOM_MESH
-            geom.meshname = f"hull{slot}"
+            geom.meshname = f"{prefix}hull{slot}"
         else:
             geom.type = mujoco.mjtGeom.mjGEOM_BOX
             geom.size, geom.pos, geom.quat = half[slot], centre[slot], quat[slot]
     for index, faces in enumerate(fillings):
-        slots.add_filling(spec, f"filling{index}", faces)
+        slots.add_filling(spec, f"{prefix}filling{index}", faces)
 
 
 def add_boxes(spec: mujoco.MjSpec, boxes: Sequence[Box], first: int) -> None:

@@ -37,6 +37,11 @@ def common(pieces: Sequence[Piece]) -> Layout:
     return Layout(slots, max(nodes(piece) for piece in pieces) + _SLACK)
 
 
+def exactly(piece: Piece) -> Layout:
+    """The layout of a piece that is never replaced: no unused slot, no filling."""
+    return Layout(len(piece.boxes), nodes(piece))
+
+
 def nodes(piece: Piece) -> int:
     """Nodes of the bounding-volume trees of a piece's hulls."""
     return sum(2 * len(hull.faces) - 1 for hull in piece.hulls)

@@ -1,15 +1,13 @@
 """Controls of a live scene on the page: its setup, and its disturbances."""
 
 import math
-from typing import Any
 
 import numpy as np
 
 from console.kinds.setup import FAR_M, SCALES, Pose, Setup
+from console.play.browser.disturbances import add_disturbances
 from console.play.browser.view import View
-from console.play.scene import MAX_IMPULSE_N_S
 from console.play.stock import Stock
-from world.character import model as character
 
 _BOUNDS = ((-FAR_M, -FAR_M), (FAR_M, FAR_M))
 
@@ -20,7 +18,7 @@ class Controls:
     def __init__(self, view: View, stock: Stock, setup: Setup) -> None:
         self._view, self._session, self._stock = view, view.session, stock
         self._seed = setup.seed
-        self._push_controls()
+        add_disturbances(view)
         self._goal_controls(setup)
         self._scene_controls(setup)
         self._place_handles()
@@ -65,29 +63,6 @@ class Controls:
         view.on(self._goal, lambda _: self._move())
         view.on(self._facing, lambda _: self._move())
         view.on(self._handles, lambda _: self._dragged())
-
-    def _push_controls(self) -> None:
-        gui, view = self._view.server.gui, self._view
-        with gui.add_folder("Disturb"):
-            size = gui.add_slider("impulse (N s)", 0, MAX_IMPULSE_N_S, 5, 40)
-            direction = gui.add_slider(
-                "direction (°)", -180, 180, 15, 0, hint="0: forwards, 90: to its left"
-            )
-            body = gui.add_dropdown("body", character.BODIES, initial_value="torso")
-            push = gui.add_button("Push")
-            throw = gui.add_button("Throw a ball", hint="1.2 kg at 10 m/s, from any side")
-
-        def pushed(_: Any) -> None:
-            angle = math.radians(direction.value)
-            self._session.push(float(size.value), angle, str(body.value))
-            self._session.player.play(True)
-
-        def thrown(_: Any) -> None:
-            self._session.throw()
-            self._session.player.play(True)
-
-        view.on(push, pushed)
-        view.on(throw, thrown)
 
     def setup(self) -> Setup:
         """Return the setup of the controls."""

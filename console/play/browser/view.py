@@ -12,6 +12,7 @@ from console.play import saving
 from console.play.browser.drawing import Drawn
 from console.play.browser.ghost import Ghost, GhostBody
 from console.play.browser.plots import Plots
+from console.play.frames import Frames
 from console.play.live import Live
 from console.play.player import SPEEDS
 from console.play.recorded import Recorded
@@ -25,12 +26,16 @@ from world.realism.measures import Motion
 _CONTROLS, _PLOTS, _GHOST = 6, 12, 3
 #: Initial look-at point of the camera on the floor, m: between character and target.
 _MIDDLE_M = (1.2, 0.0)
+#: In a narrow window: greatest factor of the camera's distance, and how far the look-at point is
+#: towards the camera, as a fraction of that distance.
+_FARTHEST, _BELOW = 1.9, 0.7
 
 
 class View:
     """All open pages of a session; `tick` runs in one thread, callbacks in viser's threads."""
 
-    def __init__(self, server: Server, session: Session, title: str) -> None:
+    def __init__(self, server: Server, session: Session, title: str, plots: bool = True) -> None:
+        """plots: draw the source's measures beside the scene."""
         self.server, self.session, self.title = server, session, title
         self.ghost: Ghost | None = None
         self._opened, self._ticks = -1, 0
@@ -38,12 +43,15 @@ class View:
         self._drawn: Drawn | None = None
         self._plots: Plots | None = None
         self._stage()
+        server.on_client_connect(self._fit_narrow)
         self.status = server.gui.add_markdown("")
         self._time_controls()
-        panel = server.gui.add_panel()
-        self._measured = panel.add_tab("measured")
-        panel.dock_left()
-        panel.set_width(330)
+        self._measured: viser.GuiTabHandle | None = None
+        if plots:
+            panel = server.gui.add_panel()
+            self._measured = panel.add_tab("measured")
+            panel.dock_left()
+            panel.set_width(330)
 
     def _stage(self) -> None:
         scene = self.server.scene
@@ -67,8 +75,29 @@ class View:
         self._ghost_body = GhostBody()
         self._ghost = Drawn(self.server, "/world/ghost", self._ghost_body.model, ghost=True)
         self._ghost.show(False)
+        self.look((1.2, -3.4, 1.5), (*_MIDDLE_M, 0.7))
+
+    def look(
+        self, position: tuple[float, float, float], look_at: tuple[float, float, float]
+    ) -> None:
+        """Set the initial camera, m; in a narrow window it is farther away, and the scene above the
+        panel."""
         camera = self.server.initial_camera
-        camera.position, camera.look_at, camera.up = (1.2, -3.4, 1.5), (*_MIDDLE_M, 0.7), (0, 0, 1)
+        camera.position, camera.look_at, camera.up = position, look_at, (0.0, 0.0, 1.0)
+        self._camera = np.array(position), np.array(look_at)
+
+    def _fit_narrow(self, client: viser.ClientHandle) -> None:
+        position, look_at = self._camera
+        if client.camera.aspect < 1.0:
+            away = position - look_at
+            client.camera.position = look_at + away * min(_FARTHEST, 1.0 / client.camera.aspect)
+            client.camera.look_at = look_at + _BELOW * away * (1.0, 1.0, 0.0)
+
+    @property
+    def offset(self) -> tuple[float, float]:
+        """Where the origin of the scene is drawn, m: it moves while the character is followed."""
+        x, y, _ = self._world.position
+        return float(x), float(y)
 
     def _time_controls(self) -> None:
         gui, session = self.server.gui, self.session
@@ -98,18 +127,18 @@ class View:
         self.on(self._follow, lambda _: None)
         self.on(self._speed, lambda _: session.player.run(float(self._speed.value)))
 
-    def offer_saving(self) -> None:
-        """Add the folder of saving."""
+    def offer_saving(self, recording: bool = True) -> None:
+        """Add the folder of saving; recording: also as a recording."""
         gui = self.server.gui
         with gui.add_folder("Save"):
             page = gui.add_button("As a page (HTML)", hint="one file: replay and curves")
-            recording = gui.add_button("As a recording (.msgpack)")
+            packed = gui.add_button("As a recording (.msgpack)", visible=recording)
 
         def send(event: Any, kind: str, content: bytes) -> None:
             event.client.send_file_download(f"inhabit.{kind}", content, save_immediately=True)
 
         self.on(page, lambda e: send(e, "html", saving.html(self.session.player, self.title)))
-        self.on(recording, lambda e: send(e, "msgpack", saving.msgpack(self.session.player)))
+        self.on(packed, lambda e: send(e, "msgpack", saving.msgpack(self.session.player)))
 
     def offer_ghost(self, find: Callable[[], tuple[Ghost | None, str]]) -> None:
         """Add the folder of the nearest mocap. find: returns the ghost, and a text on its clips or
@@ -135,21 +164,25 @@ class View:
         """Call `act` when a control is used on a page; errors are shown there."""
 
         def called(event: Any) -> None:
-            if event.client is None:
-                return  # changed by this program
-            try:
-                with self.session.lock:
-                    act(event)
-                    self._ticks = 0
-            except InhabitError as error:
-                event.client.add_notification(
-                    "Not possible", str(error), color="orange", auto_close_seconds=8.0
-                )
+            self.called(event, act)
 
-        if isinstance(handle, viser.GuiButtonHandle):
+        if isinstance(handle, viser.GuiButtonHandle | viser.GuiButtonGroupHandle):
             handle.on_click(called)
         else:
             handle.on_update(called)
+
+    def called(self, event: Any, act: Callable[[Any], None]) -> None:
+        """Call `act` with an event of a page; an error is shown there."""
+        if event.client is None:
+            return  # changed by this program
+        try:
+            with self.session.lock:
+                act(event)
+                self._ticks = 0
+        except InhabitError as error:
+            event.client.add_notification(
+                "Not possible", str(error), color="orange", auto_close_seconds=8.0
+            )
 
     def tick(self, seconds: float) -> None:
         """Advance the time while a page is open, and update the pages."""
@@ -181,8 +214,9 @@ class View:
         if self._plots is not None:
             self._plots.remove()
         weights = source.scene.task.terms if isinstance(source, Live) else {}
-        with self._measured:
-            self._plots = Plots(self.server, source.curves(), weights)
+        if self._measured is not None:
+            with self._measured:
+                self._plots = Plots(self.server, source.curves(), weights)
         self._ticks = 0
 
     def _show(self, frame: int) -> None:
@@ -206,14 +240,14 @@ class View:
             self._slider.value = player.frame
         source, frame = player.source, player.frame
         words = [f"**{frame / HZ:.2f} s** of {player.last / HZ:.2f} s", source.status(frame)]
-        if isinstance(source, Live) and source.ended and frame == player.last:
+        if isinstance(source, Frames) and source.ended and frame == player.last:
             words.append(source.ended)
         self.status.content = "\n\n".join(word for word in words if word)
-        self._branch.disabled = frame == player.last or not isinstance(source, Live)
+        self._branch.disabled = frame == player.last or not isinstance(source, Frames)
 
     def _draw_plots(self, frame: int) -> None:
-        assert self._plots is not None
-        self._plots.draw(self.session.player.source.curves(), frame)
+        if self._plots is not None:
+            self._plots.draw(self.session.player.source.curves(), frame)
 
     def _show_ghost(self, frame: int) -> None:
         if self.ghost is None:

@@ -235,8 +235,9 @@ function play() {
     const most = Math.max(0.5, ...take.error), last = Math.max(1, take.frames - 1);
     const line = take.error.map((x, i) => `${(1000 * i / last).toFixed(1)},${(60 - 56 * x / most).toFixed(1)}`).join(" ");
     const height = (60 - 56 * take.success_m / most).toFixed(1);
-    find("curve").innerHTML = `<line class="aim" x1="0" x2="1000" y1="${height}" y2="${height}"/>` +
-      `<polyline class="line c0" points="${line}"/><line class="now" data-part="now" y1="0" y2="60"/>`;
+    const thin = 'vector-effect="non-scaling-stroke"';  // the curve is stretched, its lines are not
+    find("curve").innerHTML = `<line ${thin} class="aim" x1="0" x2="1000" y1="${height}" y2="${height}"/>` +
+      `<polyline ${thin} class="line c0" points="${line}"/><line ${thin} class="now" data-part="now" y1="0" y2="60"/>`;
   };
   const choose = (index) => {
     take = takes[index]; clock = 0; viewer.show(take); curve();

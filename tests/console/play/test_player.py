@@ -44,3 +44,21 @@ def test_time_advances_by_the_requested_steps() -> None:
     player.seek(98)
     player.play(True)
     assert player.advance(1.0) == 1 and not player.playing
+
+
+def test_playing_from_the_newest_frame_shows_the_next_one() -> None:
+    """A push that follows at once is not in the past."""
+
+    class Growing(Counted):
+        def extend(self) -> bool:
+            self.frames += 1
+            return True
+
+    player = Player(Growing(3))  # pyright: ignore
+    player.seek(2)
+    player.play(True)
+    assert player.frame == player.last == 3
+    still = Player(Counted(3))  # pyright: ignore
+    still.seek(2)
+    still.play(True)
+    assert still.frame == 0, "from its start, where it cannot go on"

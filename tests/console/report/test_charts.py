@@ -35,7 +35,7 @@ def test_a_chart_puts_points_where_they_belong() -> None:
     assert points is not None and "t &amp; u" in drawn
     xy = [tuple(map(float, p.split(","))) for p in points[1].split()]
     assert [x for x, _ in xy] == pytest.approx([46.0, 198.0, 350.0])
-    assert [y for _, y in xy] == pytest.approx([180.0, 30.0, 105.0])
+    assert [y for _, y in xy] == pytest.approx([180.0, 36.0, 108.0])
     assert charts.chart("none", [Line("a", ((0.0, 1.0),))], "x") == ""
     assert charts.chart("bad", [Line("a", ((0.0, -1.0), (1.0, 0.0)))], "x", True) == ""
 

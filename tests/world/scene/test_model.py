@@ -2,11 +2,13 @@
 
 import mujoco
 import numpy as np
+import pytest
 
+from world.character import model as character
 from world.furniture.catalogue import find
 from world.scene import box as box_scene
 from world.scene import slots
-from world.scene.model import Ball, compile_scene
+from world.scene.model import Ball, compile_room, compile_scene
 
 CHAIR, BED = find("chair-train-000"), find("bed-train-000")
 
@@ -46,3 +48,47 @@ def test_coordinates_are_the_character_s_the_box_s_then_the_balls() -> None:
 def test_servo_limits_are_the_callers() -> None:
     model = compile_scene(CHAIR)
     assert not model.actuator_ctrllimited.any() and not model.actuator_forcelimited.any()
+
+
+def test_a_room_steps_as_the_scene_of_its_first_box_does() -> None:
+    """The other pieces are far away: the box and the character move as in a scene of one box."""
+    chair, bed = find("chair-test-000"), find("bed-test-000")
+    calm, carrying = compile_room([chair, bed], [box_scene.box(), box_scene.box(0.8)])
+    assert calm.nmocap == carrying.nmocap == 2 + 1 + 2
+    assert calm.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL and calm.opt.impratio == 1.0
+    assert carrying.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
+    assert carrying.opt.impratio == box_scene.IMPRATIO
+    single = compile_scene(box_scene.STAND, cargo=box_scene.box())
+    assert [carrying.body(i).name for i in range(single.nbody)] == [
+        single.body(i).name for i in range(single.nbody)
+    ]
+    found = []
+    for model in (single, carrying):
+        data = mujoco.MjData(model)
+        data.qpos[: character.NQ] = character.standing_qpos()
+        data.mocap_pos[:] = [[30.0 + 4 * i, 30.0, 0.0] for i in range(model.nmocap)]
+        data.mocap_pos[0] = 0.5, 0.0, 0.8
+        # the box falls on its stand, the character beside it falls too
+        data.qpos[43:46] = 0.5, 0.0, 1.1
+        if model.nq > 50:
+            data.qpos[50:53] = 30.0, 30.0, 0.5
+        for _ in range(200):
+            mujoco.mj_step(model, data)
+        found.append(data.qpos[:50].copy())
+    assert np.allclose(found[0], found[1], atol=1e-6)
+
+
+def test_pieces_of_a_room_are_solid() -> None:
+    """A box that falls on each piece comes to rest on it."""
+    table = find("table-test-000")
+    calm, _ = compile_room([table, table], [box_scene.box(0.6)])
+    data = mujoco.MjData(calm)
+    data.qpos[: character.NQ] = character.standing_qpos()
+    data.mocap_pos[:] = [[30.0, 0, 0.5], [33.0, 0, 0.5], [3.0, 0.0, 0.0], [6.0, 0.0, 0.0]]
+    top = table.bounds()[1][2]
+    for x in (3.0, 6.0):
+        data.qpos[43:50] = x, 0.0, top + 0.3, 1.0, 0.0, 0.0, 0.0
+        data.qvel[:] = 0.0
+        for _ in range(600):
+            mujoco.mj_step(calm, data)
+        assert data.qpos[45] == pytest.approx(top + 0.3 * 0.6 / 2, abs=0.02)

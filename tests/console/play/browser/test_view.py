@@ -1,10 +1,6 @@
 """The player's page, and the pages that it and the report write, in a real headless Chromium."""
 
 import io
-import re
-import subprocess
-import sys
-import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,9 +13,8 @@ from PIL import Image
 from console.recording import format as recording
 from tests.support import small_clips
 from tests.support.browser import CHROMIUM, PATIENCE_S, Page, browser
-from tests.support.paths import ROOT
+from tests.support.console.pages import ALL_TEXT, seconds, serving, until
 
-ALL_TEXT = "document.documentElement.innerText"
 pytestmark = [
     pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on PATH to open pages in"),
     pytest.mark.timeout(900),
@@ -30,36 +25,8 @@ pytestmark = [
 def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """Of the real command, playing the committed policy."""
     clips = small_clips.write(tmp_path_factory.mktemp("clips"))
-    words = ["play", "pretrained/sit", "--motions", str(clips), "--no-open"]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "console", *words], cwd=ROOT, stdout=subprocess.PIPE, text=True
-    )
-    lines: list[str] = []
-    assert process.stdout is not None
-    stdout = process.stdout
-    reader = threading.Thread(target=lambda: lines.append(stdout.readline()), daemon=True)
-    reader.start()
-    reader.join(PATIENCE_S)
-    try:
-        found = re.search(r"http://127\.0\.0\.1:\d+/", lines[0] if lines else "")
-        assert found is not None, f"the player said {lines}, exit code {process.poll()}"
-        yield found[0]
-        assert process.poll() is None, "the player still plays"
-    finally:
-        process.terminate()
-        process.wait(60)
-
-
-def seconds(page: Page) -> tuple[float, float]:
-    """The moment that is shown, and the newest one, s."""
-    text = page.wait(f"{ALL_TEXT}.match(/[0-9.]+ s of [0-9.]+ s/)[0]")
-    shown, newest = re.findall(r"[0-9.]+", text)[:2]
-    return float(shown), float(newest)
-
-
-def until(page: Page, told: str) -> str:
-    """The text that matches a pattern, as soon as there is one."""
-    return page.wait(f"({ALL_TEXT}.match({told}) || [''])[0]")
+    with serving(["play", "pretrained/sit", "--motions", str(clips)]) as found:
+        yield found
 
 
 def scene(page: Page) -> NDArray[np.int64]:

@@ -1,0 +1,1 @@
+"""The demo: one character in a furnished room, in a browser."""

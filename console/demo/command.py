@@ -1,0 +1,71 @@
+"""`inhabit demo`: a furnished room in a browser, until Ctrl-C."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import torch
+
+import pretrained
+from console.commands.demo import Demo
+from console.demo.controls import RoomControls
+from console.demo.layout import furnished
+from console.demo.room import Room
+from console.demo.source import RoomFrames
+from console.play import server
+from console.play.browser.view import View
+from console.play.command import serve
+from console.play.session import Session
+from console.serving import loading
+from policy.checkpoints.served import Served
+from world import tasks
+from world.errors import ConfigError
+
+#: Initial camera: position and look-at point, m.
+_CAMERA, _LOOK_AT = (0.2, -6.9, 5.2), (0.1, -0.1, 0.2)
+
+
+def demo_command(command: Demo) -> int:
+    """Serve the page until Ctrl-C."""
+    torch.set_num_threads(1)
+    if command.seed < 0:
+        raise ConfigError(f"--seed {command.seed}: choose 0 or more")
+    found = policies(command.policies)
+    room = Room(found, furnished(command.seed), command.seed)
+    room.wanders = True
+    page = server.start(command.listen, command.allow_insecure_remote)
+    view = View(page, Session(RoomFrames(room)), "inhabit demo", plots=False)
+    view.look(_CAMERA, _LOOK_AT)
+    RoomControls(view, room, missing(found))
+    view.offer_saving(recording=False)
+    return serve(view, command.open)
+
+
+def policies(words: Iterable[str]) -> dict[str, Served]:
+    """The policies by task: the package's, and those of RUN words instead.
+
+    Raises InhabitError, in one line, for a word that is no policy, and for one that follows clips.
+    """
+    where = {name: pretrained.ROOT / name for name in pretrained.names()}
+    found = {loading.task_of(path): path for path in where.values()}
+    for word in words:
+        path = loading.checkpoint_of(Path(word), "best")
+        found[loading.task_of(path)] = path
+    return {task: loading.served(task, path).check() for task, path in found.items()}
+
+
+def missing(found: Iterable[str]) -> str:
+    """What the page says about tasks without a policy, as Markdown; empty without any."""
+    have = set(found)
+    lack = [
+        name
+        for name in tasks.REGISTRY
+        if name not in have and not tasks.make(name).affordance.follows_clips
+    ]
+    if not lack:
+        return ""
+    return (
+        f"*Not here: {' and '.join(lack)}. Their policies are trained on research-only motions, so "
+        "an installed package does not bring them. A checkout of the repository does, in "
+        f"`pretrained/`: `inhabit demo PATH/TO/pretrained/{lack[0]}`. Or train your own: "
+        f"`inhabit train {lack[0]}`, then `inhabit demo runs/...`.*"
+    )
