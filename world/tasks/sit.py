@@ -38,6 +38,10 @@ _ARRIVED_M = 0.40
 _TOUCH_M, _TOUCH_UP_M = 0.30, 0.08
 #: The overspeed penalty applies within this of the target, m.
 _NEAR_M = 1.2
+#: Horizontal distance from the target beyond which a corner is seen at this distance, along each
+#: axis, m. What lies further away has no part in sitting down, and a sofa, whose corners are 1.2 m
+#: away where those of a chair are 0.3 m, made a policy that knew chairs fall at 7 m from it.
+_SEEN_M = 0.4
 _HEADING_FRAME = "root heading"
 
 
@@ -60,8 +64,9 @@ class Sit(Task):
             "corners",
             24,
             "root heading's axes, from the target",
-            "m, in the target's order",
-            f"((c - u - np.array([0, 0, {HIP_ABOVE_SEAT_M}])) @ H.T).ravel()",
+            f"m, in the target's order, x and y within ±{_SEEN_M}",
+            f"np.clip((c - u - np.array([0, 0, {HIP_ABOVE_SEAT_M}])) @ H.T,"
+            f" [-{_SEEN_M}, -{_SEEN_M}, -9], [{_SEEN_M}, {_SEEN_M}, 9]).ravel()",
         ),
     )
     level: ClassVar[tuple[str, ...]] = ("object_position",)
@@ -95,7 +100,8 @@ class Sit(Task):
         offset = rotations.turn_back(body.heading, hip - body.root)
         facing = rotations.turn_back(body.heading, target.facing)
         corners = rotations.turn_back(body.heading[:, None], target.corners - hip[:, None])
-        return torch.cat((compressed(offset), facing, corners.flatten(1)), dim=1)
+        seen = torch.cat((corners[..., :2].clamp(-_SEEN_M, _SEEN_M), corners[..., 2:]), dim=2)
+        return torch.cat((compressed(offset), facing, seen.flatten(1)), dim=1)
 
     def reward_terms(self, body: Body, target: Target) -> Tensor:
         error = (self.hip(target) - body.root).square().sum(dim=1)
