@@ -15,7 +15,7 @@ FROM_WALKER := --init walk --clone-passes 0 --ppo.sigma 0 0.035 --ppo.kl-target 
 
 help:
 	@echo "make demo    set up, and open a furnished room in the browser"
-	@echo "make train   set up, train sit from the shipped walker for about $(MINUTES) minutes, evaluate, render $(RUN)/replay.mp4"
+	@echo "make train   set up, train sit from the shipped walker for about $(MINUTES) minutes, evaluate, and make a report, a replay and a film"
 	@echo "make test    set up and run every test"
 	@echo "make check   set up and check format, lint, types, direction of imports and documentation"
 	@echo "make docs    build the documentation into site/; every warning is an error"
@@ -37,10 +37,19 @@ demo: setup
 	$(BIN)/inhabit demo
 
 train: setup
+	@echo "Trains sit for $(MINUTES) minutes, from the shipped policy that walks and on the package's own motions;"
+	@echo "then come $(TRIALS) trials on furniture that it has not seen, a report, a replay and a film: some 5 minutes more."
 	$(BIN)/inhabit train sit --run $(RUN) --restart --minutes $(MINUTES) $(FROM_WALKER)
 	$(BIN)/inhabit evaluate $(RUN) --trials $(TRIALS)
-	$(BIN)/inhabit video $(RUN) $(RUN)/replay.mp4
-	@echo "the video is $(RUN)/replay.mp4"
+	$(BIN)/inhabit report $(RUN) --trials 24
+	$(BIN)/inhabit synthesize $(RUN) --object chair-test-000 --start 3,0,180 --tries 6 --out $(RUN)/replay.html
+	$(BIN)/inhabit video $(RUN) $(RUN)/film.mp4
+	@echo
+	@echo "Look at: $(RUN)/report.html   results, replays, pictures, curves"
+	@echo "         $(RUN)/replay.html   one trial, to turn with the mouse"
+	@echo "         $(RUN)/film.mp4      four trials"
+	@echo "Next:    $(BIN)/inhabit play $(RUN)      the policy in the browser: push it, move the chair"
+	@echo "         $(BIN)/inhabit train sit --run $(RUN) --resume --minutes 60      more training"
 
 test: setup
 	$(BIN)/python -m pytest
