@@ -18,7 +18,7 @@ from typing import Any
 import grpc
 
 from actors.cluster import ray_session
-from console.run.machine import process_tree
+from console.run.machine import process_tree, process_tree_seconds
 from console.serving import loading
 from policy.service.servicer import serve
 from rpc.aio_server import AioServer, run
@@ -117,7 +117,7 @@ def ray_serve(folder: Path) -> None:
         with grpc.insecure_channel(f"127.0.0.1:{port}") as channel:
             grpc.channel_ready_future(channel).result(120)
         pin(process_tree())
-        _ready(f"127.0.0.1:{port}", _family_seconds)
+        _ready(f"127.0.0.1:{port}", process_tree_seconds)
         threading.Event().wait()
 
 
@@ -127,18 +127,6 @@ def pin(processes: set[int]) -> None:
         for thread in Path(f"/proc/{pid}/task").glob("[0-9]*"):
             with contextlib.suppress(OSError):  # the thread has ended
                 os.sched_setaffinity(int(thread.name), {SERVER_CORE})
-
-
-def _family_seconds() -> float:
-    """Return the processor seconds of this process and all its descendants, which Ray needs."""
-    ticks = 0
-    for pid in process_tree():
-        try:
-            fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-        except OSError:
-            continue
-        ticks += int(fields[11]) + int(fields[12])
-    return ticks / os.sysconf("SC_CLK_TCK")
 
 
 def _ready(server: AioServer | str, spent: Callable[[], float]) -> None:

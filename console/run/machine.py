@@ -50,6 +50,32 @@ def process_tree_gb() -> float:
     return sum(resident_gb(pid) for pid in process_tree())
 
 
+def process_tree_seconds() -> float:
+    """Return the processor seconds of this process and all its descendants that still run."""
+    ticks = 0
+    for pid in process_tree():
+        try:
+            fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+        except OSError:
+            continue  # the process has ended
+        ticks += int(fields[11]) + int(fields[12])
+    return ticks / os.sysconf("SC_CLK_TCK")
+
+
+def process_tree_peak_gb() -> float:
+    """Return the sum of the peak resident memory of this process and all its descendants, GB; 0
+    where unavailable."""
+    found = 0.0
+    for pid in process_tree():
+        try:
+            text = Path(f"/proc/{pid}/status").read_text()
+        except OSError:
+            continue  # the process has ended
+        lines = [line.split() for line in text.splitlines() if line.startswith("VmHWM:")]
+        found += sum(int(words[1]) for words in lines) * 1024 / 1e9
+    return found
+
+
 def processor() -> str:
     """Return the name of the processor."""
     try:
