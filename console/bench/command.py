@@ -64,9 +64,11 @@ def bench_command(command: Bench) -> int:
         "endurance": endurance,
         "scaling": scaling,
         "fuzz": fuzz,
+        "peers": peers,
     }
     with doing(f"measuring {command.part}"):
-        figures = measure[command.part](command, experiment, threads)
+        found = measure[command.part](command, experiment, threads)
+    figures, details = found if isinstance(found, tuple) else (found, {})
     result = {
         "name": command.part,
         "preset": command.preset,
@@ -74,6 +76,7 @@ def bench_command(command: Bench) -> int:
         "threads": threads,
         "scenes": experiment.scenes,
         "figures": figures,
+        **details,
     }
     screen().print(table(command.part, figures))
     if command.json is not None:
@@ -232,6 +235,17 @@ def scaling(command: Bench, experiment: Experiment, _threads: int) -> dict[str, 
 
     scenes = command.scenes or experiment.scenes // 2  # those of each of two actors of `train`
     return bench_scaling.measure(experiment, scenes, command.seconds)
+
+
+def peers(
+    command: Bench, experiment: Experiment, threads: int
+) -> tuple[dict[str, float], dict[str, Any]]:
+    """Measure whole iterations against those of other libraries on the same scenes."""
+    from console.bench.peers import alternation
+
+    return alternation.measure(
+        experiment, threads, command.seconds, command.rounds, command.peer_python
+    )
 
 
 def limits(command: Bench, experiment: Experiment, threads: int) -> dict[str, float]:

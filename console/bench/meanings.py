@@ -21,6 +21,24 @@ class Meaning:
 NO_LIMIT = "none is set"
 #: The first pattern that matches the whole name counts.
 MEANINGS = (
+    Meaning(r"goal_to_best_ratio", "goal: samples per second over those of the fastest peer"),
+    Meaning(r"goal_to_rllib_ratio", "goal: samples per second over those of RLlib"),
+    Meaning(r"to_best_ratio", "task reward alone: samples per second over those of the fastest"
+            " peer", "at least", "goal_to_best_ratio"),
+    Meaning(r"to_rllib_ratio", "task reward alone: samples per second over those of RLlib",
+            "at least", "goal_to_rllib_ratio"),
+    Meaning(r"(.+)_quartile_(low|high)", r"\1, \2 quartile over the rounds"),
+    Meaning(r"inhabit_task_to_(\w+)_processor_ratio", r"task reward alone: samples per processor"
+            r" second over those of \1"),
+    Meaning(r"inhabit_task_to_(\w+)_ratio", r"task reward alone: samples per second over those"
+            r" of \1"),
+    Meaning(r"inhabit_to_(\w+)_processor_ratio", r"samples per processor second over those of \1"),
+    Meaning(r"inhabit_to_(\w+)_ratio", r"samples per second over those of \1"),
+    Meaning(r"(\w+)_processor_us_per_sample", r"\1: processor time of a sample"),
+    Meaning(r"(inhabit|inhabit_task|rsl_rl|skrl|torchrl|rllib)_samples_per_s", r"\1: samples per"
+            " second of whole iterations"),
+    Meaning(r"(inhabit|inhabit_task|rsl_rl|skrl|torchrl|rllib)_peak_gb", r"\1: sum of the peaks of"
+            " resident memory of its processes"),
     Meaning(r"goal_to_echo_ratio", "goal: calls per second over those of a gRPC echo"),
     Meaning(r"goal_to_ray_ratio", "goal: calls per second over those of Ray Serve"),
     Meaning(r"goal_streams_256_p99_ms", "goal: 99th percentile of latency with 256 streams"),

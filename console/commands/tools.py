@@ -26,6 +26,7 @@ class Bench:
             "endurance",
             "scaling",
             "fuzz",
+            "peers",
         ]
     ]
     """Part to measure."""
@@ -50,6 +51,11 @@ class Bench:
     """Pieces of bench furniture: train, test, all, or files and folders of imported pieces."""
     mutations: int = 100_000
     """Number of damaged files of bench fuzz, over all formats."""
+    rounds: int = 6
+    """Rounds of bench peers; in each, every library takes a turn of --seconds."""
+    peer_python: tuple[str, ...] = ()
+    """Interpreters of bench peers, NAME=PATH each (rsl_rl, skrl, torchrl, rllib); default: the
+    present one."""
     motions: tuple[Path, ...] = ()
     """Motion clips, files or folders; default: the package's own clips."""
     json: Path | None = None

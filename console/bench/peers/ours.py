@@ -39,9 +39,7 @@ def open_peer(assignment: Assignment) -> Iterator[Iterate]:
         with local_runner(experiment, run, assignment.threads) as runner:
             terms = list(tasks.make(experiment.world.task).terms)
             nowhere = Nowhere()
-            loop = Loop(
-                student, runner.fleet, runner.style, nowhere, nowhere, LoopConfig(), terms
-            )
+            loop = Loop(student, runner.fleet, runner.style, nowhere, nowhere, LoopConfig(), terms)
 
             def iterate() -> int:
                 loop.iterate()

@@ -19,7 +19,7 @@ NAME = "inhabit"
 def open_peer(assignment: Assignment) -> Iterator[Iterate]:
     """Open a training by its algorithm, on a Ray of its own."""
     # Ray gives its workers a lower priority, which on a shared machine is another's measurement.
-    os.environ["RAY_worker_niceness"] = "0"
+    os.environ["RAY_worker_niceness"] = "0"  # noqa: SIM112
     from ray.rllib.algorithms.ppo import PPOConfig
     from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
     from ray.tune.registry import register_env

@@ -211,9 +211,7 @@ def _step_scenes(pipe: Connection, make: MakeShard, owned: range, shared: _Share
 def in_processes(experiment: Experiment, workers: int) -> ProcessScenes:
     """Return an experiment's scenes in worker processes."""
     make = MakeSit(experiment)
-    return ProcessScenes(
-        make, experiment.scenes, width(experiment), workers, experiment.block, NU
-    )
+    return ProcessScenes(make, experiment.scenes, width(experiment), workers, experiment.block, NU)
 
 
 class NextStep:
@@ -233,9 +231,7 @@ class NextStep:
         self._waiting.zero_()
         return self._scenes.observation.numpy()
 
-    def step(
-        self, actions: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return observations [n, d], rewards [n], terminated [n] and truncated [n]."""
         waiting = self._waiting
         driven = torch.where(waiting[:, None], 0.0, torch.from_numpy(actions))

@@ -1,7 +1,7 @@
 """Adapter of TorchRL: its collector, `GAE` and `ClipPPOLoss` on our scenes.
 
-TorchRL has no trainer of its own for a whole PPO loop that takes these settings: the loop is that
-of its PPO tutorial.
+TorchRL gives the parts of a loop: this one is that of its PPO tutorial, but with advantages once an
+iteration, as the others compute them, not once an epoch.
 """
 
 # pyright: reportMissingImports=false
@@ -43,9 +43,7 @@ def open_peer(assignment: Assignment) -> Iterator[Iterate]:
         def __init__(self) -> None:
             super().__init__(device="cpu", batch_size=[ours.n])
             flag = Unbounded((ours.n, 1), dtype=torch.bool)
-            self.observation_spec = Composite(
-                observation=Unbounded((ours.n, wide)), shape=[ours.n]
-            )
+            self.observation_spec = Composite(observation=Unbounded((ours.n, wide)), shape=[ours.n])
             self.action_spec = Unbounded((ours.n, NU))
             self.reward_spec = Unbounded((ours.n, 1))
             self.done_spec = Composite(
@@ -91,10 +89,9 @@ def open_peer(assignment: Assignment) -> Iterator[Iterate]:
 
     def iterate() -> int:
         rollout = next(rollouts)
+        with torch.no_grad():
+            samples = gains(rollout).reshape(-1)
         for _ in range(ppo.epochs):
-            with torch.no_grad():
-                gains(rollout)
-            samples = rollout.reshape(-1)
             for rows in torch.randperm(assignment.batch).tensor_split(assignment.minibatches):
                 with torch.autocast("cpu", torch.bfloat16, enabled=assignment.bf16):
                     found = loss(samples[rows])

@@ -1,0 +1,342 @@
+"""`inhabit bench peers`: whole training iterations of ours and of the peers, in alternating turns.
+
+Each has a process, in an interpreter of its own choice. In a round each takes one turn while the
+others wait; ratios are of turns of the same round, so that a slow minute slows both sides.
+"""
+
+import ast
+import contextlib
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import tokenize
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import asdict, dataclass, replace
+from io import StringIO
+from pathlib import Path
+from typing import IO, Any
+
+from console.bench.peers.protocol import Assignment, Turn
+from console.bench.peers.registry import (
+    EXTRA,
+    NAMES,
+    OURS,
+    OURS_TASK,
+    PEERS,
+    adapter,
+    by_name,
+)
+from console.run.experiment import Experiment
+from world.errors import ChoiceError, ConfigError, InhabitError
+
+#: Goals of issue and results page: over the best peer, and over RLlib.
+GOALS = {"best": 1.5, "rllib": 5.0}
+_VERSION = "import importlib.metadata as m, sys; print(m.version(sys.argv[1]))"
+_END_S = 30.0
+
+Note = Callable[[str], None]
+
+
+class PeerError(InhabitError):
+    """No peer is installed, or a process of the benchmark failed."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """A process to be measured."""
+
+    name: str
+    module: str
+    interpreter: Path
+    assignment: Assignment
+
+
+def measure(
+    experiment: Experiment,
+    threads: int,
+    seconds: float,
+    rounds: int,
+    interpreters: Sequence[str],
+    note: Note = print,
+) -> tuple[dict[str, float], dict[str, Any]]:
+    """Return the figures, and what the results page needs beside: versions, turns, load.
+
+    seconds: of a turn, at least. interpreters: NAME=PATH of peers that have environments of their
+    own. note: receives a line for each peer that is left out.
+
+    Raises ConfigError for interpreters that are not there, PeerError without any peer.
+    """
+    if rounds < 2:
+        raise ConfigError(f"--rounds {rounds}: must be 2 or above, for a spread")
+    paths = interpreters_of(interpreters)
+    versions = installed(paths, note)
+    # the critic's warm-up leaves out the actor's update
+    ppo = replace(experiment.ppo, warmup_iterations=0)
+    whole = Assignment(replace(experiment, ppo=ppo), threads)
+    task = replace(
+        whole, experiment=replace(experiment, ppo=replace(ppo, task_weight=1.0, style_weight=0.0))
+    )
+    here = Path(sys.executable)
+    ours = "console.bench.peers.ours"
+    starts = [Start(OURS, ours, here, whole), Start(OURS_TASK, ours, here, task)]
+    starts += [Start(name, f"console.bench.peers.{name}", paths[name], task) for name in versions]
+    load = [os.getloadavg()[0]]
+    turns = alternate(starts, seconds, rounds, note)
+    load.append(os.getloadavg()[0])
+    if len(turns) < 3:
+        raise PeerError("bench peers: every peer failed; see the lines above")
+    details = {
+        "peers": {
+            name: {
+                **asdict(by_name(name)),
+                "installed": versions[name],
+                "code_lines": code_lines(adapter(name).read_text()),
+            }
+            for name in versions
+            if name in turns
+        },
+        "turns": {name: [asdict(turn) for turn in taken] for name, taken in turns.items()},
+        "turn_s": seconds,
+        "rounds": rounds,
+        "load": load,
+        "bf16": whole.bf16,
+    }
+    return figures_of(turns), details
+
+
+def interpreters_of(given: Sequence[str]) -> dict[str, Path]:
+    """Return the interpreter of each peer from NAME=PATH; by default the present one.
+
+    Raises ConfigError for a form other than NAME=PATH, a file that cannot be run or a name given
+    twice; ChoiceError for another name.
+    """
+    found: dict[str, Path] = {}
+    for word in given:
+        name, equals, path = word.partition("=")
+        if not equals or not path:
+            raise ConfigError(
+                f"--peer-python {word}: must be NAME=PATH, as in skrl=venv/bin/python"
+            )
+        if name not in NAMES:
+            raise ChoiceError("--peer-python", name, list(NAMES))
+        if name in found:
+            raise ConfigError(f"--peer-python {name}: given twice")
+        if not os.access(path, os.X_OK) or Path(path).is_dir():
+            raise ConfigError(f"--peer-python {word}: no interpreter at {path}")
+        # not resolved: the link of a virtual environment is what selects its packages
+        found[name] = Path(path).absolute()
+    return {name: found.get(name, Path(sys.executable)) for name in NAMES}
+
+
+def installed(paths: Mapping[str, Path], note: Note = print) -> dict[str, str]:
+    """Return the version of each peer that its interpreter has.
+
+    note: receives a line for each that is missing or of another version than the pinned one.
+    Raises PeerError where none is installed.
+    """
+    found: dict[str, str] = {}
+    missing: list[str] = []
+    for peer in PEERS:
+        words = [str(paths[peer.name]), "-c", _VERSION, peer.distribution]
+        asked = subprocess.run(words, capture_output=True, text=True, check=False)
+        needs = _needs(peer.requirement)
+        complete = asked.returncode == 0 and _imports(paths[peer.name], needs)
+        if not complete:
+            missing.append(peer.name)
+            continue
+        found[peer.name] = asked.stdout.strip()
+        if found[peer.name] != peer.version:
+            note(f"{peer.title} {found[peer.name]}: not the pinned version {peer.version}")
+    install = f"{EXTRA}, or --peer-python NAME=PATH of an interpreter that has it"
+    if not found:
+        raise PeerError(f"bench peers: not installed: {', '.join(missing)}: {install}")
+    for name in missing:
+        note(f"{by_name(name).title}: not measured: not installed in {paths[name]}: {install}")
+    return found
+
+
+def _needs(requirement: str) -> tuple[str, ...]:
+    """Return the modules that tell an extra of a package apart from the package."""
+    return ("gymnasium", "pyarrow", "dm_tree") if requirement == "ray[rllib]" else ()
+
+
+def _imports(interpreter: Path, distributions: Sequence[str]) -> bool:
+    return all(
+        subprocess.run(
+            [str(interpreter), "-c", _VERSION, one], capture_output=True, check=False
+        ).returncode
+        == 0
+        for one in distributions
+    )
+
+
+def alternate(
+    starts: Sequence[Start], seconds: float, rounds: int, note: Note = print
+) -> dict[str, list[Turn]]:
+    """Return the turns of each process, by name and round.
+
+    A round goes through the processes in order, the next one in reverse. A peer that fails is left
+    out with a line; of ours, PeerError.
+    """
+    turns: dict[str, list[Turn]] = {}
+    with ExitStack() as stack:
+        running: dict[str, Running] = {}
+        for start in starts:
+            try:
+                running[start.name] = stack.enter_context(started(start))
+            except PeerError as error:
+                _leave_out(start.name, error, note)
+        for number in range(rounds):
+            order = list(running) if number % 2 == 0 else list(reversed(running))
+            for name in order:
+                try:
+                    turns.setdefault(name, []).append(running[name].turn(seconds))
+                except PeerError as error:
+                    _leave_out(name, error, note)
+                    del running[name]
+                    turns.pop(name, None)
+    return turns
+
+
+def _leave_out(name: str, error: PeerError, note: Note) -> None:
+    if name in (OURS, OURS_TASK):
+        raise error
+    note(f"{by_name(name).title if name in NAMES else name}: not measured: {error}")
+
+
+@dataclass(frozen=True)
+class Running:
+    """A process that has said that it is ready."""
+
+    start: Start
+    process: "subprocess.Popen[str]"
+    log: IO[str]
+
+    def turn(self, seconds: float) -> Turn:
+        """Let it train for at least this time."""
+        self.write({"seconds": seconds})
+        return Turn(**self.read())
+
+    def write(self, value: Mapping[str, Any]) -> None:
+        """Send a line; PeerError where the process has ended."""
+        assert self.process.stdin is not None
+        try:
+            self.process.stdin.write(json.dumps(value) + "\n")
+            self.process.stdin.flush()
+        except OSError as error:
+            raise self.failed() from error
+
+    def read(self) -> dict[str, Any]:
+        """Return the next line; PeerError where the process has ended."""
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        if not line:
+            raise self.failed()
+        return json.loads(line)
+
+    def failed(self) -> PeerError:
+        """Return the error of a process that has ended, with the last line that it wrote."""
+        code = self.process.wait(_END_S)
+        self.log.seek(0)
+        lines = [line.strip() for line in self.log.read().splitlines() if line.strip()]
+        said = lines[-1] if lines else "it wrote nothing"
+        return PeerError(f"{self.start.module} ended with exit code {code}: {said}")
+
+
+@contextmanager
+def started(start: Start) -> Iterator[Running]:
+    """Start a process, wait until it is ready, and end it on exit."""
+    environment = dict(os.environ, CUDA_VISIBLE_DEVICES="")
+    # the packages of this project, for interpreters that have not installed it
+    root = str(Path(__file__).resolve().parents[3])
+    behind = environment.get("PYTHONPATH", "")
+    environment["PYTHONPATH"] = os.pathsep.join(path for path in (root, behind) if path)
+    with tempfile.TemporaryFile("w+", errors="replace") as log:
+        process = subprocess.Popen(
+            [str(start.interpreter), "-m", start.module],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=log,
+            text=True,
+            env=environment,
+        )
+        running = Running(start, process, log)
+        try:
+            running.write(start.assignment.to_json())
+            running.read()
+            yield running
+        finally:
+            _end(process)
+
+
+def _end(process: "subprocess.Popen[str]") -> None:
+    assert process.stdin is not None and process.stdout is not None
+    with contextlib.suppress(OSError):  # it has ended with unread lines
+        process.stdin.close()
+    try:
+        process.wait(_END_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+    process.stdout.close()
+
+
+def figures_of(turns: Mapping[str, Sequence[Turn]]) -> dict[str, float]:
+    """Return the figures of turns: rates and memory of each, and ratios of ours to each peer.
+
+    Rates and ratios are medians over the rounds with the quartiles; ratios are of turns of one
+    round, by wall time and by processor time.
+    """
+    found: dict[str, float] = {}
+    for name, taken in turns.items():
+        found |= _spread(f"{name}_samples_per_s", [turn.rate for turn in taken])
+        found |= _spread(
+            f"{name}_processor_us_per_sample", [1e6 / turn.processor_rate for turn in taken]
+        )
+        found[f"{name}_resident_gb"] = max(turn.resident_gb for turn in taken)
+        found[f"{name}_peak_gb"] = max(turn.peak_gb for turn in taken)
+    peers = [name for name in turns if name not in (OURS, OURS_TASK)]
+    for ours in (OURS_TASK, OURS):
+        for name in peers:
+            pairs = list(zip(turns[ours], turns[name], strict=True))
+            found |= _spread(f"{ours}_to_{name}_ratio", [a.rate / b.rate for a, b in pairs])
+            found |= _spread(
+                f"{ours}_to_{name}_processor_ratio",
+                [a.processor_rate / b.processor_rate for a, b in pairs],
+            )
+    best = min(peers, key=lambda name: found[f"{OURS_TASK}_to_{name}_ratio"])
+    found["to_best_ratio"] = found[f"{OURS_TASK}_to_{best}_ratio"]
+    found["goal_to_best_ratio"] = GOALS["best"]
+    if "rllib" in peers:
+        found["to_rllib_ratio"] = found[f"{OURS_TASK}_to_rllib_ratio"]
+        found["goal_to_rllib_ratio"] = GOALS["rllib"]
+    return found
+
+
+def _spread(name: str, values: Sequence[float]) -> dict[str, float]:
+    low, _, high = statistics.quantiles(values, n=4, method="inclusive")
+    middle = statistics.median(values)
+    return {name: middle, f"{name}_quartile_low": low, f"{name}_quartile_high": high}
+
+
+def code_lines(source: str) -> int:
+    """Return the number of lines that hold code: no blank lines, comments or docstrings."""
+    lines: set[int] = set()
+    quiet = (
+        tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT,
+        tokenize.ENCODING, tokenize.ENDMARKER,
+    )  # fmt: skip
+    for token in tokenize.generate_tokens(StringIO(source).readline):
+        if token.type not in quiet:
+            lines |= set(range(token.start[0], token.end[0] + 1))
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(
+            node
+        ):
+            said = node.body[0]
+            lines -= set(range(said.lineno, (said.end_lineno or said.lineno) + 1))
+    return len(lines)
