@@ -85,12 +85,19 @@ def bench_command(command: Bench) -> int:
 
 
 def table(part: str, figures: Mapping[str, float]) -> Table:
-    """Return the figures with their meanings, and whether they meet the limits stated for them."""
+    """Return the figures with their meanings, and whether they meet the limits stated for them.
+
+    The quartiles of a figure stand beside it, in brackets.
+    """
     shown = Table("figure", "", "meaning", "limit", title=f"bench {part}", title_justify="left")
     for name, value in figures.items():
-        shown.add_row(
-            name, f"{value:,.4g}", meanings.meaning(name), meanings.verdict(name, figures)
-        )
+        if name.endswith(("_quartile_low", "_quartile_high")):
+            continue
+        text = f"{value:,.4g}"
+        if f"{name}_quartile_low" in figures:
+            low, high = figures[f"{name}_quartile_low"], figures[f"{name}_quartile_high"]
+            text += f" ({low:,.4g}-{high:,.4g})"
+        shown.add_row(name, text, meanings.meaning(name), meanings.verdict(name, figures))
     return shown
 
 

@@ -19,6 +19,10 @@ class Meaning:
 
 
 NO_LIMIT = "none is set"
+
+#: Names of `bench peers`.
+_TRAINED = "(inhabit|inhabit_task|scenes|rsl_rl|skrl|torchrl|rllib)"
+
 #: The first pattern that matches the whole name counts.
 MEANINGS = (
     Meaning(r"goal_to_best_ratio", "goal: samples per second over those of the fastest peer"),
@@ -27,17 +31,18 @@ MEANINGS = (
             " peer", "at least", "goal_to_best_ratio"),
     Meaning(r"to_rllib_ratio", "task reward alone: samples per second over those of RLlib",
             "at least", "goal_to_rllib_ratio"),
-    Meaning(r"(.+)_quartile_(low|high)", r"\1, \2 quartile over the rounds"),
     Meaning(r"inhabit_task_to_(\w+)_processor_ratio", r"task reward alone: samples per processor"
             r" second over those of \1"),
     Meaning(r"inhabit_task_to_(\w+)_ratio", r"task reward alone: samples per second over those"
             r" of \1"),
+    Meaning(r"(\w+)_of_scenes_processor_ratio", r"\1: samples per processor second over those of"
+            " the scenes alone; 1 is the limit"),
     Meaning(r"inhabit_to_(\w+)_processor_ratio", r"samples per processor second over those of \1"),
     Meaning(r"inhabit_to_(\w+)_ratio", r"samples per second over those of \1"),
     Meaning(r"(\w+)_processor_us_per_sample", r"\1: processor time of a sample"),
-    Meaning(r"(inhabit|inhabit_task|rsl_rl|skrl|torchrl|rllib)_samples_per_s", r"\1: samples per"
+    Meaning(rf"{_TRAINED}_samples_per_s", r"\1: samples per"
             " second of whole iterations"),
-    Meaning(r"(inhabit|inhabit_task|rsl_rl|skrl|torchrl|rllib)_peak_gb", r"\1: sum of the peaks of"
+    Meaning(rf"{_TRAINED}_peak_gb", r"\1: sum of the peaks of"
             " resident memory of its processes"),
     Meaning(r"goal_to_echo_ratio", "goal: calls per second over those of a gRPC echo"),
     Meaning(r"goal_to_ray_ratio", "goal: calls per second over those of Ray Serve"),
@@ -72,6 +77,8 @@ MEANINGS = (
     Meaning(r"(\w+)_us_per_step", r"time of a control step of one scene, \1"),
     Meaning(r"us_per_step", "time of a control step of one scene"),
     Meaning(r"memory_1024_scenes_gb", "memory of 1,024 scenes"),
+    Meaning(rf"{_TRAINED}_resident_gb", r"\1: greatest"
+            " resident memory of its processes at the end of a turn"),
     Meaning(r"(process|resident)_gb", "memory of the process, or of it and its children"),
     Meaning(r"device_gb", "memory of the device"),
     Meaning(r"in_process_ms", "scoring of one rollout, in process"),

@@ -12,6 +12,7 @@ from docs.generate import (
     formats,
     gallery,
     metrics,
+    peers,
     protocol,
     results,
     snippets,
@@ -28,6 +29,7 @@ def pages() -> dict[str, str]:
         "reference/file-formats.md": formats.page(),
         "gallery/index.md": gallery.page(),
         "results/policies.md": results.page(),
+        "results/peers.md": peers.page(),
         **{f"reference/protocol-{name}.md": protocol.page(name) for name in protocol.FILES},
         **{f"reference/api/{package}.md": api.page(package) for package in api.PACKAGES},
     }

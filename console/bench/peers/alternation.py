@@ -27,6 +27,7 @@ from console.bench.peers.registry import (
     OURS,
     OURS_TASK,
     PEERS,
+    SCENES,
     adapter,
     by_name,
 )
@@ -83,11 +84,12 @@ def measure(
     here = Path(sys.executable)
     ours = "console.bench.peers.ours"
     starts = [Start(OURS, ours, here, whole), Start(OURS_TASK, ours, here, task)]
+    starts += [Start(SCENES, "console.bench.peers.stepping", here, task)]
     starts += [Start(name, f"console.bench.peers.{name}", paths[name], task) for name in versions]
     load = [os.getloadavg()[0]]
     turns = alternate(starts, seconds, rounds, note)
     load.append(os.getloadavg()[0])
-    if len(turns) < 3:
+    if len(turns) < 4:
         raise PeerError("bench peers: every peer failed; see the lines above")
     details = {
         "peers": {
@@ -203,9 +205,9 @@ def alternate(
 
 
 def _leave_out(name: str, error: PeerError, note: Note) -> None:
-    if name in (OURS, OURS_TASK):
+    if name in (OURS, OURS_TASK, SCENES):
         raise error
-    note(f"{by_name(name).title if name in NAMES else name}: not measured: {error}")
+    note(f"{by_name(name).title}: not measured: {error}")
 
 
 @dataclass(frozen=True)
@@ -299,7 +301,13 @@ def figures_of(turns: Mapping[str, Sequence[Turn]]) -> dict[str, float]:
         )
         found[f"{name}_resident_gb"] = max(turn.resident_gb for turn in taken)
         found[f"{name}_peak_gb"] = max(turn.peak_gb for turn in taken)
-    peers = [name for name in turns if name not in (OURS, OURS_TASK)]
+    peers = [name for name in turns if name in NAMES]
+    for name in (OURS_TASK, *peers):
+        pairs = list(zip(turns[name], turns[SCENES], strict=True))
+        found |= _spread(
+            f"{name}_of_scenes_processor_ratio",
+            [a.processor_rate / b.processor_rate for a, b in pairs],
+        )
     for ours in (OURS_TASK, OURS):
         for name in peers:
             pairs = list(zip(turns[ours], turns[name], strict=True))

@@ -6,6 +6,8 @@ from pathlib import Path
 EXTRA = "pip install 'inhabit[peers]'"
 #: Ours, whole and without the style reward, in the order in which they take turns.
 OURS, OURS_TASK = "inhabit", "inhabit_task"
+#: The scenes alone, without learning: what no library can exceed on them.
+SCENES = "scenes"
 
 
 @dataclass(frozen=True)

@@ -21,9 +21,15 @@ from actors.worker import ShardLike
 from console.run import assembly
 from console.run.experiment import Experiment
 from world.character.model import NU
+from world.errors import InhabitError
 
 MakeShard = Callable[[range], ShardLike]
 _JOIN_S = 10.0
+_DONE = b"done"
+
+
+class ScenesError(InhabitError):
+    """A worker process of the scenes failed."""
 
 
 @dataclass(frozen=True)
@@ -149,8 +155,10 @@ class ProcessScenes:
         )
 
     def _wait(self) -> None:
-        for pipe in self._pipes:
-            pipe.recv_bytes()
+        said = [pipe.recv_bytes() for pipe in self._pipes]
+        for word in said:
+            if word != _DONE:
+                raise ScenesError(word.decode())
 
     def close(self) -> None:
         """End the processes."""
@@ -194,16 +202,20 @@ def _step_scenes(pipe: Connection, make: MakeShard, owned: range, shared: _Share
     scenes, rows = ShardScenes(make(owned)), slice(owned.start, owned.stop)
     shared.observation[rows] = scenes.observation
     try:
-        pipe.send_bytes(b"ready")
+        pipe.send_bytes(_DONE)
         while True:
             pipe.recv_bytes()
-            found = scenes.step(shared.actions[rows])
+            try:
+                found = scenes.step(shared.actions[rows])
+            except Exception as error:
+                pipe.send_bytes(f"{type(error).__name__}: {error}".encode())
+                return
             shared.observation[rows] = found.observation
             shared.successor[rows] = found.successor
             shared.reward[rows] = found.reward
             shared.terminated[rows] = found.terminated
             shared.truncated[rows] = found.truncated
-            pipe.send_bytes(b"done")
+            pipe.send_bytes(_DONE)
     except (EOFError, OSError):
         return
 
