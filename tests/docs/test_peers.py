@@ -1,0 +1,56 @@
+"""The page of `inhabit bench peers`: rows by hand, and the committed measurement."""
+
+import json
+from typing import Any
+
+from console.bench.peers import alternation
+from console.bench.peers.protocol import Turn
+from console.bench.peers.registry import NAMES, OURS, OURS_TASK, SCENES
+from docs.generate import hook, peers
+
+
+def turns(samples: int, processor_s: float) -> list[Turn]:
+    return [Turn(samples, 2.0, processor_s, 1, 0.5, 1.25)] * 3
+
+
+def measured() -> dict[str, Any]:
+    """A measurement of skrl alone: equal to the task alone in speed, with a quarter more processor
+    time; of its 4 s the scenes take 2."""
+    taken = {
+        OURS: turns(800, 4.0),
+        OURS_TASK: turns(1000, 3.2),
+        SCENES: turns(1000, 2.0),
+        "skrl": turns(1000, 4.0),
+    }
+    skrl = {"title": "skrl", "installed": "2.1.1", "code_lines": 90, "bf16": "", "normaliser": "x"}
+    return {
+        "figures": alternation.figures_of(taken),
+        "peers": {"skrl": skrl | {"scenes": "workers"}},
+        "machine": {
+            "cores": 2, "processor": "P", "python": "3.11",
+            "versions": {"torch": "2", "mujoco": "3"},
+        },
+        "rounds": 3, "turn_s": 6.0, "threads": 2, "load": [7.0, 8.25], "bf16": True,
+    }  # fmt: skip
+
+
+def test_rows_by_hand() -> None:
+    page = peers.rendered(measured())
+    assert "| skrl | 500 (500-500) | 4,000 (4,000-4,000) | 1.25 | 90 |" in page
+    assert "| skrl | 1.00 (1.00-1.00) | 1.25 (1.25-1.25) | 0.80 (0.80-0.80) |" in page
+    assert "Goal of 1.5 × the fastest, skrl: missed, 1.00." in page
+    # the scenes take 2 of inhabit's 3.2 s, and 2 of skrl's 4 s
+    assert "62 % of inhabit's processor time and 50 % of that of skrl" in page
+    assert "would be 2.00 × as fast as skrl" in page
+    assert "Not measured: rsl_rl, torchrl, rllib." in page
+    assert "The load of the machine was 7.0 and 8.2" in page
+    assert "| skrl | 2.1.1 | nowhere | x | workers |" in page
+
+
+def test_the_page_is_that_of_the_committed_measurement() -> None:
+    """Its figures are those of its turns: none is written by hand."""
+    committed = json.loads(peers.FILE.read_text())
+    taken = {name: [Turn(**t) for t in some] for name, some in committed["turns"].items()}
+    assert alternation.figures_of(taken) == committed["figures"]
+    assert set(committed["peers"]) <= set(NAMES) and committed["peers"]
+    assert hook.pages()["results/peers.md"] == peers.rendered(committed)
