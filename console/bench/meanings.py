@@ -35,6 +35,15 @@ MEANINGS = (
             r" second over those of \1"),
     Meaning(r"inhabit_task_to_(\w+)_ratio", r"task reward alone: samples per second over those"
             r" of \1"),
+    Meaning(r"pool_to_unilab_ratio", "control steps per second of MuJoCo's Batch over those of"
+            " UniLab's pool"),
+    Meaning(r"pool_to_unilab_processor_ratio", "control steps per processor second of MuJoCo's"
+            " Batch over those of UniLab's pool"),
+    Meaning(r"pool_state_difference", "greatest difference of a coordinate or velocity after a"
+            " control step, median over the scenes"),
+    Meaning(r"(\w+)_pool_control_steps_per_s", r"stepping pool of \1: control steps per second"),
+    Meaning(r"(\w+)_pool_processor_us_per_step", r"stepping pool of \1: processor time of a control"
+            " step"),
     Meaning(r"(\w+)_of_scenes_processor_ratio", r"\1: samples per processor second over those of"
             " the scenes alone; 1 is the limit"),
     Meaning(r"inhabit_to_(\w+)_processor_ratio", r"samples per processor second over those of \1"),

@@ -54,8 +54,8 @@ class Bench:
     rounds: int = 6
     """Rounds of bench peers; in each, every library takes a turn of --seconds."""
     peer_python: tuple[str, ...] = ()
-    """Interpreters of bench peers, NAME=PATH each (rsl_rl, skrl, torchrl, rllib); default: the
-    present one."""
+    """Interpreters of bench peers, NAME=PATH each (rsl_rl, skrl, torchrl, rllib, unilab);
+    default: the present one."""
     motions: tuple[Path, ...] = ()
     """Motion clips, files or folders; default: the package's own clips."""
     json: Path | None = None

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from console.bench.peers import pools
 from console.bench.peers.registry import NAMES, OURS, OURS_TASK, SCENES
 from docs.generate.markdown import table
 
@@ -48,6 +49,7 @@ def rendered(result: Mapping[str, Any]) -> str:
             "## What each computes\n",
             table(WHAT, (_what(peers[name]) for name in names[3:])),
             METHOD,
+            *_pools(figures),
         ]
     )
 
@@ -85,6 +87,15 @@ METHOD = """
 - Memory is the sum of the peaks of resident memory of a library's processes (`VmHWM`); pages that
   processes share count in each. Lines are those of the adapter that hold code.
 - The measurement is of speed alone: how much a sample teaches is not compared here.
+"""
+POOLS = f"""
+## UniLab's stepping pool
+
+UniLab steps its scenes by `BatchEnvPool` of {pools.DISTRIBUTION} {pools.VERSION}, which needs a
+MuJoCo older than 3.12 and so an environment of its own: here with MuJoCo 3.11.0. Ours are stepped
+by the Batch of MuJoCo 3.17. Both step the same model, a chair and a character, from the same
+states, 20 control steps after the start of 512 scenes, with the same set-points and two threads.
+The last row is the ratio of turns of the same round: of speeds, and of steps per processor second.
 """
 RATES = (
     "",
@@ -139,6 +150,27 @@ def _what(peer: Mapping[str, str]) -> list[str]:
 def _spread(name: str, figures: Mapping[str, float], form: str) -> str:
     low, high = figures[f"{name}_quartile_low"], figures[f"{name}_quartile_high"]
     return f"{figures[name]:{form}} ({low:{form}}-{high:{form}})"
+
+
+def _pools(figures: Mapping[str, float]) -> list[str]:
+    """The section on UniLab's stepping pool, where it was measured."""
+    if "pool_to_unilab_ratio" not in figures:
+        return []
+    names = {pools.OURS: "MuJoCo's Batch", pools.UNILAB: "UniLab's pool"}
+    rows = (
+        [
+            title,
+            _spread(f"{name}_control_steps_per_s", figures, ",.0f"),
+            _spread(f"{name}_processor_us_per_step", figures, ".1f"),
+        ]
+        for name, title in names.items()
+    )
+    ratios = [
+        "Batch relative to the pool",
+        _spread("pool_to_unilab_ratio", figures, ".2f"),
+        _spread("pool_to_unilab_processor_ratio", figures, ".2f"),
+    ]
+    return [POOLS, table(("", "control steps/s", "processor time of a step, µs"), [*rows, ratios])]
 
 
 def _goals(figures: Mapping[str, float], peers: Mapping[str, Any]) -> str:

@@ -1,9 +1,10 @@
 """The page of `inhabit bench peers`: rows by hand, and the committed measurement."""
 
 import json
+from dataclasses import replace
 from typing import Any
 
-from console.bench.peers import alternation
+from console.bench.peers import alternation, pools
 from console.bench.peers.protocol import Turn
 from console.bench.peers.registry import NAMES, OURS, OURS_TASK, SCENES
 from docs.generate import hook, peers
@@ -47,10 +48,25 @@ def test_rows_by_hand() -> None:
     assert "| skrl | 2.1.1 | nowhere | x | workers |" in page
 
 
+def test_pools_have_a_section_where_they_were_measured() -> None:
+    result = measured()
+    assert "UniLab" not in peers.rendered(result)
+    turn = Turn(800, 2.0, 4.0, 1, 0.5, 1.25)
+    result["figures"] |= alternation.pool_figures(
+        {pools.OURS: [turn] * 2, pools.UNILAB: [replace(turn, samples=640)] * 2}, 1e-12
+    )
+    page = peers.rendered(result)
+    assert "| UniLab's pool | 320 (320-320) | 6250.0 (6250.0-6250.0) |" in page
+    assert "| Batch relative to the pool | 1.25 (1.25-1.25) | 1.25 (1.25-1.25) |" in page
+
+
 def test_the_page_is_that_of_the_committed_measurement() -> None:
     """Its figures are those of its turns: none is written by hand."""
     committed = json.loads(peers.FILE.read_text())
     taken = {name: [Turn(**t) for t in some] for name, some in committed["turns"].items()}
-    assert alternation.figures_of(taken) == committed["figures"]
+    stepped = {name: taken.pop(name) for name in (pools.OURS, pools.UNILAB) if name in taken}
+    difference = committed["figures"].get("pool_state_difference", 0.0)
+    figures = alternation.figures_of(taken) | alternation.pool_figures(stepped, difference)
+    assert figures == committed["figures"]
     assert set(committed["peers"]) <= set(NAMES) and committed["peers"]
     assert hook.pages()["results/peers.md"] == peers.rendered(committed)

@@ -20,6 +20,7 @@ from io import StringIO
 from pathlib import Path
 from typing import IO, Any
 
+from console.bench.peers import pools
 from console.bench.peers.protocol import Assignment, Turn
 from console.bench.peers.registry import (
     EXTRA,
@@ -53,7 +54,8 @@ class Start:
     name: str
     module: str
     interpreter: Path
-    assignment: Assignment
+    first: Mapping[str, Any]
+    """The first line that it reads."""
 
 
 def measure(
@@ -83,14 +85,18 @@ def measure(
     )
     here = Path(sys.executable)
     ours = "console.bench.peers.ours"
-    starts = [Start(OURS, ours, here, whole), Start(OURS_TASK, ours, here, task)]
-    starts += [Start(SCENES, "console.bench.peers.stepping", here, task)]
-    starts += [Start(name, f"console.bench.peers.{name}", paths[name], task) for name in versions]
+    given = task.to_json()
+    starts = [Start(OURS, ours, here, whole.to_json()), Start(OURS_TASK, ours, here, given)]
+    starts += [Start(SCENES, "console.bench.peers.stepping", here, given)]
+    starts += [Start(name, f"console.bench.peers.{name}", paths[name], given) for name in versions]
     load = [os.getloadavg()[0]]
     turns = alternate(starts, seconds, rounds, note)
     load.append(os.getloadavg()[0])
     if len(turns) < 4:
         raise PeerError("bench peers: every peer failed; see the lines above")
+    figures = figures_of(turns)
+    stepped, difference = step_pools(task, paths[pools.NAME], seconds, rounds, note)
+    figures |= pool_figures(stepped, difference)
     details = {
         "peers": {
             name: {
@@ -101,13 +107,55 @@ def measure(
             for name in versions
             if name in turns
         },
-        "turns": {name: [asdict(turn) for turn in taken] for name, taken in turns.items()},
+        "turns": {
+            name: [asdict(turn) for turn in taken] for name, taken in (turns | stepped).items()
+        },
         "turn_s": seconds,
         "rounds": rounds,
         "load": load,
         "bf16": whole.bf16,
     }
-    return figures_of(turns), details
+    return figures, details
+
+
+def step_pools(
+    task: Assignment, interpreter: Path, seconds: float, rounds: int, note: Note = print
+) -> tuple[dict[str, list[Turn]], float]:
+    """Return the turns of the two stepping pools and the difference of their states; nothing
+    without UniLab's, with a line."""
+    reason = pools.missing(interpreter)
+    if reason:
+        note(reason)
+        return {}, 0.0
+    with tempfile.TemporaryDirectory() as folder:
+        given = pools.write(task.experiment, Path(folder), task.threads)
+        paths = {pools.OURS: Path(sys.executable), pools.UNILAB: interpreter}
+        starts = [
+            Start(name, "console.bench.peers.pool", paths[name], line)
+            for name, line in given.items()
+        ]
+        turns = alternate(starts, seconds / 2, 2 * rounds, note)
+        if len(turns) < 2:
+            return {}, 0.0
+        return turns, pools.difference(Path(folder))
+
+
+def pool_figures(turns: Mapping[str, Sequence[Turn]], difference: float) -> dict[str, float]:
+    """Return the figures of the stepping pools; nothing without turns."""
+    if not turns:
+        return {}
+    found: dict[str, float] = {}
+    for name, taken in turns.items():
+        found |= _spread(f"{name}_control_steps_per_s", [turn.rate for turn in taken])
+        found |= _spread(
+            f"{name}_processor_us_per_step", [1e6 / turn.processor_rate for turn in taken]
+        )
+    pairs = list(zip(turns[pools.OURS], turns[pools.UNILAB], strict=True))
+    found |= _spread("pool_to_unilab_ratio", [a.rate / b.rate for a, b in pairs])
+    found |= _spread(
+        "pool_to_unilab_processor_ratio", [a.processor_rate / b.processor_rate for a, b in pairs]
+    )
+    return found | {"pool_state_difference": difference}
 
 
 def interpreters_of(given: Sequence[str]) -> dict[str, Path]:
@@ -123,15 +171,15 @@ def interpreters_of(given: Sequence[str]) -> dict[str, Path]:
             raise ConfigError(
                 f"--peer-python {word}: must be NAME=PATH, as in skrl=venv/bin/python"
             )
-        if name not in NAMES:
-            raise ChoiceError("--peer-python", name, list(NAMES))
+        if name not in (*NAMES, pools.NAME):
+            raise ChoiceError("--peer-python", name, [*NAMES, pools.NAME])
         if name in found:
             raise ConfigError(f"--peer-python {name}: given twice")
         if not os.access(path, os.X_OK) or Path(path).is_dir():
             raise ConfigError(f"--peer-python {word}: no interpreter at {path}")
         # not resolved: the link of a virtual environment is what selects its packages
         found[name] = Path(path).absolute()
-    return {name: found.get(name, Path(sys.executable)) for name in NAMES}
+    return {name: found.get(name, Path(sys.executable)) for name in (*NAMES, pools.NAME)}
 
 
 def installed(paths: Mapping[str, Path], note: Note = print) -> dict[str, str]:
@@ -207,7 +255,8 @@ def alternate(
 def _leave_out(name: str, error: PeerError, note: Note) -> None:
     if name in (OURS, OURS_TASK, SCENES):
         raise error
-    note(f"{by_name(name).title}: not measured: {error}")
+    title = by_name(name).title if name in NAMES else name
+    note(f"{title}: not measured: {error}")
 
 
 @dataclass(frozen=True)
@@ -268,7 +317,7 @@ def started(start: Start) -> Iterator[Running]:
         )
         running = Running(start, process, log)
         try:
-            running.write(start.assignment.to_json())
+            running.write(start.first)
             running.read()
             yield running
         finally:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from console.app import main
-from console.bench.peers import alternation
+from console.bench.peers import alternation, pools
 from console.bench.peers.alternation import PeerError, Start
 from console.bench.peers.protocol import Assignment, Turn
 from console.bench.peers.registry import NAMES, OURS, OURS_TASK, PEERS, SCENES
@@ -27,7 +27,7 @@ def log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def start(name: str, seed: int = 1) -> Start:
     assignment = Assignment(replace(PRESETS["fast"], seed=seed), 1)
-    return Start(name, "tests.support.console.stand_in_peer", HERE, assignment)
+    return Start(name, "tests.support.console.stand_in_peer", HERE, assignment.to_json())
 
 
 def test_rounds_go_there_and_back(log: Path) -> None:
@@ -92,7 +92,7 @@ def test_ratios_by_hand() -> None:
 
 def test_interpreters_are_named_by_peer(tmp_path: Path) -> None:
     found = alternation.interpreters_of([f"skrl={HERE}"])
-    assert list(found) == list(NAMES) and set(found.values()) == {HERE}
+    assert list(found) == [*NAMES, "unilab"] and set(found.values()) == {HERE}
     link = tmp_path / "python"
     link.symlink_to(HERE)
     found = alternation.interpreters_of([f"skrl={link}"])
@@ -115,7 +115,7 @@ def test_interpreters_that_are_none_are_refused(words: list[str], said: str) -> 
 
 
 def test_a_peer_that_is_none_is_refused_with_the_choices() -> None:
-    with pytest.raises(ChoiceError, match=r"skrll.*rllib, rsl_rl, skrl, torchrl"):
+    with pytest.raises(ChoiceError, match=r"skrll.*rllib, rsl_rl, skrl, torchrl, unilab"):
         alternation.interpreters_of([f"skrll={HERE}"])
 
 
@@ -177,9 +177,9 @@ def test_details_name_what_was_measured(
     words = [f"{name}={whole}" for name in NAMES]
     _, details = alternation.measure(PRESETS["fast"], 2, 1.0, 2, words)
     assert list(given) == [OURS, OURS_TASK, SCENES, *NAMES]
-    style = {name: one.assignment.experiment.ppo.style_weight for name, one in given.items()}
+    style = {name: one.first["experiment"]["ppo"]["style_weight"] for name, one in given.items()}
     assert style == {OURS: 0.4} | dict.fromkeys([OURS_TASK, SCENES, *NAMES], 0.0)
-    assert all(one.assignment.experiment.ppo.warmup_iterations == 0 for one in given.values())
+    assert all(one.first["experiment"]["ppo"]["warmup_iterations"] == 0 for one in given.values())
     assert set(details["peers"]) == {"rsl_rl", "skrl", "rllib"}
     assert details["peers"]["skrl"]["installed"] == "2.1.1"
     assert len(details["turns"][OURS]) == details["rounds"] == 2
@@ -193,3 +193,15 @@ def test_lines_of_code_leave_out_words() -> None:
     )
     # import, def, and four lines of the return
     assert alternation.code_lines(source) == 6
+
+
+def test_figures_of_the_pools_by_hand() -> None:
+    taken = {
+        pools.OURS: [turn(300, 1.0), turn(200, 1.0)],
+        pools.UNILAB: [turn(150, 1.0), turn(200, 1.0)],
+    }
+    found = alternation.pool_figures(taken, 1e-12)
+    assert found["pool_to_unilab_ratio"] == found["pool_to_unilab_processor_ratio"] == 1.5
+    assert found["unilab_pool_control_steps_per_s"] == 87.5
+    assert found["pool_state_difference"] == 1e-12
+    assert alternation.pool_figures({}, 0.0) == {}
