@@ -3,6 +3,7 @@
 import subprocess
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -47,7 +48,8 @@ def write(experiment: Experiment, folder: Path, threads: int) -> dict[str, dict[
     for step in range(STEPS):
         shard.step(sigma * random_streams.normal(experiment.seed, ids, step, NU))
     state = shard.state_dict()
-    np.savez(folder / "states.npz", **{k: state[f"physics_{k}"].numpy() for k in _STATES})
+    states: dict[str, Any] = {k: state[f"physics_{k}"].numpy() for k in _STATES}
+    np.savez(folder / "states.npz", **states)
     return {
         name: {
             "kind": name,

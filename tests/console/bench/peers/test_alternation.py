@@ -27,7 +27,7 @@ def log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def start(name: str, seed: int = 1) -> Start:
     assignment = Assignment(replace(PRESETS["fast"], seed=seed), 1)
-    return Start(name, "tests.support.console.stand_in_peer", HERE, assignment.to_json())
+    return Start(name, "tests.support.peers.stand_in", HERE, assignment.to_json())
 
 
 def test_rounds_go_there_and_back(log: Path) -> None:

@@ -76,7 +76,7 @@ def test_a_turn_goes_on_until_its_time(monkeypatch) -> None:
 
 def test_what_a_library_prints_is_no_answer() -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "tests.support.console.printing_peer"],
+        [sys.executable, "-m", "tests.support.peers.printing"],
         input=json.dumps(ASSIGNMENT.to_json()) + '\n{"seconds": 0.0}\n',
         capture_output=True,
         text=True,
