@@ -31,7 +31,8 @@ def rendered(result: Mapping[str, Any]) -> str:
         " before and after: other work shared the cores, so that rates are of this machine at that"
         " time, and only ratios compare.\n"
     )
-    names = [SCENES, OURS, OURS_TASK, *(name for name in NAMES if name in peers)]
+    others = [name for name in NAMES if name in peers]
+    names = [name for name in (SCENES, OURS, OURS_TASK, *others) if name in result["turns"]]
     missing = [name for name in NAMES if name not in peers]
     left_out = f"Not measured: {', '.join(missing)}.\n" if missing else ""
     return "\n".join(
@@ -44,10 +45,10 @@ def rendered(result: Mapping[str, Any]) -> str:
             " round; the median, and the quartiles in brackets. The first two columns have the task"
             " reward alone on both sides; *with style* is whole training of inhabit, whose"
             " discriminator the others lack.\n",
-            table(RATIOS, (_ratios(name, figures, peers) for name in names[3:])),
+            table(RATIOS, (_ratios(name, figures, peers) for name in others)),
             _goals(figures, peers),
             "## What each computes\n",
-            table(WHAT, (_what(peers[name]) for name in names[3:])),
+            table(WHAT, (_what(peers[name]) for name in others)),
             METHOD,
             *_pools(figures),
         ]
@@ -183,6 +184,8 @@ def _goals(figures: Mapping[str, float], peers: Mapping[str, Any]) -> str:
         goal, found = figures[f"goal_to_{name}_ratio"], figures[f"to_{name}_ratio"]
         verdict = "met" if found >= goal else "missed"
         lines.append(f"- Goal of {goal:g} × {title}: {verdict}, {found:.2f}.")
+    if f"{best}_of_scenes_processor_ratio" not in figures:
+        return "\n".join(lines) + "\n"
     limit = figures[f"{OURS_TASK}_of_scenes_processor_ratio"]
     reach = figures[f"{best}_of_scenes_processor_ratio"]
     lines.append(

@@ -26,6 +26,7 @@ def measured() -> dict[str, Any]:
     skrl = {"title": "skrl", "installed": "2.1.1", "code_lines": 90, "bf16": "", "normaliser": "x"}
     return {
         "figures": alternation.figures_of(taken),
+        "turns": dict.fromkeys(taken),
         "peers": {"skrl": skrl | {"scenes": "workers"}},
         "machine": {
             "cores": 2, "processor": "P", "python": "3.11",

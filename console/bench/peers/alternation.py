@@ -351,7 +351,7 @@ def figures_of(turns: Mapping[str, Sequence[Turn]]) -> dict[str, float]:
         found[f"{name}_resident_gb"] = max(turn.resident_gb for turn in taken)
         found[f"{name}_peak_gb"] = max(turn.peak_gb for turn in taken)
     peers = [name for name in turns if name in NAMES]
-    for name in (OURS_TASK, *peers):
+    for name in (OURS_TASK, *peers) if SCENES in turns else ():
         pairs = list(zip(turns[name], turns[SCENES], strict=True))
         found |= _spread(
             f"{name}_of_scenes_processor_ratio",
