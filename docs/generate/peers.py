@@ -37,14 +37,17 @@ def rendered(result: Mapping[str, Any]) -> str:
     left_out = f"Not measured: {', '.join(missing)}.\n" if missing else ""
     return "\n".join(
         [
-            INTRODUCTION,
+            INTRODUCTION.replace("SECONDS", f"{result['turn_s']:g}").replace(
+                "ROUNDS", str(result["rounds"])
+            ),
             setting,
             left_out,
             table(RATES, (_rate(name, figures, peers) for name in names)),
             "Ratios: samples per second of inhabit over those of the library, in turns of the same"
             " round; the median, and the quartiles in brackets. The first two columns have the task"
             " reward alone on both sides; *with style* is whole training of inhabit, whose"
-            " discriminator the others lack.\n",
+            " discriminator the others lack. Where other work shares the cores, the ratio of"
+            " samples/s wanders with it: samples per processor second are the steadier measure.\n",
             table(RATIOS, (_ratios(name, figures, peers) for name in others)),
             _goals(figures, peers),
             "## What each computes\n",
@@ -64,7 +67,7 @@ PPO. This page is made from [peers.json](peers.json), which this command writes:
 
 ```sh
 pip install 'inhabit[peers]'
-inhabit bench peers --seconds 6 --rounds 6 --json docs/results/peers.json
+inhabit bench peers --seconds SECONDS --rounds ROUNDS --json docs/results/peers.json
 ```
 
 `--peer-python NAME=PATH ...` names interpreters of libraries that have environments of their own. A
@@ -183,7 +186,12 @@ def _goals(figures: Mapping[str, float], peers: Mapping[str, Any]) -> str:
     for title, name in rows:
         goal, found = figures[f"goal_to_{name}_ratio"], figures[f"to_{name}_ratio"]
         verdict = "met" if found >= goal else "missed"
-        lines.append(f"- Goal of {goal:g} × {title}: {verdict}, {found:.2f}.")
+        peer = best if name == "best" else name
+        steady = figures[f"{OURS_TASK}_to_{peer}_processor_ratio"]
+        lines.append(
+            f"- Goal of {goal:g} × {title}: {verdict}, {found:.2f} in samples/s and {steady:.2f} in"
+            " samples per processor second."
+        )
     if f"{best}_of_scenes_processor_ratio" not in figures:
         return "\n".join(lines) + "\n"
     limit = figures[f"{OURS_TASK}_of_scenes_processor_ratio"]

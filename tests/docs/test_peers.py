@@ -40,7 +40,7 @@ def test_rows_by_hand() -> None:
     page = peers.rendered(measured())
     assert "| skrl | 500 (500-500) | 4,000 (4,000-4,000) | 1.25 | 90 |" in page
     assert "| skrl | 1.00 (1.00-1.00) | 1.25 (1.25-1.25) | 0.80 (0.80-0.80) |" in page
-    assert "Goal of 1.5 × the fastest, skrl: missed, 1.00." in page
+    assert "Goal of 1.5 × the fastest, skrl: missed, 1.00 in samples/s and 1.25 in" in page
     # the scenes take 2 of inhabit's 3.2 s, and 2 of skrl's 4 s
     assert "62 % of inhabit's processor time and 50 % of that of skrl" in page
     assert "would be 2.00 × as fast as skrl" in page
