@@ -1,5 +1,6 @@
 """Files that stand in place of data: pointers of version control, web pages, archives."""
 
+import stat
 from pathlib import Path
 
 _HEAD_BYTES = 1024
@@ -20,8 +21,14 @@ ZIPPED = (".npz", ".pt")
 def placeholder(path: Path) -> str | None:
     """What a file is in place of data and the remedy, in words; None where it may be data.
 
-    Raises OSError where the file cannot be read.
+    A pipe or a device is not opened: it may have no end, or wait for a writer. Raises OSError where
+    the file cannot be read.
     """
+    mode = path.stat().st_mode
+    if stat.S_ISDIR(mode):
+        return "a folder, not a file"
+    if not stat.S_ISREG(mode):
+        return "a pipe or a device, not a file"
     with path.open("rb") as file:
         head = file.read(_HEAD_BYTES)
     start = head.removeprefix(b"\xef\xbb\xbf").lstrip().lower()

@@ -1,5 +1,6 @@
 """What stands in place of data is called by its name."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -42,3 +43,13 @@ def test_what_a_file_is(tmp_path: Path, name: str, content: bytes, said: str) ->
 def test_data_is_none(tmp_path: Path, name: str, content: bytes) -> None:
     (tmp_path / name).write_bytes(content)
     assert placeholder(tmp_path / name) is None
+
+
+def test_what_is_no_file_is_not_opened(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.npz")  # opening it waits for a writer
+    (tmp_path / "endless.bvh").symlink_to("/dev/zero")
+    assert placeholder(tmp_path / "pipe.npz") == "a pipe or a device, not a file"
+    assert placeholder(tmp_path / "endless.bvh") == "a pipe or a device, not a file"
+    assert placeholder(tmp_path) == "a folder, not a file"
+    with pytest.raises(FileNotFoundError):
+        placeholder(tmp_path / "absent.npz")

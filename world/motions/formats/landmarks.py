@@ -31,6 +31,8 @@ _SHOWN = 80
 """Greatest number of joints that a message lists."""
 #: Toes nearer to the ankle than this fraction of the legs are none.
 _NO_TOE = 0.02
+_TIED = 0.05
+"""Likeness of names, of 1, within which neither is the nearer."""
 _UNIT, _UP, _FPS = "unit_m", "up", "fps"
 #: Length units by their names, m.
 UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
@@ -315,15 +317,22 @@ class _Tree:
             if self._side[index] not in ("", side) or self._names[index].endswith("_end"):
                 continue
             plain = re.sub(r"[\W\d_]", "", self._names[index].lower())
+            own = side if self._side[index] else ""
             likeness[index] = max(
-                difflib.SequenceMatcher(None, f"{side}{word}", plain).ratio()
+                difflib.SequenceMatcher(None, f"{own}{word}", plain).ratio()
                 for group in joint_names.SEGMENTS[part]
                 for word in group
             )
-        best = max(likeness, key=lambda index: likeness[index], default=None)
-        if best is None or likeness[best] <= 0.6:
+        best = max(likeness.values(), default=0.0)
+        if best <= 0.6:
             return "none alike"
-        return self._names[best]
+        near = [index for index, value in likeness.items() if value > best - _TIED]
+        sided = [index for index in near if self._side[index]]
+        if sided:
+            return self._names[max(sided, key=lambda index: likeness[index])]
+        # two names without a side that is understood may be of either: D_Leg and G_Leg
+        near.sort(key=lambda index: -likeness[index])
+        return " or ".join(dict.fromkeys(self._names[index] for index in near[:2]))
 
     @staticmethod
     def _listed(names: Sequence[str]) -> str:
