@@ -47,10 +47,8 @@ def test_lower_and_upper_case_of_glued_names() -> None:
 
 
 def test_where_the_side_is_not_understood_the_hint_names_both() -> None:
-    names, parents = _person(LeftLowLeg="G_LowLeg", RightLowLeg="D_LowLeg")
-    with pytest.raises(
-        ClipError, match=r"left_knee \(nearest: (D_LowLeg or G|G_LowLeg or D)_LowLeg\)"
-    ):
+    names, parents = _person(Hips="Body", LeftUpLeg="G_UpLeg", RightUpLeg="D_UpLeg")
+    with pytest.raises(ClipError, match=r"left_hip \(nearest: (D_UpLeg or G|G_UpLeg or D)_UpLeg\)"):
         landmarks.among(names, parents, "walk")
 
 
