@@ -54,3 +54,18 @@ def with_points(text: str) -> str:
         return text
     separates = "." in text or re.search(r",[-+]?\d*,", text) is not None
     return text.replace(",", " " if separates else ".")
+
+
+class Names:
+    """Names, found in another case as well where that is one name."""
+
+    def __init__(self, names: tuple[str, ...]) -> None:
+        self._names = frozenset(names)
+        self._folded: dict[str, str | None] = {}
+        for name in names:
+            folded = name.casefold()
+            self._folded[folded] = None if folded in self._folded else name
+
+    def spelled(self, word: str) -> str | None:
+        """The name that a word means; None for none, or for several."""
+        return word if word in self._names else self._folded.get(word.casefold())

@@ -1,6 +1,7 @@
 """Run directories, the metrics file and the display's figures."""
 
 import datetime
+from pathlib import Path
 
 import pytest
 

@@ -15,9 +15,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from world.errors import ClipError
+from world.motions import gaps
 from world.motions.formats.recording import Recording, forward
 from world.motions.licences import licence
-from world.motions.text import decoded, lines, with_points
+from world.motions.text import Names, decoded, lines, with_points
 from world.placeholders import placeholder
 
 SUFFIXES = (".amc",)
@@ -36,8 +37,6 @@ _HEADER = re.compile(
 _ANGLES = re.compile(r"(?:angles?|angleunits?|units?)?(deg|rad)(?:s|rees?|ians?)?")
 MAX_BONES = 2000
 MAX_SKELETON_BYTES = 1 << 24
-LONGEST_GAP = 12
-"""Greatest number of absent frames in a row that are filled in: 0.1 s at CMU's rate."""
 #: Acclaim's unit: its `length` is the file's units in an inch.
 _INCH_M = 0.0254
 
@@ -193,7 +192,7 @@ def _skeleton(text: str) -> Skeleton:
 
 def _hierarchy(part: list[list[str]], bones: Mapping[str, Bone]) -> dict[str, str]:
     """The parent of each bone, all of which the root leads to."""
-    known = _Names((*bones, "root"))
+    known = Names((*bones, "root"))
     parents: dict[str, str] = {}
     for block in _blocks(part):
         for words in block:
@@ -212,21 +211,6 @@ def _hierarchy(part: list[list[str]], bones: Mapping[str, Bone]) -> dict[str, st
         lost = min(left, default="root")
         raise ValueError(f"the hierarchy of {lost} is a loop that the root does not lead to")
     return parents
-
-
-class _Names:
-    """Names of bones, found in another case as well where that is one bone."""
-
-    def __init__(self, names: tuple[str, ...]) -> None:
-        self._names = frozenset(names)
-        self._folded: dict[str, str | None] = {}
-        for name in names:
-            folded = name.casefold()
-            self._folded[folded] = None if folded in self._folded else name
-
-    def spelled(self, word: str) -> str | None:
-        """The name that a word means; None for no bone, or for several."""
-        return word if word in self._names else self._folded.get(word.casefold())
 
 
 def _unquoted(word: str) -> str:
@@ -332,7 +316,7 @@ def _frames(
     """
     width = {name: len(bone.dof) for name, bone in skeleton.bones.items()}
     width["root"] = len(skeleton.root_order)
-    known = _Names(tuple(width))
+    known = Names(tuple(width))
     numbers: list[int] = []
     frames: list[dict[str, list[float]]] = []
     row: list[float] = []
@@ -393,37 +377,16 @@ def _filled(
     degrees: bool,
     remarks: list[str],
 ) -> dict[str, np.ndarray]:
-    """The values [T, D] of each bone with those of absent frames, which a jump in the numbers
-    tells, between their neighbours'. Raises ValueError for a long gap."""
-    at = np.array(numbers)
-    steps = np.diff(at)
-    if not len(steps) or steps.min() < 1:
-        return values  # the numbers begin anew: they do not count frames
-    step = int(steps.min())
-    if step > 1:
-        remarks.append(f"the frames' numbers go in steps of {step}: each is read as a frame")
-    if (steps == step).all():
-        return values
-    worst = int(steps.argmax())
-    if steps[worst] > (LONGEST_GAP + 1) * step:
-        raise ValueError(
-            f"no frame between {at[worst]} and {at[worst + 1]}; gaps of at most {LONGEST_GAP}"
-            " frames are filled in: cut the file there"
-        )
-    every = np.arange(at[0], at[-1] + 1, step)
-    remarks.append(f"{len(every) - len(at)} absent frames are filled in between their neighbours")
+    """The values [T, D] of each bone with those of absent frames; see `gaps.filled`."""
     turn = 360.0 if degrees else 2 * np.pi
-    filled: dict[str, np.ndarray] = {}
-    for bone, rows in values.items():
-        kinds = skeleton.root_order if bone == "root" else skeleton.bones[bone].dof
-        filled[bone] = np.stack(
-            [
-                np.interp(every, at, np.unwrap(column, period=turn) if kind[0] == "r" else column)
-                for kind, column in zip(kinds, rows.T, strict=True)
-            ],
-            axis=1,
-        )
-    return filled
+    periods = {
+        bone: [
+            turn if kind[0] == "r" else None
+            for kind in (skeleton.root_order if bone == "root" else skeleton.bones[bone].dof)
+        ]
+        for bone in values
+    }
+    return gaps.filled(numbers, values, periods, remarks)
 
 
 def _pose(
