@@ -1,5 +1,7 @@
 """Files that stand in place of data: pointers of version control, web pages, archives."""
 
+import errno
+import stat
 from pathlib import Path
 
 _HEAD_BYTES = 1024
@@ -17,11 +19,38 @@ _ZIP = b"pk\x03\x04"
 ZIPPED = (".npz", ".pt")
 
 
+def read_bounded(path: Path, most: int) -> bytes:
+    """The bytes of a file of at most `most` bytes.
+
+    Raises OSError for a folder, a pipe and a device, which may have no end or wait for a writer,
+    and for a longer file.
+    """
+    what = _irregular(path)
+    if what:
+        raise OSError(errno.EINVAL, what, str(path))
+    with path.open("rb") as file:
+        data = file.read(most + 1)
+    if len(data) > most:
+        raise OSError(errno.EFBIG, f"more than {most / 1e6:.0f} MB", str(path))
+    return data
+
+
+def _irregular(path: Path) -> str | None:
+    """What a path is in place of a file, in words; None for a file. Raises OSError for none."""
+    mode = path.stat().st_mode
+    if stat.S_ISDIR(mode):
+        return "a folder, not a file"
+    return None if stat.S_ISREG(mode) else "a pipe or a device, not a file"
+
+
 def placeholder(path: Path) -> str | None:
     """What a file is in place of data and the remedy, in words; None where it may be data.
 
-    Raises OSError where the file cannot be read.
+    A pipe or a device is not opened: it may have no end, or wait for a writer. Raises OSError where
+    the file cannot be read.
     """
+    if what := _irregular(path):
+        return what
     with path.open("rb") as file:
         head = file.read(_HEAD_BYTES)
     start = head.removeprefix(b"\xef\xbb\xbf").lstrip().lower()

@@ -13,11 +13,13 @@ from rpc import codec
 from world.errors import InhabitError
 from world.furniture.piece import SLOTS, Box, Piece
 from world.partial_files import replacing
+from world.placeholders import read_bounded
 from world.refusals import one_line, refusing
 from world.scene.model import PROJECTILE_BODY, Ball, add_boxes, scene_spec
 
 FORMAT = "inhabit-recording"
 VERSION = 1
+MAX_BYTES = 1 << 31
 MAX_FRAMES, MAX_BOXES, MAX_BALLS = 1_000_000, 4096, 64
 """Limits of one take."""
 MAX_REACH_M = 1000.0
@@ -137,7 +139,7 @@ def write(path: Path, recording: Recording) -> None:
 def read(path: Path) -> Recording:
     """Read a recording; RecordingError for any other or damaged file."""
     try:
-        packed = path.read_bytes()
+        packed = read_bounded(path, MAX_BYTES)
     except OSError as error:
         raise RecordingError(f"cannot read {path}: {error.strerror}") from error
     try:

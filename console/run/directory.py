@@ -14,6 +14,9 @@ from typing import Any
 import pretrained
 from world.errors import InhabitError
 from world.partial_files import replacing
+from world.placeholders import read_bounded
+
+MAX_CONFIG_BYTES = 1 << 24
 
 RUNS = Path("runs")
 
@@ -75,11 +78,16 @@ class RunDirectory:
     def read_config(self) -> dict[str, Any]:
         """Return config.json as a dict; RunError if missing or not JSON."""
         try:
-            return json.loads(self.config.read_text())
+            content = json.loads(read_bounded(self.config, MAX_CONFIG_BYTES))
         except FileNotFoundError:
             raise RunError(f"{self.path} holds no config.json: it is not a run") from None
+        except OSError as error:
+            raise RunError(f"cannot read {self.config}: {error.strerror}") from error
         except (ValueError, RecursionError) as error:
             raise RunError(f"{self.config} is not valid JSON ({error}): restore it") from error
+        if not isinstance(content, dict):
+            raise RunError(f"{self.config} holds no object of settings: restore it")
+        return content
 
     def write_config(self, config: dict[str, Any]) -> None:
         write_json(self.config, config)

@@ -16,6 +16,7 @@ from torch import Tensor
 
 from policy.errors import CheckpointError, LayoutError
 from world.partial_files import replacing_folder
+from world.placeholders import read_bounded
 from world.refusals import refusing
 
 FORMAT = 2
@@ -199,7 +200,7 @@ def _read_manifest(path: Path) -> dict[str, Any]:
             raise CheckpointError(
                 f"{file} has {file.stat().st_size} bytes; at most {MAX_MANIFEST_BYTES} are read"
             )
-        raw = json.loads(file.read_text())
+        raw = json.loads(read_bounded(file, MAX_MANIFEST_BYTES))
     except FileNotFoundError as error:
         raise CheckpointError(f"{path} is no checkpoint: it has no {MANIFEST}") from error
     except (OSError, ValueError) as error:

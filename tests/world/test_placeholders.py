@@ -1,10 +1,11 @@
 """What stands in place of data is called by its name."""
 
+import os
 from pathlib import Path
 
 import pytest
 
-from world.placeholders import placeholder
+from world.placeholders import placeholder, read_bounded
 
 LFS = b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 12345\n"
 
@@ -42,3 +43,29 @@ def test_what_a_file_is(tmp_path: Path, name: str, content: bytes, said: str) ->
 def test_data_is_none(tmp_path: Path, name: str, content: bytes) -> None:
     (tmp_path / name).write_bytes(content)
     assert placeholder(tmp_path / name) is None
+
+
+def test_what_is_no_file_is_not_opened(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.npz")  # opening it waits for a writer
+    (tmp_path / "endless.bvh").symlink_to("/dev/zero")
+    assert placeholder(tmp_path / "pipe.npz") == "a pipe or a device, not a file"
+    assert placeholder(tmp_path / "endless.bvh") == "a pipe or a device, not a file"
+    assert placeholder(tmp_path) == "a folder, not a file"
+    with pytest.raises(FileNotFoundError):
+        placeholder(tmp_path / "absent.npz")
+
+
+def test_content_is_bounded_and_a_files(tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_bytes(b"12345")
+    assert read_bounded(tmp_path / "a.json", 5) == b"12345"
+    (tmp_path / "endless.json").symlink_to("/dev/zero")
+    os.mkfifo(tmp_path / "pipe.json")
+    for name, most, said in (
+        ("a.json", 4, "more than 0 MB"),
+        ("endless.json", 9, "a pipe or a device, not a file"),
+        ("pipe.json", 9, "a pipe or a device, not a file"),
+        (".", 9, "a folder, not a file"),
+        ("absent.json", 9, "No such file"),
+    ):
+        with pytest.raises(OSError, match=said):
+            read_bounded(tmp_path / name, most)

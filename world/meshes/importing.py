@@ -15,6 +15,7 @@ from world.meshes import notes, source, store, sweethome
 from world.meshes.build import ImportOptions, build
 from world.meshes.classes import CLASSES, category_of_names
 from world.meshes.notes import Note
+from world.placeholders import read_bounded
 from world.refusals import refusing
 
 CPU_S = 120
@@ -180,9 +181,7 @@ def _cached_outcome(job: Job) -> tuple[Outcome | None, str]:
         if job.entry is not None:
             digest.update(job.entry.content + repr(job.entry.rotation).encode())
         elif job.path is not None:
-            with job.path.open("rb") as file:
-                while chunk := file.read(1 << 20):
-                    digest.update(chunk)
+            digest.update(read_bounded(job.path, source.MAX_BYTES))
     except OSError as error:
         return Outcome(job.name, None, f"cannot read {job.path}: {error.strerror}"), ""
     content = digest.hexdigest()

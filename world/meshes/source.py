@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from world.errors import ChoiceError, PieceError
 from world.meshes.formats import gltf, obj, stl
+from world.placeholders import read_bounded
 from world.refusals import refusing
 
 SUFFIXES = (".obj", ".glb", ".gltf", ".stl", ".ply")
@@ -42,10 +43,10 @@ def read(path: Path) -> Source:
         size = path.stat().st_size
         if size > MAX_BYTES:
             raise PieceError(f"{path.name}: {size / 1e6:.0f} MB; at most {MAX_BYTES / 1e6:.0f} MB")
-        content = path.read_bytes()
+        data = read_bounded(path, MAX_BYTES)
     except OSError as error:
         raise PieceError(f"cannot read {path}: {error.strerror}") from error
-    return parse(content, path.name, path.parent)
+    return parse(data, path.name, path.parent)
 
 
 def parse(content: bytes, file_name: str, folder: Path | None = None) -> Source:

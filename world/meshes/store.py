@@ -10,6 +10,7 @@ from world.furniture.piece import Hull, Lying, Piece, SeatTarget, Vector
 from world.meshes import decompose
 from world.meshes.build import Built
 from world.partial_files import replacing
+from world.placeholders import read_bounded
 from world.refusals import refusing
 
 FORMAT = "inhabit-piece"
@@ -17,6 +18,7 @@ VERSION = 1
 SUFFIX = ".piece.json"
 MAX_MASS_KG = 10_000.0
 MAX_REACH_M = 100.0
+MAX_DOCUMENT_BYTES = 1 << 26
 """Greatest coordinate."""
 
 
@@ -106,7 +108,7 @@ def write(path: Path, content: dict[str, Any]) -> None:
 def read_document(path: Path) -> dict[str, Any]:
     """The content of a piece file, not validated. Raises PieceError."""
     try:
-        return json.loads(path.read_bytes())
+        return json.loads(read_bounded(path, MAX_DOCUMENT_BYTES))
     except OSError as error:
         raise PieceError(f"cannot read {path}: {error.strerror}") from error
     except ValueError as error:

@@ -64,6 +64,8 @@ def scalar(value: np.ndarray | float | str) -> float:
     values = np.asarray(value)
     if values.dtype.kind == "S":
         values = np.char.decode(values, "latin-1")
+    if values.dtype.kind == "b":
+        raise ValueError("true or false in place of a number")
     values = values.astype(np.float64).reshape(-1)
     if not len(values):
         raise ValueError("no number in an empty array")

@@ -1,6 +1,7 @@
 """Run directories, the metrics file and the display's figures."""
 
 import datetime
+from pathlib import Path
 
 import pytest
 
@@ -41,3 +42,18 @@ def test_checkpoint_is_found_from_a_run_and_from_itself(tmp_path):
     (tmp_path / "empty").mkdir()
     with pytest.raises(RunError, match="no checkpoint"):
         checkpoint_folder(tmp_path / "empty")
+
+
+@pytest.mark.parametrize("content", ["5", "[]", "null", '"a"'])
+def test_settings_that_are_no_object_are_refused(tmp_path: Path, content: str) -> None:
+    (tmp_path / "config.json").write_text(content)
+    with pytest.raises(RunError, match=r"config.json holds no object of settings"):
+        RunDirectory(tmp_path).read_config()
+
+
+def test_settings_that_are_no_file_are_not_opened(tmp_path: Path) -> None:
+    (tmp_path / "config.json").symlink_to("/dev/zero")
+    with pytest.raises(
+        RunError, match=r"cannot read .*config.json: a pipe or a device, not a file"
+    ):
+        RunDirectory(tmp_path).read_config()

@@ -2,7 +2,7 @@
 
 import pytest
 
-from world.motions.text import decoded
+from world.motions.text import decoded, lines, with_points
 
 
 @pytest.mark.parametrize(
@@ -27,3 +27,19 @@ def test_other_encodings_keep_names_apart_and_numbers_whole(coding: str) -> None
 
 def test_any_bytes_are_some_text() -> None:
     assert len(decoded(bytes(range(256)))) > 0
+
+
+@pytest.mark.parametrize("tail", [b"\x1a", b"\r\n\x1a\r\n", b"\0\0\0", b"\n\0\x1a\0"])
+def test_padding_behind_the_end_is_left_out(tail: bytes) -> None:
+    assert decoded(b"MOTION\n1 2" + tail) == "MOTION\n1 2\n"
+
+
+def test_lines_end_at_line_ends_alone() -> None:
+    # 0x85 is an ellipsis of Windows, U+2028 a sign of UTF-8
+    assert lines("a\x85b\u2028c\r\nd\re\n") == ["a\x85b\u2028c", "d", "e", ""]
+
+
+def test_commas_and_exponents() -> None:
+    assert with_points("1,5 -2,25") == "1.5 -2.25"
+    assert with_points("1.5,2,3") == "1.5 2 3"
+    assert with_points("1D0 2.5d-3") == "1e0 2.5e-3"

@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from world.motions.text import with_points
+
 #: A count of frames above the rows by at most this many, or this fraction, is the count's fault;
 #: beyond, the file is cut short.
 _ROWS_FEW, _ROWS_FRACTION = 3, 0.02
@@ -194,7 +196,7 @@ def _motion(text: str, width: int) -> tuple[np.ndarray, float | None, list[str]]
     step = re.search(r"(?:^|\s)Frame\s*Time[ \t]*:?[ \t]*(\S*)", text, re.IGNORECASE)
     start = max((found.end() for found in (count, step) if found), default=0)
     promised = max(0, int(float(count[1]))) if count else None
-    lines = [line.split() for line in _with_points(text[start:]).splitlines()]
+    lines = [line.split() for line in with_points(text[start:]).splitlines()]
     lines = [words for words in lines if words]
     rows = _rows(lines, width, promised)
     frames = len(rows)
@@ -219,16 +221,6 @@ def _seconds(word: str) -> float | None:
         return float(above) / float(below or 1.0)
     except (ValueError, ZeroDivisionError):
         return None
-
-
-def _with_points(text: str) -> str:
-    """The text with decimal points for decimal commas, or spaces for separating ones, and with
-    e for the exponents of Fortran."""
-    text = re.sub(r"(?<=[\d.])[dD](?=[+-]?\d)", "e", text)
-    if "," not in text:
-        return text
-    separates = "." in text or re.search(r",[-+]?\d*,", text) is not None
-    return text.replace(",", " " if separates else ".")
 
 
 def _rows(lines: list[list[str]], width: int, promised: int | None) -> np.ndarray:

@@ -36,7 +36,7 @@ _HINGES = {"right_shin": 20, "right_lower_arm": 29, "left_shin": 34, "left_lower
 def read(path: Path) -> Recording:
     """The motion in a DeepMimic file. Raises ClipError."""
     try:
-        content = json.loads(path.read_text())
+        content = json.loads(path.read_bytes())
         rows = content["Frames"]
         frames = np.array(rows, dtype=np.float64)
     except (OSError, ValueError, KeyError, TypeError) as error:

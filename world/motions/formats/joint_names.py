@@ -59,9 +59,12 @@ _HELPERS = frozenset((
 ))  # fmt: skip
 _LIMBS, _WHICH = ("arm", "leg"), ("upper", "up", "lower", "low", "lo", "fore")
 _SIDES = {
-    "l": "left", "left": "left", "lft": "left", "lt": "left",
-    "r": "right", "right": "right", "rgt": "right", "rt": "right",
+    "l": "left", "left": "left", "lft": "left", "lt": "left", "lf": "left",
+    "r": "right", "right": "right", "rgt": "right", "rt": "right", "rf": "right",
 }  # fmt: skip
+#: Words behind a segment's, without a sign between in names of lower case: lthighbend.
+_TAILS = ("bend", "twist", "roll", "joint", "bone", "jnt", "end", "nub", "base")
+_VERTEBRA = re.compile(r"(?:(?<![A-Za-z])[LlRr]|(?<=[a-z])[LR])\d+(?![a-z])")
 _CUT = re.compile(r"[A-Z]+(?![a-z])|[A-Z][a-z]+|[a-z]+|\d+|[^\W\d_a-zA-Z]+")
 
 
@@ -105,6 +108,8 @@ def meaning(name: str, ignored: frozenset[str] = frozenset()) -> Meaning:
             if joined in _WORDS and not (found.endswith(joined) and used > count):
                 found, used = joined, count
                 break
+    if not found and _VERTEBRA.search(name):
+        side = ""  # Hips_L5 and L5_joint are on neither
     numbers = sum(word.isdigit() for word in rest)
     return Meaning(side, found, len(rest) - used - numbers if found else 0)
 
@@ -125,10 +130,10 @@ def _words(name: str) -> list[str]:
         return [plain.lower()]  # a vertebra: L5 is not on the left
     for piece in _CUT.findall(plain):
         low = piece.lower()
-        if low in _SIDES or low in _SIDED_ALONE or low in _HELPERS:
-            found.append(low)
-        elif piece.isupper() and len(low) == 2 and low[0] in "lr" and low[1] in "uf":
+        if piece.isupper() and len(low) == 2 and low[0] in "lr" and low[1] in "uf":
             found += [low[0], low[1]]  # LUArm, RFArm
+        elif low in _SIDES or low in _SIDED_ALONE or low in _HELPERS:
+            found.append(low)
         else:
             found += _unglued(low)
     return found
@@ -141,4 +146,8 @@ def _unglued(word: str) -> list[str]:
             return [side, word[len(side) :]]
         if word.endswith(side) and word[: -len(side)] in _SIDED_ALONE:
             return [side, word[: -len(side)]]
+        for tail in _TAILS:
+            middle = word[len(side) : -len(tail)]
+            if word.startswith(side) and word.endswith(tail) and middle in _SIDED_ALONE:
+                return [side, middle, tail]
     return [word]

@@ -14,6 +14,7 @@ import numpy as np
 from world.errors import ClipError
 from world.motions.formats import joint_names
 from world.motions.formats.recording import RATES_HZ, Recording
+from world.placeholders import read_bounded
 
 SIDES = ("right", "left")
 _LEG, _ARM = ("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist")
@@ -27,10 +28,13 @@ ROLES = (*REQUIRED, "left_toe", "right_toe")
 _PER_WORD = 1.5
 #: Candidates of a part that are tried in chains.
 _MOST = 12
+MAX_MAP_BYTES = 1 << 20
 _SHOWN = 80
 """Greatest number of joints that a message lists."""
 #: Toes nearer to the ankle than this fraction of the legs are none.
 _NO_TOE = 0.02
+_TIED = 0.05
+"""Likeness of names, of 1, within which neither is the nearer."""
 _UNIT, _UP, _FPS = "unit_m", "up", "fps"
 #: Length units by their names, m.
 UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
@@ -54,7 +58,7 @@ def read_map(path: Path) -> Map:
     """Read a map file: JSON with joint names by part of the body, and optionally `unit_m`, `up` and
     `fps`."""
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(read_bounded(path, MAX_MAP_BYTES))
     except (OSError, ValueError, RecursionError) as error:
         raise ClipError(f"{path}: not a readable map file ({error})") from error
     if not isinstance(content, dict):
@@ -315,15 +319,24 @@ class _Tree:
             if self._side[index] not in ("", side) or self._names[index].endswith("_end"):
                 continue
             plain = re.sub(r"[\W\d_]", "", self._names[index].lower())
+            own = side if self._side[index] else ""
             likeness[index] = max(
-                difflib.SequenceMatcher(None, f"{side}{word}", plain).ratio()
+                difflib.SequenceMatcher(None, f"{own}{word}", plain).ratio()
                 for group in joint_names.SEGMENTS[part]
                 for word in group
             )
-        best = max(likeness, key=lambda index: likeness[index], default=None)
-        if best is None or likeness[best] <= 0.6:
-            return "none alike"
-        return self._names[best]
+        for own in (side, ""):
+            alike = {i: value for i, value in likeness.items() if self._side[i] == own}
+            best = max(alike.values(), default=0.0)
+            if best > 0.6:
+                # two names without a side that is understood may be of either: D_Leg and G_Leg
+                near = sorted(
+                    (i for i, value in alike.items() if value > best - _TIED),
+                    key=lambda index: -alike[index],
+                )
+                shown = near[:1] if own or not side else near[:2]
+                return " or ".join(dict.fromkeys(self._names[index] for index in shown))
+        return "none alike"
 
     @staticmethod
     def _listed(names: Sequence[str]) -> str:

@@ -9,6 +9,8 @@ from world.errors import ClipError
 #: Least number of frames of a motion: two, for a velocity.
 FEWEST_FRAMES = 2
 RATES_HZ = (1.0, 1000.0)
+FARTHEST = 1e9
+"""Greatest coordinate, in the file's unit: squares of more lose what a person does in float64."""
 
 
 @dataclass(frozen=True)
@@ -114,6 +116,9 @@ def validate(recording: Recording) -> Recording:
         np.isfinite(recording.box.position).all() and np.isfinite(recording.box.rotation).all()
     ):
         raise ClipError(f"{name}: its box holds non-finite values")
+    farthest = float(np.abs(np.nan_to_num(recording.position)).max())
+    if farthest > FARTHEST:
+        raise ClipError(f"{name}: positions up to {farthest:.3g}; at most {FARTHEST:.0e} are read")
     if not finite.all():
         raise ClipError(f"{name}: holds non-finite values, first in frame {finite.argmin()}")
     return recording

@@ -17,6 +17,7 @@ import numpy as np
 
 from world.errors import ClipError
 from world.motions import npz
+from world.placeholders import read_bounded
 
 #: Number types of arrays and scalars, numpy's names without byte order.
 NUMBERS = frozenset(
@@ -260,7 +261,7 @@ def load(path: Path) -> Any:
     try:
         if path.stat().st_size > MAX_BYTES:
             raise ClipError(f"{path}: {path.stat().st_size} bytes; at most {MAX_BYTES} are read")
-        data = path.read_bytes()
+        data = read_bounded(path, MAX_BYTES)
     except OSError as error:
         raise ClipError(f"{path}: cannot be read ({error.strerror or error})") from error
     return _load(data, path)

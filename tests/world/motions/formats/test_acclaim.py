@@ -137,3 +137,121 @@ def test_a_root_without_some_axes_is_where_the_skeleton_says(tmp_path: Path) -> 
 def test_a_skeleton_that_is_a_pointer_is_called_that(tmp_path: Path) -> None:
     with pytest.raises(ClipError, match=r"07_01.amc: its skeleton .*07.asf .*Git LFS pointer"):
         _read(tmp_path, AMC, "version https://git-lfs.github.com/spec/v1\n")
+
+
+_WRAPPED = "root 1 2 3\n  0 0\n90"
+
+
+@pytest.mark.parametrize(
+    ("amc", "asf"),
+    [
+        (AMC.replace("root 1 2 3 0 0 90", _WRAPPED), ASF),
+        (AMC.replace("root 1 2 3 0 0 90", "root\n1\n2\n3\n0\n0\n90"), ASF),
+        (AMC.replace("root 1 2 3 0 0 90", "root 1 2 3 \\\n 0 0 90"), ASF),
+        (AMC.replace("upper 0 0", "upper 0 0 # here").replace("\n2\n", "\n2 # second\n"), ASF),
+        (AMC.replace("1 2 3", "1,0 2,0 3,0"), ASF),
+        (AMC.replace("1 2 3", "1e0 2E0 3D0"), ASF),
+        (AMC.replace("root", "Root").replace("upper", "UPPER"), ASF),
+        (AMC + "\r\n\x1a", ASF + "\0\0"),
+        ("# take \x85 1 2\n" + AMC, "# take\u2028 x\n" + ASF),
+        (AMC, ASF.replace("dof rx rz", "dof rx\n  rz\n limits (-20 20)\n   (-5 5)")),
+        (AMC, ASF.replace("direction 0 1 0", "direction 0\n 1 0")),
+        (AMC, ASF.replace("     axis 0 0 0 XYZ\n", "")),
+        (AMC, ASF.replace("root upper", "Root Upper")),
+        (AMC, ASF.replace("name upper", 'name "upper"')),
+        (AMC, ASF.replace(":root", ":documentation\n made: by\n :) us\n:root", 1)),
+        (AMC, ":hierarchy" + ASF.split(":hierarchy")[1] + ASF.split(":hierarchy")[0]),
+        (_radians(AMC).replace(":DEGREES", ":RADIAN # unit"), ASF),
+        (_radians(AMC).replace(":DEGREES", ":ANGLE RADIANS"), ASF),
+    ],
+)  # fmt: skip
+def test_what_programs_write_is_the_same_motion(tmp_path: Path, amc: str, asf: str) -> None:
+    expected = _read(tmp_path, AMC)
+    read = _read(tmp_path, amc, asf)
+    assert read.names == expected.names
+    np.testing.assert_allclose(read.position, expected.position, atol=1e-9)
+
+
+def test_units_on_one_line_are_obeyed() -> None:
+    asf = ASF.replace(":units\n  mass 1.0\n  length 0.45\n  angle deg", ":units length 1 angle rad")
+    skeleton = acclaim._skeleton(asf)
+    assert not skeleton.degrees and skeleton.unit_m == pytest.approx(0.0254)
+
+
+@pytest.mark.parametrize(
+    ("header", "fps"),
+    [
+        (":SAMPLES PER SECOND 60", 60.0), (":FRAMERATE 60", 60.0), (":FRAME-RATE: 60 Hz", 60.0),
+        (":SAMPLES-PER-SECOND 60fps # rate", 60.0), (":FRAME-TIME 0.02", 50.0),
+        (":samples-per-second 59,94", 59.94),
+    ],
+)  # fmt: skip
+def test_other_spellings_of_the_rate(tmp_path: Path, header: str, fps: float) -> None:
+    read = _read(tmp_path, f"{header}\n{AMC}")
+    assert read.fps == pytest.approx(fps) and not read.fps_assumed
+
+
+def test_absent_frames_are_filled_in_between_their_neighbours(tmp_path: Path) -> None:
+    rows = {1: (0, 170), 2: (1, 175), 5: (4, -170), 6: (5, -165)}
+    amc = ":DEGREES\n" + "".join(f"{n}\nroot {x} 0 0 0 0 {z}\nupper 0 0\n" for n, (x, z) in
+                                rows.items())  # fmt: skip
+    read = _read(tmp_path, amc)
+    assert read.approximated == ("2 absent frames are filled in between their neighbours",)
+    np.testing.assert_allclose(read.position[:, 0, 0], range(6), atol=1e-9)
+    # 175, 180, 185 and 190 degrees, not back through 0: the tip of upper, (0, 2, 0), is below
+    turns = np.deg2rad([170, 175, 180, 185, 190, 195])
+    np.testing.assert_allclose(read.position[:, 2, 1], 2 * np.cos(turns), atol=1e-9)
+    with pytest.raises(ClipError, match=r"07_01.amc: no frame between 2 and 50"):
+        _read(tmp_path, amc.replace("\n5\n", "\n50\n").replace("\n6\n", "\n51\n"))
+
+
+def test_bones_without_rows_stay_at_rest(tmp_path: Path) -> None:
+    read = _read(tmp_path, AMC.replace("upper 0 0\n", "").replace("upper 90 0\n", ""))
+    assert read.approximated == ("bones without values in the motion stay at rest: upper",)
+    np.testing.assert_allclose(read.position[1, 2], [-1, 2, 3], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("amc", "asf", "said"),
+    [
+        (AMC.replace("upper 0 0\n", "upper 0 0 0\n"), ASF, "3 values of upper, not 2: the skel"),
+        (AMC.replace("2\nroot", "root"), ASF, "frame 1 has two rows of root"),
+        ("root 1 2 3 0 0 0\n" + AMC, ASF, "'root' before the number of the first frame"),
+        (AMC, ASF.replace("upper lower", "upper lower\n lower upper"), "of lower is a loop"),
+        (AMC, ASF.replace("upper lower", "upper lower\n lower root"), "of root is a loop"),
+        (AMC, ASF.replace("name lower", "name upper"), "two bones have the name upper"),
+        (AMC, ASF.replace("direction 0 1 0", "direction 1"), "direction of bone upper is not thr"),
+        (AMC, ASF.replace("length 2", ""), "bone upper has no length"),
+        (AMC, ASF.replace("order TX TY TZ RX RY RZ", ""), ":root has no order"),
+    ],
+)  # fmt: skip
+def test_faults_are_named(tmp_path: Path, amc: str, asf: str, said: str) -> None:
+    with pytest.raises(ClipError, match=said):
+        _read(tmp_path, amc, asf)
+
+
+def test_a_skeleton_of_very_many_bones_is_refused(tmp_path: Path) -> None:
+    many = "".join(
+        f"begin\nname b{i}\ndirection 0 1 0\nlength 1\nend\n" for i in range(acclaim.MAX_BONES)
+    )
+    with pytest.raises(ClipError, match="bones; at most 2000 are read"):
+        _read(tmp_path, AMC, ASF.replace(":hierarchy", many + ":hierarchy"))
+
+
+def test_a_skeleton_that_is_no_file_is_not_opened(tmp_path: Path) -> None:
+    (tmp_path / "07_01.amc").write_text(AMC)
+    (tmp_path / "07.asf").symlink_to("/dev/zero")
+    with pytest.raises(ClipError, match=r"its skeleton .*07.asf .*a pipe or a device, not a file"):
+        registry.read(tmp_path / "07_01.amc")
+
+
+def test_the_skeleton_of_the_longest_name_is_beside(tmp_path: Path) -> None:
+    for name in ("HDM_bd", "HDM_bk", "HDM", "subject7", "subject70"):
+        (tmp_path / f"{name}.asf").touch()
+    for motion, skeleton in (
+        ("HDM_bd_01-01_120", "HDM_bd"), ("HDM_mm_02", "HDM"), ("subject7-walk", "subject7"),
+        ("SUBJECT70", "subject70"),
+    ):  # fmt: skip
+        assert acclaim.beside(tmp_path / f"{motion}.amc").stem == skeleton
+    with pytest.raises(ClipError, match=r"no skeleton walk.asf beside it \(found: HDM.asf"):
+        acclaim.beside(tmp_path / "walk_1.amc")

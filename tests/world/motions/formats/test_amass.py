@@ -53,7 +53,9 @@ def test_rates_of_any_shape(tmp_path: Path, rate: np.ndarray) -> None:
     assert registry.read(tmp_path / "a.npz").fps == 60.0
 
 
-@pytest.mark.parametrize("rate", [np.zeros(0), np.array([30.0, 60.0]), np.array("fast")])
+@pytest.mark.parametrize(
+    "rate", [np.zeros(0), np.array([30.0, 60.0]), np.array("fast"), np.array(True)]
+)
 def test_rates_that_are_none(tmp_path: Path, rate: np.ndarray) -> None:
     np.savez(tmp_path / "a.npz", poses=np.zeros((4, 66)), trans=np.zeros((4, 3)),
              mocap_frame_rate=rate)  # fmt: skip

@@ -17,6 +17,9 @@ from world.motions.formats.joint_names import common, meaning, rank
         ("Arm_Lower_L", "left", "lowerarm"), ("Leg.Upper.R", "right", "upperleg"),
         ("LeftFootToe", "left", "toe"), ("rig|LeftLeg", "left", "leg"),
         # vertebrae, helpers, tips and fingers are no joints of a limb
+        ("lthighbend", "left", "thigh"), ("RFOREARMBEND", "right", "forearm"),
+        ("lf_UpLeg", "left", "upleg"), ("rf_arm", "right", "arm"), ("arm_L1", "left", "arm"),
+        ("Hero_L5", "", ""), ("L5Joint", "", ""), ("rthightwist", "right", ""),
         ("L5", "", ""), ("lowerleg", "", "lowerleg"), ("radius", "", "radius"),
         ("ik_foot_l", "left", ""), ("thigh_twist_01_l", "left", ""), ("HeadTop_End", "", ""),
         ("LeftHandThumb1", "left", ""), ("Bip01 HeadNub", "", ""),

@@ -31,6 +31,27 @@ def test_every_part_is_found_in_each_rig(rig: str) -> None:
                 assert names[found[role]] == form.format(spelled), role
 
 
+@pytest.mark.parametrize("form", ["{}_jnt", "Hero_{}", "{}Joint", "a:b:{}", "b_{}", "{}.001"])
+@pytest.mark.parametrize("rig", ["xsens mvn", "daz genesis 8", "rigify", "3ds max biped"])
+def test_a_prefix_or_suffix_of_all_names_changes_nothing(rig: str, form: str) -> None:
+    names, parents = rigs.flattened(rigs.RIGS[rig][0])
+    plain = landmarks.among(names, parents, "walk")
+    assert landmarks.among([form.format(name) for name in names], parents, "walk") == plain
+
+
+def test_lower_and_upper_case_of_glued_names() -> None:
+    names, parents = rigs.flattened(rigs.RIGS["daz genesis 8"][0])
+    plain = landmarks.among(names, parents, "walk")
+    for cased in (str.lower, str.upper):
+        assert landmarks.among([cased(name) for name in names], parents, "walk") == plain
+
+
+def test_where_the_side_is_not_understood_the_hint_names_both() -> None:
+    names, parents = _person(Hips="Body", LeftUpLeg="G_UpLeg", RightUpLeg="D_UpLeg")
+    with pytest.raises(ClipError, match=r"left_hip \(nearest: (D_UpLeg or G|G_UpLeg or D)_UpLeg\)"):
+        landmarks.among(names, parents, "walk")
+
+
 def _person(**renamed: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
     names, parents = rigs.flattened(rigs.RIGS["biovision of old"][0])
     return tuple(renamed.get(name, name) for name in names), parents

@@ -43,6 +43,7 @@ def test_what_is_no_usable_motion_is_one_line() -> None:
         (replace(recording(), fps=0.5), "walk: 0.5 frames a second; expected 1 to 1000"),
         (replace(recording(), fps=float("nan")), "walk: nan frames a second"),
         (replace(recording(), position=broken), "non-finite values, first in frame 2"),
+        (replace(recording(), position=np.full_like(broken, -1e300)), "positions up to 1e\\+300"),
     ):
         with pytest.raises(ClipError, match=said):
             validate(wrong)
