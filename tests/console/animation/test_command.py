@@ -51,7 +51,7 @@ def test_a_clip_goes_onto_a_rig(tmp_path: Path) -> None:
     [
         (["{file}", "o.glb"], "has 2 takes; choose --take 0 to 1"),
         (["{file}", "o.glb", "--take", "2"], "--take 2: {file} has 2 takes"),
-        (["{file}", "o.glb", "--take", "-1"], "--take -1: {file} has 2 takes"),
+        (["{file}", "o.glb", "--take", "-1"], "--take -1: must be 0 to"),
         (["{file}", "o.fbx"], "FILE o.fbx: FBX is not written"),
         (["{file}", "o.txt"], "FILE o.txt: unknown suffix '.txt'; choose .onnx for a policy"),
         (["{file}", "o.onnx"], "{file} is a motion: it is exported as .glb"),

@@ -1,6 +1,7 @@
 """Experiments of earlier versions read as today's, and old flags are refused by name."""
 
 import json
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -84,12 +85,12 @@ def test_every_renamed_setting_leads_to_one_that_exists() -> None:
             assert (entry.key if isinstance(entry, Converted) else entry) in today
 
 
-def test_figures_of_earlier_runs_read_under_todays_names() -> None:
-    file = ROOT / "pretrained" / "sit" / "metrics.jsonl"
-    old = json.loads(file.read_text().splitlines()[0])
+def test_figures_of_earlier_runs_read_under_todays_names(tmp_path: Path) -> None:
+    file, old = tmp_path / "metrics.jsonl", {"iteration": 1, "episode/success_clip": 0.25}
+    file.write_text(json.dumps(old | {"episode/fall_near": 0.5}) + "\n")
     new = read_metrics(file)[0]
-    assert new["episode/success_reference"] == old["episode/success_clip"] == 0.25
-    assert len(new) == len(old) and not any(name.endswith("_clip") for name in new)
+    assert new["episode/success_reference"] == 0.25 and new["episode/fall_near"] == 0.5
+    assert len(new) == 3 and not any(name.endswith("_clip") for name in new)
 
 
 def test_an_unknown_setting_is_one_clear_line() -> None:
