@@ -120,8 +120,9 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
     },
     "Bench": {
         "scenes": ((1, 1e6),), "threads": (_THREADS,), "seconds": ((0.1, 1e6),),
-        "mutations": ((1, 1e9),),
+        "mutations": ((1, 1e9),), "rounds": ((1, 1e4),),
     },
+    "Demo": {"seed": (_SEED,)},
     "Export": {"take": ((0, 1e6),)},
     "Plan": {
         "actors": ((1, 1e5),), "scenes": ((1, 1e8),), "network": ((1, 16384),),

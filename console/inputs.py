@@ -17,6 +17,7 @@ FIELDS = (
     "motions",
     "objects",
     "init",
+    "walker",
     "against",
     "evaluation",
     "map",

@@ -36,5 +36,6 @@ def test_files_that_can_be_written_and_none(tmp_path: Path) -> None:
 def test_a_wrong_suffix_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["export", "carry", "x.pt"]) == 2
     assert capsys.readouterr().err == (
-        "inhabit: FILE.onnx x.pt: its suffix is '.pt'; choose .onnx\n"
+        "inhabit: FILE x.pt: unknown suffix '.pt'; choose .onnx for a policy, "
+        ".glb, .gltf, .bvh, .smpl.npz for a motion\n"
     )

@@ -73,7 +73,8 @@ def test_an_unusable_policy_is_one_line(tmp_path: Path, capsys: pytest.CaptureFi
     assert "give at least one run" in line(code=2)
     assert "open to other machines" in line(pretrained, "--listen", "0.0.0.0:0")
     assert "must be HOST:PORT" in line(pretrained, "--listen", "nowhere", code=2)
-    assert "No such file" in line(pretrained, "--token-file", str(tmp_path / "token"))
+    missing = str(tmp_path / "token")
+    assert missing in line(pretrained, "--token-file", missing, code=2)
     damaged = tmp_path / "damaged"
     damaged.mkdir()
     (damaged / "manifest.json").write_text("{")

@@ -51,7 +51,7 @@ def test_bad_flags(
 def test_missing_checkpoints_fail(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for flag in ("--init", "--walker"):
         words = ["teach", "carry", str(tmp_path / "out"), flag, str(tmp_path / "none")]
-        assert main(words) == 1
+        assert main(words) == 2
         text = capsys.readouterr().err.strip()
         assert text.startswith("inhabit: ") and "none" in text and "\n" not in text
 

@@ -57,7 +57,7 @@ def test_the_scenes_hold_the_imported_pieces(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("task", "objects", "code", "says"),
     [
-        ("sit", "nowhere", 1, "nowhere': choose train, test, all or a path"),
+        ("sit", "nowhere", 2, "nowhere"),
         ("sit", "test", 2, "the test pieces are held out; choose train or a path"),
         ("lie", "FOLDER", 1, "none of 3 pieces has a place to lie"),
         ("carry", "FOLDER", 2, "carry draws its boxes itself"),
