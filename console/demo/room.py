@@ -7,7 +7,7 @@ character to its feet after a rest or a fall.
 
 import copy
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cache
@@ -139,28 +139,30 @@ class Room(Contents):
         self._thrower.step(self.time_step, self.scenes.body(), 0.0)
 
     def _of_kind(self, kind: str) -> str | None:
-        return next((n for n, p in self.policies.items() if p.task.affordance.kind == kind), None)
+        named = {p.task.affordance.kind: n for n, p in reversed(self.policies.items())}
+        return named.get(kind)
 
     # goals
 
     def goals(self) -> dict[str, list[str]]:
         """What the character can be sent to: policy -> names of pieces or boxes; no names where it
         goes to points of the floor."""
-        found: dict[str, list[str]] = {}
-        for name, served in self.policies.items():
-            affordance = served.task.affordance
-            if affordance.kind == "furniture":
-                found[name] = [
-                    thing.name
-                    for thing in self.pieces
-                    if thing.piece.category in _categories(affordance)
-                    and usage(affordance.name).use_points(thing.piece)
-                ]
-            elif affordance.kind == "box":
-                found[name] = list(self.box_names)
-            elif affordance.kind == "floor":
-                found[name] = []
-        return found
+        names: dict[str, Callable[[Affordance], list[str]]] = {
+            "furniture": self._usable,
+            "box": lambda _: list(self.box_names),
+            "floor": lambda _: [],
+        }
+        affordances = {name: p.task.affordance for name, p in self.policies.items()}
+        return {n: names[a.kind](a) for n, a in affordances.items() if a.kind in names}
+
+    def _usable(self, affordance: Affordance) -> list[str]:
+        """Names of the pieces that have the affordance."""
+        return [
+            thing.name
+            for thing in self.pieces
+            if thing.piece.category in _categories(affordance)
+            and usage(affordance.name).use_points(thing.piece)
+        ]
 
     def send(self, policy: str, name: str) -> None:
         """Send the character to use a piece, or to carry a box to the free stand.
@@ -173,7 +175,7 @@ class Room(Contents):
         if name not in choices[policy]:
             raise ChoiceError("piece", name, choices[policy])
         affordance = self.policies[policy].task.affordance
-        if affordance.kind == "box":
+        if name in self.box_names:
             self._sent(self._carry(policy, name))
             return
         goals = sides(policy, f"{policy}: {name}", self.things[name], affordance.name)

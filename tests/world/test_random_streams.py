@@ -49,6 +49,6 @@ def test_counters_may_differ_by_scene() -> None:
 
 def test_no_two_purposes_share_a_key() -> None:
     keys = [v for k, v in vars(random_streams).items() if k.isupper() and k[0] != "_"]
-    assert len(keys) == len(set(keys)) == 8
+    assert len(keys) == len(set(keys)) == 10
     u = [random_streams.uniform(0, key, torch.arange(4), 0, 2) for key in keys]
     assert len({tuple(x.flatten().tolist()) for x in u}) == len(keys)

@@ -4,6 +4,8 @@ All draws are functions of seed, scene, and control step or episode, so that the
 the division of the scenes over actors.
 """
 
+from typing import cast
+
 import torch
 from torch import Tensor
 
@@ -102,13 +104,13 @@ class Disturbances:
         moved = self._mover.step(body, _STEP_S) if self._config.moved_fraction else None
         if moved is None:
             return False
-        assert isinstance(self._bank, MovableBank), "checked with the configuration"
+        bank = cast("MovableBank", self._bank)  # checked with the configuration
         # padded as the shard's resets are: roundings must not depend on how many move at a time
         ids, point, facing = (
             torch.cat((part, part[:1].expand(-len(part) % LANES, *part.shape[1:])))
             for part in moved
         )
-        part = self._bank.move(self._scenes, ids, variant[ids], now.rows(ids), point, facing)
+        part = bank.move(self._scenes, ids, variant[ids], now.rows(ids), point, facing)
         targets.write(ids, part)
         return True
 
