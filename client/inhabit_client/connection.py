@@ -3,12 +3,12 @@
 import ipaddress
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from types import TracebackType
 
 import grpc
 import numpy as np
 from numpy.typing import ArrayLike
 
+from inhabit_client.closing import Closing
 from inhabit_client.control import Actions, Session, actions
 from inhabit_client.errors import told
 from inhabit_client.motion import Frame, Motion, frame_of
@@ -19,7 +19,7 @@ from inhabit_client.v1 import policy_pb2_grpc as stubs
 _OPTIONS = [("grpc.enable_http_proxy", 0), ("grpc.max_receive_message_length", 64 << 20)]
 
 
-class Client:
+class Client(Closing):
     """A connection to a policy service; `with` closes it. Calls raise ServiceError."""
 
     def __init__(self, channel: grpc.Channel, deadline_s: float) -> None:
@@ -129,17 +129,6 @@ class Client:
     def close(self) -> None:
         """Close the connection."""
         self._channel.close()
-
-    def __enter__(self) -> "Client":
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
 
 def connect(

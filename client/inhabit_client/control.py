@@ -3,11 +3,11 @@
 import queue
 from collections.abc import Iterator
 from dataclasses import dataclass
-from types import TracebackType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from inhabit_client.closing import Closing
 from inhabit_client.errors import told
 from inhabit_client.v1 import policy_pb2 as pb
 from inhabit_client.v1 import policy_pb2_grpc as stubs
@@ -31,7 +31,7 @@ def actions(action: bytes, target: bytes, version: str, rows: int) -> Actions:
     return Actions(first, second, version)
 
 
-class Session:
+class Session(Closing):
     """An open stream; `with` closes it."""
 
     def __init__(self, stub: stubs.PolicyStub, policy: str, seed: int | None) -> None:
@@ -66,14 +66,3 @@ class Session:
     def _requests(self) -> Iterator[pb.ControlRequest]:
         while (request := self._waiting.get()) is not None:
             yield request
-
-    def __enter__(self) -> "Session":
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()

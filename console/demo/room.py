@@ -25,7 +25,8 @@ from console.demo.layout import Layout
 from console.kinds.poses import HERE
 from console.kinds.setup import Pose
 from console.play.balls import Thrower
-from console.play.scene import MAX_IMPULSE_N_S, STEP_S, UnstableError
+from console.play.pushes import Pushes
+from console.play.scene import STEP_S, UnstableError
 from console.play.source import heading
 from policy.checkpoints.served import Served
 from world.affordances import Affordance
@@ -116,7 +117,7 @@ class Room(Contents):
         super().__init__(layout, world.action_scale, world.action_clip)
         self._force = self.scenes.batch.bind("xfrc_applied")
         self._thrower = Thrower(self.scenes, seed)
-        self._pushes: list[tuple[int, NDArray[np.float64]]] = []
+        self._pushes = Pushes(STEP_S)
         self._random = np.random.default_rng(seed)
         self.wanders = False
         """Whether the character chooses its next goal itself."""
@@ -285,11 +286,7 @@ class Room(Contents):
 
         Raises ChoiceError for an unknown body.
         """
-        if body not in character.BODIES:
-            raise ChoiceError("body", body, list(character.BODIES))
-        size = float(np.linalg.norm(impulse_n_s))
-        shrunk = impulse_n_s * min(1.0, MAX_IMPULSE_N_S / max(size, 1e-9))
-        self._pushes.append((1 + character.BODIES.index(body), shrunk / STEP_S))
+        self._pushes.add(impulse_n_s, body)
 
     def throw(self) -> None:
         """Throw a ball at the character, at the next step."""
@@ -304,10 +301,7 @@ class Room(Contents):
             self._set_out()
         self._choose()
         self._thrower.step(self.time_step, self.scenes.body(), STEP_S)
-        self._force[0] = 0.0
-        for index, force in self._pushes:
-            self._force[0, index, :3] += force
-        self._pushes.clear()
+        self._pushes.apply(self._force[0])
         self._drive()
         self.time_step += 1
         if not bool(self.scenes.finite()[0]):

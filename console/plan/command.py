@@ -24,7 +24,7 @@ def plan_command(command: Plan) -> int:
     experiment = experiment_of(command)
     fleet = fleet_of(command, experiment)
     costs = Costs()
-    source = "two quiet Zen 4 cores, the task sit (docs/results/throughput.md)"
+    source = "two quiet cores, the task sit (docs/results/throughput.md)"
     if command.measure:
         from console.plan.measuring import measure  # imports the learner
 

@@ -30,18 +30,18 @@ _FORWARD, _BOTH = 2, 6
 
 @dataclass(frozen=True)
 class Costs:
-    """What a sample and a part cost, s of a core. The defaults are those of
-    docs/results/throughput.md: two quiet Zen 4 cores with bf16, the task sit."""
+    """What a sample and a part cost, s of a core. The defaults are those of two quiet cores and the
+    task sit (docs/results/throughput.md)."""
 
-    world_s: float = 114e-6
+    world_s: float = 105e-6
     """A control step of a scene: simulator, resets, features, rewards."""
-    act_s: float = 6.8e-11
+    act_s: float = 2.3e-11
     """A floating-point operation of acting."""
-    update_s: float = 8e-12
+    update_s: float = 4.5e-12
     """A floating-point operation of an update."""
-    score_s: float = 43e-6
-    """Scoring a transition, over gRPC."""
-    train_s: float = 0.3
+    score_s: float = 2.5e-6
+    """Scoring a transition, in the learner's process."""
+    train_s: float = 0.028
     """A training of the discriminator, beside the update: its gradient steps are the same for any
     number of scenes."""
     part_s: float = 0.771e-3

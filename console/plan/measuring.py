@@ -10,8 +10,8 @@ from console.plan.estimate import Costs, Fleet, act_flop, update_flop
 from console.run import assembly
 from console.run.experiment import Experiment
 
-#: Scenes of the actor that is measured.
-_SCENES = 64
+#: Most scenes of the actor that is measured: fewer cost more each, more take longer to make.
+_SCENES = 256
 
 
 def measure(experiment: Experiment, fleet: Fleet, seconds: float) -> Costs:
@@ -21,9 +21,10 @@ def measure(experiment: Experiment, fleet: Fleet, seconds: float) -> Costs:
     are wall time: keep the machine quiet. Receiving is not measured (`inhabit bench scaling`).
     """
     experiment = replace(experiment, ppo=replace(experiment.ppo, warmup_iterations=0))
-    owned = range(min(_SCENES, experiment.block))
+    blocks = min(_SCENES, fleet.scenes // fleet.actors) // experiment.block
+    owned = range(max(1, blocks) * experiment.block)
     shard = assembly.shard(experiment.world, owned, experiment.seed)
-    worker = Worker(shard, owned, experiment.seed, len(owned))
+    worker = Worker(shard, owned, experiment.seed, experiment.block)
     student = assembly.learner(experiment)
     weights, sigma = student.weights(), student.sigma
     rollout = worker.rollout(weights, 0, experiment.horizon, sigma)

@@ -12,9 +12,9 @@ from console.kinds import kind
 from console.kinds.setup import Pose, Setup, check
 from console.play.balls import Thrower
 from console.play.frames import UnstableError
+from console.play.pushes import Pushes
 from policy.checkpoints.served import Served
 from world.character import model as character
-from world.errors import ChoiceError
 from world.furniture.piece import Piece
 from world.scene.batch import Scenes
 from world.scene.target import state
@@ -22,8 +22,6 @@ from world.scene.target import state
 STEP_S = 1.0 / character.CONTROL_HZ
 #: Speeds at which the target moves to its new pose: a jump could place it inside the character.
 GLIDE_M_S, GLIDE_RAD_S = 1.5, 2.0
-#: Greatest impulse of a push, N s: 45 kg at 4.4 m/s.
-MAX_IMPULSE_N_S = 200.0
 _HERE = torch.zeros(1, dtype=torch.int64)
 
 
@@ -62,7 +60,7 @@ class Scene:
         self._scenes = Scenes([self.model], world.action_scale, world.action_clip)
         self._force = self._scenes.batch.bind("xfrc_applied")
         self._thrower = Thrower(self._scenes, setup.seed)
-        self._pushes: list[tuple[int, NDArray[np.float64]]] = []
+        self._pushes = Pushes(STEP_S)
         self._goal = self._wanted = setup.goal
         self.time_step = 0
         self._begin(setup.start)
@@ -98,12 +96,7 @@ class Scene:
 
         Raises ChoiceError for an unknown body.
         """
-        if body not in character.BODIES:
-            raise ChoiceError("body", body, list(character.BODIES))
-        size = float(np.linalg.norm(impulse_n_s))
-        shrunk = impulse_n_s * min(1.0, MAX_IMPULSE_N_S / max(size, 1e-9))
-        # body 0 of the model is the world
-        self._pushes.append((1 + character.BODIES.index(body), shrunk / STEP_S))
+        self._pushes.add(impulse_n_s, body)
 
     def throw(self) -> None:
         """Throw a ball at the character, at the next step."""
@@ -122,10 +115,7 @@ class Scene:
         body, target = self._scenes.body(), self._object.target(self._scenes)
         self._thrower.step(self.time_step, body, STEP_S)
         before = state(body, target)
-        self._force[0] = 0.0
-        for index, force in self._pushes:
-            self._force[0, index, :3] += force
-        self._pushes.clear()
+        self._pushes.apply(self._force[0])
         goal = self.task.goal_features(body, target)
         self._scenes.act(self.served.act(torch.cat((before, goal), dim=1)))
         self.time_step += 1

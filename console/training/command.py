@@ -116,7 +116,7 @@ def resolve(command: Train) -> Experiment:
         world = replace(world, objects=tuple(_furniture(name) for name in command.objects))
     experiment = replace(command.experiment, world=world)
     if experiment.style.mask_holding and not any(
-        tasks.make(world.task).affordance.clips.kind == "box" for world in mixing.worlds(experiment)
+        tasks.make(world.task).affordance.clips.holds for world in mixing.worlds(experiment)
     ):
         raise ConfigError("--style.mask-holding: only a task with a box to hold can hide the arms")
     mixing.mixture_of(experiment)  # a mixture that cannot be is refused before a run is made

@@ -108,7 +108,12 @@ class Mixture:
     def worlds(self, world: WorldConfig) -> tuple[WorldConfig, ...]:
         """Return the settings of each task's scenes."""
         return tuple(
-            replace(world, task=part.name, episode_s=_episode_s(world, part, self.parts[0]))
+            replace(
+                world,
+                task=part.name,
+                episode_s=_episode_s(world, part, self.parts[0]),
+                classes=world.classes or part.affordance.classes,
+            )
             for part in self.parts
         )
 

@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from console.play.browser.view import View
-from console.play.scene import MAX_IMPULSE_N_S
+from console.play.pushes import MAX_IMPULSE_N_S
 from world.character import model as character
 
 

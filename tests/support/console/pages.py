@@ -4,7 +4,7 @@ import re
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 from tests.support.browser import PATIENCE_S, Page
@@ -53,3 +53,18 @@ def goes_on(page: Page) -> None:
     """Wait until the time of the scene has moved on by half a second."""
     newest = seconds(page)[1]
     page.wait(f"parseFloat({ALL_TEXT}.match(/of ([0-9.]+) s/)[1]) > {newest + 0.5}")
+
+
+def restarts(page: Page, action: Callable[[], object]) -> None:
+    """Do something that begins another scene, and wait until its time has been shown: less than was
+    shown before, however soon it passes that again."""
+    newest = seconds(page)[1]
+    page.run(
+        "window.begunAgain = false; new MutationObserver((_, seen) => {"
+        f"const shown = {ALL_TEXT}.match(/of ([0-9.]+) s/);"
+        f"if (shown && parseFloat(shown[1]) < {newest}) {{"
+        "window.begunAgain = true; seen.disconnect(); } })"
+        ".observe(document.body, {subtree: true, childList: true, characterData: true})"
+    )
+    action()
+    page.wait("window.begunAgain")

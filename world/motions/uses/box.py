@@ -32,7 +32,7 @@ _LOWEST_M = GROUND_M + 0.05
 class BoxUse(ClipUse):
     """Picking a box up, carrying it and putting it down."""
 
-    kind = "box"
+    kind, holds = "box", True
     missing = "no clip carries a box: set --world.initial.reference to 0 or add clips that do"
 
     def fit(self, clip: Clip) -> list[Clip]:

@@ -104,6 +104,8 @@ class ClipUse(ABC):
 
     kind: ClassVar[str] = ""
     """The field of a clip that holds the object used; empty: none."""
+    holds: ClassVar[bool] = False
+    """Whether the object is held in the hands."""
     missing: ClassVar[str]
     """Error message where reference states are configured and no clip has this use."""
     idle_every: ClassVar[int] = 12

@@ -1,10 +1,12 @@
 """Visitors of the player in a real browser: every task and control, a phone, two at once, and a tab
 that is closed."""
 
+from functools import partial
+
 import pytest
 
 from tests.support.browser import CHROMIUM, browser
-from tests.support.console.pages import ALL_TEXT, goes_on, seconds, serving, until
+from tests.support.console.pages import ALL_TEXT, goes_on, restarts, seconds, serving, until
 
 pytestmark = [
     pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on PATH to open pages in"),
@@ -19,8 +21,7 @@ def test_every_task_and_control() -> None:
         page.open(address)
         until(page, "/As a recording/")
         for task in TASKS[1:] + TASKS[:1]:
-            page.choose("policy", task)
-            until(page, "/of 0[.][0-9]+ s/")  # a new scene
+            restarts(page, partial(page.choose, "policy", task))
             goes_on(page)
             if task == "lie":
                 page.choose("piece", "bed-test-002")
@@ -30,8 +31,7 @@ def test_every_task_and_control() -> None:
             page.type("heading (°)", "90")
             if task == "carry":
                 page.type("box x, y (m)", "1.1")
-            page.press("Start again")
-            until(page, "/of 0[.][0-9]+ s/")
+            restarts(page, partial(page.press, "Start again"))
             page.type("x, y (m)", "2.1")
             page.type("facing (°)", "150")
             page.choose("body", "pelvis")
@@ -46,8 +46,7 @@ def test_every_task_and_control() -> None:
             page.press("Pause")
             until(page, "/Play/")
             page.press("Play")
-            page.press("Start anywhere")
-            until(page, "/of 0[.][0-9]+ s/")
+            restarts(page, partial(page.press, "Start anywhere"))
             goes_on(page)
             assert page.errors == [], task
         page.type("scale", "9")
