@@ -88,6 +88,9 @@ class TrackConfig:
     """In a mixture: task whose goal the policy sees in these scenes, in place of the reference,
     which the critic alone sees; actions are then added to the neutral set-points. Empty: the
     reference."""
+    teacher: str = ""
+    """With `goal`: run or checkpoint of the task track, without a mixture, whose policy labels the
+    states of these scenes with its actions; see ppo.imitation-weight. Empty: no teacher."""
     handling: float = 2.0
     """Weight of frames in which the clip reaches for its object, lifts it or puts it down, in the
     draw of initial states; other frames have 1."""
@@ -159,7 +162,7 @@ class WorldConfig:
     """Greatest magnitude of an action; larger ones are clipped."""
     teacher: str | None = None
     """Name of a scripted teacher that labels training states with its actions (carry); none: no
-    teacher. See ppo.imitation-weight. Evaluation uses no teacher."""
+    teacher. See ppo.imitation-weight, and track.teacher. Evaluation uses no teacher."""
     seed: int = 0
     """Seed of the furniture catalogue."""
     perturb: PerturbConfig = field(default_factory=PerturbConfig)

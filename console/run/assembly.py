@@ -24,6 +24,7 @@ from policy.checkpoints import lineage
 from policy.checkpoints.format import Layout, Manifest, read
 from policy.checkpoints.lineage import Origin
 from policy.errors import CheckpointError
+from policy.model.acting import Policy
 from rpc.server import ServerConfig
 from world import tasks, teachers
 from world.character.features import OBJECT, STATE
@@ -32,6 +33,7 @@ from world.config import WorldConfig
 from world.device import CPU
 from world.episodes.mixed import MixedShard
 from world.episodes.shard import Shard
+from world.errors import ConfigError
 from world.furniture.piece import Piece
 from world.meshes import collection
 from world.motions import load
@@ -41,6 +43,8 @@ from world.scene.warp_config import DEFAULT, WarpConfig
 from world.tasks import Task
 from world.tasks.mixture import Mixture
 from world.tasks.symmetry import symmetry
+from world.teachers.teacher import Teacher
+from world.teachers.tracker import TrackerTeacher
 
 
 def library(
@@ -115,6 +119,8 @@ class MakeShard:
     mixed: Mixture | None = None
     block: int = 64
     """Scenes in which a mixture has its shares."""
+    tracker: "Tracker | None" = None
+    """The teacher of scenes that follow clips and hide their reference."""
 
     def __call__(self, scenes: range) -> ShardLike:
         torch.set_num_threads(1)
@@ -130,8 +136,51 @@ class MakeShard:
     def _part(
         self, world: WorldConfig, scenes: Sequence[int], shown: Sequence[Task] = ()
     ) -> NanDump:
-        made = shard(world, scenes, self.seed, self.simulator, self.device, self.warp, shown)
+        # a scene shows another task's goal in place of the reference that it follows
+        taught = self.tracker if len(shown) > 1 else None
+        teacher = None if taught is None else taught.teacher()
+        made = shard(
+            world, scenes, self.seed, self.simulator, self.device, self.warp, shown, teacher
+        )
         return NanDump(made, scenes, training_bank(world).pieces, self.recordings)
+
+
+@dataclass(frozen=True)
+class Tracker:
+    """A trained policy of the task track, which can be sent to another process."""
+
+    weights: dict[str, Tensor]
+    residual: bool
+    """Its actions are added to the reference's set-points."""
+
+    def teacher(self) -> TrackerTeacher:
+        """Return a teacher that acts by it."""
+        return TrackerTeacher(Policy(self.weights), self.residual)
+
+
+def tracker(experiment: Experiment) -> Tracker | None:
+    """Return the tracking policy that teaches an experiment's scenes; None where it has none.
+
+    Raises ConfigError for a policy of another task, or of other actions; and as `trained`.
+    """
+    world = experiment.world
+    source = world.track.teacher
+    if not source:
+        return None
+    found = trained(Path(source))
+    theirs = found.experiment.world
+    if not tasks.make(found.task).affordance.follows_clips:
+        raise ConfigError(
+            f"--world.track.teacher {source} is a policy of the task {found.task}: name a run or"
+            " checkpoint of the task track"
+        )
+    mine = (world.action_scale, world.action_clip)
+    if (theirs.action_scale, theirs.action_clip) != mine:
+        raise ConfigError(
+            f"--world.track.teacher {source} was trained with --world.action-scale"
+            f" {theirs.action_scale:g} --world.action-clip {theirs.action_clip:g}: give the same"
+        )
+    return Tracker(found.weights, theirs.track.residual)
 
 
 def shard(
@@ -142,14 +191,16 @@ def shard(
     device: torch.device = CPU,
     warp: WarpConfig = DEFAULT,
     shown: Sequence[Task] = (),
+    teacher: Teacher | None = None,
 ) -> Shard:
     """Return a shard on the clips and furniture of this process.
 
-    shown: tasks whose goals are observed; see Shard.
+    shown: tasks whose goals are observed; see Shard. teacher: by default the one that `world`
+    names.
     """
     bank = training_bank(world)
     library = library_of(world)
-    teacher = teachers.make(world, bank, scenes)
+    teacher = teacher or teachers.make(world, bank, scenes)
     return Shard(world, library, bank, scenes, seed, teacher, simulator, device, warp, shown)
 
 
@@ -167,6 +218,7 @@ def make_shard(experiment: Experiment, run: RunDirectory, device: torch.device =
         experiment.warp,
         mixing.mixture_of(experiment),
         experiment.block,
+        tracker(experiment),
     )
 
 

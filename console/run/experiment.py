@@ -214,6 +214,17 @@ def check(experiment: Experiment) -> Experiment:
     from world.episodes import disturbances
 
     teachers.check(experiment.world)
+    track = experiment.world.track
+    if track.teacher and not track.goal:
+        raise ConfigError(
+            f"--world.track.teacher {track.teacher}: a tracker teaches what does not see the"
+            " reference: add --world.track.goal TASK"
+        )
+    if track.teacher and experiment.ppo.imitation_weight <= 0.0:
+        raise ConfigError(
+            f"--world.track.teacher {track.teacher} teaches nothing at --ppo.imitation-weight 0:"
+            " raise it, for instance to 0.1"
+        )
     disturbances.check(experiment.world, experiment.simulator)
     return experiment
 

@@ -4,6 +4,7 @@ import contextlib
 import json
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import torch
@@ -70,16 +71,21 @@ def stage_of(found: Checkpoint) -> int:
     return int(found.state["training"].get(STAGE, {}).get("number", 1))
 
 
-def inherited(run: RunDirectory, command: Train) -> tuple[Origin, ...]:
-    """Return the origins of the weights that a training begins from: those of --init, or those that
-    the run's newest readable checkpoint names."""
-    if command.init:
-        return lineage.of(read_manifest(checkpoint_folder(command.init)).notes)
-    if command.resume:
-        for path in sorted(run.checkpoints.glob("[0-9]*"), reverse=True):
-            with contextlib.suppress(CheckpointError):
-                notes = read_manifest(path).notes
-                return lineage.of(notes) if lineage.NOTE in notes else ()
+def inherited(run: RunDirectory, command: Train, experiment: Experiment) -> tuple[Origin, ...]:
+    """Return the origins of the weights that a training begins from and of its teacher's: those of
+    --init, or those that the run's newest readable checkpoint names."""
+    if not command.resume:
+        sources = (command.init, experiment.world.track.teacher)
+        return tuple(
+            origin
+            for source in sources
+            if source
+            for origin in lineage.of(read_manifest(checkpoint_folder(Path(source))).notes)
+        )
+    for path in sorted(run.checkpoints.glob("[0-9]*"), reverse=True):
+        with contextlib.suppress(CheckpointError):
+            notes = read_manifest(path).notes
+            return lineage.of(notes) if lineage.NOTE in notes else ()
     return ()
 
 

@@ -114,6 +114,11 @@ def resolve(command: Train) -> Experiment:
         world = replace(world, motions=tuple(str(path.resolve()) for path in command.motions))
     if command.objects:
         world = replace(world, objects=tuple(_furniture(name) for name in command.objects))
+    if world.track.teacher:
+        named = Path(world.track.teacher)
+        checkpoint_folder(named)  # refused where there is none
+        where = str(named.resolve()) if named.exists() else str(named)  # or a policy's name
+        world = replace(world, track=replace(world.track, teacher=where))
     experiment = replace(command.experiment, world=world)
     if experiment.style.mask_holding and not any(
         tasks.make(world.task).affordance.clips.holds for world in mixing.worlds(experiment)
@@ -129,7 +134,9 @@ def resolve(command: Train) -> Experiment:
             check(staged)
         except ConfigError as error:
             raise ConfigError(f"--recipe: stage {stage.name}: {error}") from None
-    return check(experiment)
+    check(experiment)
+    assembly.tracker(experiment)
+    return experiment
 
 
 def _furniture(name: str) -> str:
@@ -233,7 +240,7 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
             sinks.open(open_recorders(run, samples))
             begun.set()
 
-        origins = beginning.inherited(run, command)
+        origins = beginning.inherited(run, command, experiment)
         training = Training(run, command, experiment, device.torch, display.note, sinks, origins)
         resumed = beginning.newest(run, experiment, display.note) if command.resume else None
         with doing(display.stage):

@@ -77,10 +77,10 @@ class Track(Task):
     affordance = REFERENCE
     goal = _goal()
     terms: ClassVar[dict[str, float]] = {
-        "body": 0.25,
-        "joint": 0.10,
-        "velocity": 0.10,
-        "root": 0.15,
+        "body": 0.20,
+        "joint": 0.05,
+        "velocity": 0.05,
+        "root": 0.30,
         "box": 0.25,
         "box_angle": 0.05,
         "contact": 0.10,

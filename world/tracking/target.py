@@ -53,8 +53,10 @@ class TrackTarget(Target):
 
     def set_points(self) -> Tensor | None:
         """See Target: those of the reference's next frame."""
-        if not self.residual:
-            return None
+        return self.reference_set_points() if self.residual else None
+
+    def reference_set_points(self) -> Tensor:
+        """[n, 28]: set-points of the reference's next frame, rad."""
         return self.reference.set_point[self.reference.ahead(self.frame, 1)]
 
     def advance(self, body: Body) -> None:

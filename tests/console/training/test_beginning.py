@@ -46,6 +46,9 @@ def test_a_checkpoint_of_a_stage_is_compared_with_that_stage() -> None:
         beginning.require_unedited(manifest, edited, RunDirectory(Path("run")))
 
 
+NONE = Experiment()
+
+
 def origins_of(folder: Path) -> list[str]:
     notes = json.loads((folder / "manifest.json").read_text())["notes"]
     return [origin["what"] for origin in json.loads(notes["lineage"])]
@@ -54,12 +57,12 @@ def origins_of(folder: Path) -> list[str]:
 def test_origins_of_the_weights_a_training_begins_from(run: Path, tmp_path: Path) -> None:
     """Those of --init, and with --resume those that the checkpoint itself names."""
     command = Train(task="sit", experiment=Experiment())
-    own = beginning.inherited(RunDirectory(run), command)
+    own = beginning.inherited(RunDirectory(run), command, NONE)
     assert own == ()
     named = ROOT / "pretrained" / "sit"
-    (first,) = beginning.inherited(RunDirectory(run), replace(command, init=named))
+    (first,) = beginning.inherited(RunDirectory(run), replace(command, init=named), NONE)
     assert "SAMP" in first.what and "CC BY-NC-SA 4.0" in first.licence
-    resumed = beginning.inherited(RunDirectory(run), replace(command, resume=True))
+    resumed = beginning.inherited(RunDirectory(run), replace(command, resume=True), NONE)
     assert [origin.what for origin in resumed] == origins_of(run / "checkpoints" / "latest")
     assert resumed[0].what == assembly.OWN_CLIPS and resumed[0].licence == "Apache-2.0"
     # a damaged newest checkpoint is passed over
@@ -70,4 +73,4 @@ def test_origins_of_the_weights_a_training_begins_from(run: Path, tmp_path: Path
     manifest = (run / "checkpoints" / "latest" / "manifest.json").read_text()
     (copy.checkpoints / "000001" / "manifest.json").write_text(manifest)
     (copy.checkpoints / "000002" / "manifest.json").write_text("{")
-    assert beginning.inherited(copy, replace(command, resume=True)) == resumed
+    assert beginning.inherited(copy, replace(command, resume=True), NONE) == resumed

@@ -105,6 +105,32 @@ def test_networks_go_from_a_task_to_a_mixture_and_back(
     assert "of the task sit" in capsys.readouterr().out
 
 
+def test_a_tracker_teaches_scenes_that_hide_its_reference(
+    motions: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tracker = tmp_path / "tracker"
+    begin = ["train", "track", "--run", str(tracker), "--motions", motions, *SMALL.split()[:10]]
+    assert main([*begin, "--world.track.boxes", "1"]) == 0
+    taught = ["--world.track.teacher", str(tracker), "--ppo.imitation-weight", "3"]
+    free = ["--ppo.kl-target", "0", "100", "--iterations", "12", "--ppo.actor-rate", "0.001"]
+    lines = train(motions, tmp_path / "student", *taught, *free)
+    errors = [line["ppo/imitation"] for line in lines[2:]]  # the first trains the critic alone
+    assert errors[-1] < 0.8 * errors[0]
+    notes = read_manifest(tmp_path / "student" / "checkpoints" / "latest").notes
+    assert len(json.loads(notes["lineage"])) >= 1
+    capsys.readouterr()
+    for words, said in (
+        (["--world.track.teacher", str(tracker)], "add --world.track.goal TASK"),
+        ([*WORDS.split(), *taught[:2]], "raise it, for instance to 0.1"),
+        ([*WORDS.split(), "--world.track.teacher", "walk", *taught[2:]], "policy of the task walk"),
+        ([*WORDS.split(), "--world.track.teacher", "nobody", *taught[2:]], "nobody does not exist"),
+        ([*WORDS.split(), *taught, "--world.action-scale", "0.2"], "--world.action-scale 0.35"),
+    ):
+        assert main(["train", "sit", "--dry-run", "--motions", motions, *words]) != 0, words
+        error = capsys.readouterr().err
+        assert said in error and error.count("\n") == 1, error
+
+
 def test_what_cannot_be_mixed_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     for words, said in (
         ("--mix sit=0.5", "two tasks or more"),

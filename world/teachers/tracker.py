@@ -1,0 +1,47 @@
+"""A trained tracking policy as the teacher of a policy to which the reference is hidden.
+
+Both are in the same state of the same scenes. The tracker sees the reference's next frames; the
+student sees a task's goal. Its labels are what the tracker would do (DAgger, as InterMimic and
+MaskedMimic distil trackers).
+"""
+
+from collections.abc import Callable, Mapping
+
+import torch
+from torch import Tensor
+
+from world import tasks
+from world.scene.batch import Scenes
+from world.scene.target import Target
+from world.tasks.track import Track
+from world.tracking.target import tracked
+
+Act = Callable[[Tensor, Tensor], Tensor]
+"""Actions [n, 28] of states [n, 114] and goals [n, g] of the task track."""
+
+
+class TrackerTeacher:
+    """Labels scenes that follow clips; a world.teachers.teacher.Teacher without state of its
+    own."""
+
+    def __init__(self, act: Act, residual: bool) -> None:
+        """residual: the tracker's actions are added to the reference's set-points, not to the
+        neutral ones."""
+        self._act, self._residual, self._task = act, residual, Track()
+
+    def reset(self, rows: Tensor, target: Target) -> None:
+        """Nothing: a tracker acts on the present state alone."""
+
+    def label(self, scenes: Scenes, target: Target, variant: Tensor, clock: int) -> Tensor:
+        """Teacher actions [n, 28] float32, in the student's units: about the neutral set-points."""
+        target, body = tracked(target), scenes.body()
+        action = self._act(tasks.state(body, target), self._task.goal_features(body, target))
+        base = target.reference_set_points() if self._residual else None
+        return scenes.actions(scenes.set_points(action, base)).to(torch.float32)
+
+    def state_dict(self) -> dict[str, Tensor]:
+        """Nothing."""
+        return {}
+
+    def load_state_dict(self, state: Mapping[str, Tensor]) -> None:
+        """Nothing."""
