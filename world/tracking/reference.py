@@ -17,10 +17,22 @@ from world.initial.squeeze import squeeze
 from world.motions import segments
 from world.motions.clip import Clip
 from world.motions.uses.box import BOX
+from world.objects import clearance
 
 #: A box between two holds counts as held, unless it is this close to where it is picked up or put
 #: down: m horizontally, m in height.
 _RESTS_M, _LEVEL_M = 0.15, 0.05
+#: A limb this deep in a resting box passes through it, m; less is an inaccuracy of its size.
+_THROUGH_M = 0.03
+#: All spheres but those of the arms, which close on the box before they hold it.
+_ARMS = ("hand", "lower_arm", "upper_arm")
+_LIMBS = torch.tensor(
+    [
+        sphere
+        for sphere, body in enumerate(clearance.BODIES.tolist())
+        if not character.BODIES[body].endswith(_ARMS)
+    ]
+)
 #: Least number of frames of an episode.
 SHORTEST = 15
 #: Number of frames of a segment: half a second.
@@ -42,7 +54,8 @@ class Reference:
     first: Tensor
     """[C] int64: the first frame of each clip."""
     stop: Tensor
-    """[C] int64: one beyond its last."""
+    """[C] int64: one beyond the last that is followed: a clip ends before its body passes through
+    the box that it has put down, whose size and place are inferred."""
     qpos: Tensor
     """[F, 43]."""
     qvel: Tensor
@@ -123,7 +136,8 @@ def reference(clips: Sequence[Clip], handling_weight: float = 1.0) -> Reference:
     """
     parts = [_frames(clip, number, handling_weight) for number, clip in enumerate(clips)]
     lengths = torch.tensor([clip.frames for clip in clips])
-    stop = lengths.cumsum(0)
+    first = lengths.cumsum(0) - lengths
+    stop = first + torch.stack([part.pop("frames") for part in parts])
     joined = {
         name: torch.stack([part[name] for part in parts])
         if name in _BY_CLIP
@@ -134,7 +148,7 @@ def reference(clips: Sequence[Clip], handling_weight: float = 1.0) -> Reference:
     counts = torch.tensor([int(half[-1]) + 1 for half in halves])
     before = (counts.cumsum(0) - counts).tolist()
     segment = torch.cat([half + start for half, start in zip(halves, before, strict=True)])
-    found = Reference(segment=segment, first=stop - lengths, stop=stop, **joined)
+    found = Reference(segment=segment, first=first, stop=stop, **joined)
     if not bool((found.start_weight > 0).any()):
         raise ClipError(f"no clip to follow: each needs more than {SHORTEST} sound frames")
     return found
@@ -158,11 +172,30 @@ def _frames(clip: Clip, number: int, weight: float) -> dict[str, Tensor]:
     }
     found |= _box(clip)
     found["set_point"] = _set_points(qpos, qvel, coordinates, found["held"])
+    begin, end = _free(found, clip)
     sound = torch.from_numpy(segments.usable(clip)).clone()
-    sound[max(0, clip.frames - SHORTEST) :] = False
+    sound[:begin] = False
+    sound[max(0, end - SHORTEST) :] = False
     handled = torch.from_numpy(segments.stages(clip) == segments.TRANSITION)
     found["start_weight"] = sound.double() * torch.where(handled, weight, 1.0)
-    return found
+    return found | {"frames": torch.tensor(end)}
+
+
+def _free(found: dict[str, Tensor], clip: Clip) -> tuple[int, int]:
+    """Return (first, one beyond last) of the frames about the holds in which no limb but the arms
+    is in the resting box."""
+    held = torch.nonzero(found["held"]).flatten()
+    if not len(held):
+        return 0, clip.frames
+    centre, axes = found["box"][:, None, :3], rotations.matrix(found["box"][:, 3:])[:, None]
+    away = clearance.points(found["qpos"])[:, _LIMBS] - centre
+    beyond = (away[..., None] * axes).sum(dim=-2).abs() - 0.5 * found["size"]
+    distance = beyond.clamp_min(0.0).norm(dim=-1) + beyond.amax(dim=-1).clamp_max(0.0)
+    inside = (clearance.RADII[_LIMBS] - distance).amax(dim=1) > _THROUGH_M
+    clash = torch.nonzero(inside & ~found["held"]).flatten()
+    before, after = clash[clash < held[0]], clash[clash > held[-1]]
+    begin = int(before[-1]) + 1 if len(before) else 0
+    return begin, int(after[0]) if len(after) else clip.frames
 
 
 def _set_points(qpos: Tensor, qvel: Tensor, coordinates: Tensor, held: Tensor) -> Tensor:

@@ -101,8 +101,8 @@ class Deviation:
     height: Tensor
     """[n]: of its height."""
     box: Tensor
-    """[n]: of the box from its reference: relative to the root while the reference holds it, else
-    in the world; 0 without a box."""
+    """[n]: of the box from its reference: in the world, or relative to the root where that is less
+    and the reference holds it; 0 without a box."""
 
 
 def deviation(body: Body, target: TrackTarget) -> Deviation:
@@ -115,8 +115,10 @@ def deviation(body: Body, target: TrackTarget) -> Deviation:
     box = torch.zeros_like(squared)
     if target.box is not None:
         there = reference.box[frame, :3] + target.origin
-        off = (target.box.position - there) + torch.where(target.holds()[:, None], root, 0.0)
-        box = torch.where(target.boxed(), off.norm(dim=1), 0.0)
+        off = target.box.position - there
+        # one that is held lags with the root; one that is just gripped is still where it was
+        carried = torch.where(target.holds(), (off + root).norm(dim=1), torch.inf)
+        box = torch.where(target.boxed(), torch.minimum(off.norm(dim=1), carried), 0.0)
     return Deviation(squared.sqrt(), root[:, :2].norm(dim=1), root[:, 2].abs(), box)
 
 

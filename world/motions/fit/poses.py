@@ -51,7 +51,9 @@ def smooth(x: np.ndarray, sigma: float) -> np.ndarray:
     """Gaussian smoothing along time with mirrored ends; sigma in frames."""
     half = int(np.ceil(3 * sigma))
     kernel = np.exp(-0.5 * (np.arange(-half, half + 1) / sigma) ** 2)
-    return np.convolve(np.pad(x, half, mode="reflect"), kernel / kernel.sum(), mode="valid")
+    return np.convolve(
+        np.pad(x, half, mode="reflect", reflect_type="odd"), kernel / kernel.sum(), mode="valid"
+    )
 
 
 def stretches(mask: np.ndarray) -> list[tuple[int, int]]:
