@@ -1,11 +1,15 @@
 """Reference frames: set-points, boxes at rest, mirror images, and where episodes start."""
 
+from dataclasses import replace
+
+import numpy as np
 import torch
 
 from tests.support.track_scenes import clips, followed, held_frames
 from world import rotations
 from world.character import model as character
 from world.character import servos
+from world.motions.clip import Clip
 from world.tracking.reference import SHORTEST, drawn, reference
 
 
@@ -94,3 +98,28 @@ def test_segments_that_fail_are_started_from_and_those_before_them_of_the_same_c
     assert abs(by_segment[1] / by_segment[2] - 0.8) < 1e-9
     assert abs(float(harder.mean()) - 1.0) < 1e-9
     assert torch.equal(found.harder(torch.zeros(3)), torch.ones_like(harder))
+
+
+def test_a_clip_ends_before_its_legs_pass_through_the_box_that_it_put_down() -> None:
+    """The box is inferred: here it is put where the reference walks afterwards, then where it
+    walked before."""
+    clip = clips()[0]
+    assert clip.box is not None
+    held = np.flatnonzero(clip.box.held)
+    whole = reference([clip])
+    assert int(whole.stop) == clip.frames
+
+    def with_box_at(frame: int, rows: slice) -> Clip:
+        assert clip.box is not None
+        pose = clip.box.pose.copy()
+        pose[rows, :2] = clip.root_position_m[frame, :2]
+        pose[rows, 2] = 0.3  # at the height of the shins
+        return replace(clip, box=replace(clip.box, pose=pose))
+
+    last = clip.frames - 1
+    cut = reference([with_box_at(last, slice(int(held[-1]) + 1, None))])
+    assert held[-1] < int(cut.stop) < clip.frames
+    assert not bool(cut.start_weight[int(cut.stop) - SHORTEST :].any())
+    late = reference([with_box_at(0, slice(0, int(held[0]) + 1))])
+    begin = int(torch.nonzero(late.start_weight)[0])
+    assert 0 < begin < held[0] and int(late.stop) == clip.frames
