@@ -73,7 +73,8 @@ class LearnerConfig:
     task whose observations show one side alone (lie)."""
     imitation_weight: float = 0.0
     """Weight of the imitation loss, which draws the mean action to the teacher's action where the
-    teacher (world.teacher, world.track.teacher) labels the state; 0: none."""
+    teacher (world.teacher, world.track.teacher,
+    world.carry.walker) labels the state; 0: none."""
     average: float = 0.98
     """Decay of the averaged actor in an iteration; evaluation and serving use this average; 0: the
     last actor."""

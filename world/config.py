@@ -62,6 +62,9 @@ class CarryConfig:
     """Least and greatest distance from the character to the target in these, m."""
     in_hand: float = 0.0
     """Of the near and far initial states: fraction with the box in hand, in front of the body."""
+    walker: str = ""
+    """Run, checkpoint or name of a policy of the task walk that labels the way to the box with its
+    actions; see ppo.imitation-weight. Empty: no teacher."""
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,9 @@
 """Assembly of an experiment: layout, learner, discriminator, shards, trained policies."""
 
 import json
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +45,7 @@ from world.tasks.mixture import Mixture
 from world.tasks.symmetry import symmetry
 from world.teachers.teacher import Teacher
 from world.teachers.tracker import TrackerTeacher
+from world.teachers.walker import WalkerTeacher
 
 
 def library(
@@ -119,8 +120,8 @@ class MakeShard:
     mixed: Mixture | None = None
     block: int = 64
     """Scenes in which a mixture has its shares."""
-    tracker: "Tracker | None" = None
-    """The teacher of scenes that follow clips and hide their reference."""
+    taught: Mapping[str, "PolicyTeacher"] = field(default_factory=dict)
+    """Of some tasks: the policy that labels their scenes."""
 
     def __call__(self, scenes: range) -> ShardLike:
         torch.set_num_threads(1)
@@ -136,8 +137,7 @@ class MakeShard:
     def _part(
         self, world: WorldConfig, scenes: Sequence[int], shown: Sequence[Task] = ()
     ) -> NanDump:
-        # a scene shows another task's goal in place of the reference that it follows
-        taught = self.tracker if len(shown) > 1 else None
+        taught = self.taught.get(world.task)
         teacher = None if taught is None else taught.teacher()
         made = shard(
             world, scenes, self.seed, self.simulator, self.device, self.warp, shown, teacher
@@ -146,41 +146,45 @@ class MakeShard:
 
 
 @dataclass(frozen=True)
-class Tracker:
-    """A trained policy of the task track, which can be sent to another process."""
+class PolicyTeacher:
+    """A trained policy that labels scenes; it can be sent to another process."""
 
+    make: Callable[[Policy], Teacher]
     weights: dict[str, Tensor]
-    residual: bool
-    """Its actions are added to the reference's set-points."""
 
-    def teacher(self) -> TrackerTeacher:
+    def teacher(self) -> Teacher:
         """Return a teacher that acts by it."""
-        return TrackerTeacher(Policy(self.weights), self.residual)
+        return self.make(Policy(self.weights))
 
 
-def tracker(experiment: Experiment) -> Tracker | None:
-    """Return the tracking policy that teaches an experiment's scenes; None where it has none.
+def policy_teachers(experiment: Experiment) -> dict[str, PolicyTeacher]:
+    """Return the trained policies that label an experiment's scenes, by the task of the scenes.
 
     Raises ConfigError for a policy of another task, or of other actions; and as `trained`.
     """
-    world = experiment.world
-    source = world.track.teacher
-    if not source:
-        return None
-    found = trained(Path(source))
-    theirs = found.experiment.world
-    if not tasks.make(found.task).affordance.follows_clips:
-        raise ConfigError(
-            f"--world.track.teacher {source} is a policy of the task {found.task}: name a run or"
-            " checkpoint of the task track"
-        )
-    mine = (world.action_scale, world.action_clip)
-    if (theirs.action_scale, theirs.action_clip) != mine:
-        raise ConfigError(
-            f"--world.track.teacher {source} was trained with --world.action-scale"
-            f" {theirs.action_scale:g} --world.action-clip {theirs.action_clip:g}: give the same"
-        )
-    return Tracker(found.weights, theirs.track.residual)
+    found, world = {}, experiment.world
+    for flag, task, source, wanted in (
+        ("--world.track.teacher", "track", world.track.teacher, "track"),
+        ("--world.carry.walker", "carry", world.carry.walker, "walk"),
+    ):
+        if not source:
+            continue
+        one = trained(Path(source))
+        if one.task != wanted:
+            raise ConfigError(
+                f"{flag} {source} is a policy of the task {one.task}: name a run or checkpoint of"
+                f" the task {wanted}"
+            )
+        theirs = one.experiment.world
+        if (theirs.action_scale, theirs.action_clip) != (world.action_scale, world.action_clip):
+            raise ConfigError(
+                f"{flag} {source} was trained with --world.action-scale {theirs.action_scale:g}"
+                f" --world.action-clip {theirs.action_clip:g}: give the same"
+            )
+        residual = theirs.track.residual
+        make = partial(TrackerTeacher, residual=residual) if wanted == "track" else WalkerTeacher
+        found[task] = PolicyTeacher(make, one.weights)
+    return found
 
 
 def shard(
@@ -218,7 +222,7 @@ def make_shard(experiment: Experiment, run: RunDirectory, device: torch.device =
         experiment.warp,
         mixing.mixture_of(experiment),
         experiment.block,
-        tracker(experiment),
+        policy_teachers(experiment),
     )
 
 

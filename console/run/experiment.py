@@ -220,11 +220,15 @@ def check(experiment: Experiment) -> Experiment:
             f"--world.track.teacher {track.teacher}: a tracker teaches what does not see the"
             " reference: add --world.track.goal TASK"
         )
-    if track.teacher and experiment.ppo.imitation_weight <= 0.0:
-        raise ConfigError(
-            f"--world.track.teacher {track.teacher} teaches nothing at --ppo.imitation-weight 0:"
-            " raise it, for instance to 0.1"
-        )
+    walker = experiment.world.carry.walker
+    for flag, named in (("track.teacher", track.teacher), ("carry.walker", walker)):
+        if named and experiment.ppo.imitation_weight <= 0.0:
+            raise ConfigError(
+                f"--world.{flag} {named} teaches nothing at --ppo.imitation-weight 0: raise it,"
+                " for instance to 0.1"
+            )
+    if walker and experiment.world.teacher:
+        raise ConfigError("--world.teacher and --world.carry.walker both label carry: choose one")
     disturbances.check(experiment.world, experiment.simulator)
     return experiment
 

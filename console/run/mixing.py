@@ -71,7 +71,11 @@ def of_one_task(experiment: Experiment, state: State, task: str = "") -> tuple[E
     wanted = task or mixed.names[0]
     found = folding(mixed, wanted)
     world = mixed.worlds(experiment.world)[mixed.number(wanted)]
-    world = replace(world, track=replace(world.track, goal="", teacher=""))
+    world = replace(
+        world,
+        track=replace(world.track, goal="", teacher=""),
+        carry=replace(world.carry, walker=""),
+    )
     ppo = experiment.ppo
     limits = NormaliserConfig(ppo.observation_clip, ppo.observation_std_floor)
     return replace(experiment, world=world, mix=()), folded(state, found, limits)

@@ -75,7 +75,8 @@ def inherited(run: RunDirectory, command: Train, experiment: Experiment) -> tupl
     """Return the origins of the weights that a training begins from and of its teacher's: those of
     --init, or those that the run's newest readable checkpoint names."""
     if not command.resume:
-        sources = (command.init, experiment.world.track.teacher)
+        world = experiment.world
+        sources = (command.init, world.track.teacher, world.carry.walker)
         return tuple(
             origin
             for source in sources

@@ -115,10 +115,11 @@ def resolve(command: Train) -> Experiment:
     if command.objects:
         world = replace(world, objects=tuple(_furniture(name) for name in command.objects))
     if world.track.teacher:
-        named = Path(world.track.teacher)
-        checkpoint_folder(named)  # refused where there is none
-        where = str(named.resolve()) if named.exists() else str(named)  # or a policy's name
+        where = _policy(world.track.teacher)
         world = replace(world, track=replace(world.track, teacher=where))
+    if world.carry.walker:
+        where = _policy(world.carry.walker)
+        world = replace(world, carry=replace(world.carry, walker=where))
     experiment = replace(command.experiment, world=world)
     if experiment.style.mask_holding and not any(
         tasks.make(world.task).affordance.clips.holds for world in mixing.worlds(experiment)
@@ -135,8 +136,15 @@ def resolve(command: Train) -> Experiment:
         except ConfigError as error:
             raise ConfigError(f"--recipe: stage {stage.name}: {error}") from None
     check(experiment)
-    assembly.tracker(experiment)
+    assembly.policy_teachers(experiment)
     return experiment
+
+
+def _policy(named: str) -> str:
+    """Return a run or checkpoint as an absolute path, the name of a policy unchanged; RunError
+    where there is none."""
+    checkpoint_folder(Path(named))
+    return str(Path(named).resolve()) if Path(named).exists() else named
 
 
 def _furniture(name: str) -> str:

@@ -1,0 +1,99 @@
+"""The shipped walker as a teacher of carry: it leads characters to the face of a box, and labels
+nothing once they are there or the box is taken."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from torch import Tensor
+
+from console.run import assembly
+from policy.model.acting import Policy
+from tests.support.paths import ROOT
+from world.config import CarryConfig, InitialStates, WorldConfig
+from world.episodes.shard import Shard
+from world.motions.library import MotionLibrary
+from world.motions.synthetic.carries import carrying
+from world.motions.synthetic.library import walking
+from world.motions.uses.box import BOX
+from world.objects.box_bank import BoxBank, boxes
+from world.scene.target import BoxState
+from world.teachers.walker import WalkerTeacher, standing_place
+
+CONFIG = WorldConfig(
+    task="carry",
+    initial=InitialStates(0, 0, 1, far_m=(1.5, 2.5), standing_fraction=0.0),
+    carry=CarryConfig(sizes=12, scale=(0.6, 1.0)),
+    episode_s=20.0,
+)
+N = 24
+
+
+def shard(act: WalkerTeacher) -> Shard:
+    generator = np.random.default_rng(0)
+    carried = carrying(generator, (0.24, 0.34, 0.2), (0.5, 0.6), 1.5, 0.6)
+    library = MotionLibrary([carried, walking(generator, 1.0)], use=BOX)
+    return Shard(CONFIG, library, BoxBank(boxes(CONFIG.carry)), range(N), 3, act)
+
+
+def box(half: tuple[float, float, float], at: tuple[float, float, float]) -> BoxState:
+    position = torch.tensor([at])
+    still, level = torch.zeros(1, 3), torch.tensor([[1.0, 0.0, 0.0, 0.0]])
+    return BoxState(position, level, still, torch.tensor([half]), position, position)
+
+
+def test_where_to_stand_before_a_box() -> None:
+    """0.16 m before the nearest face, which counts as at least 0.2 m from the centre; the far side
+    of a deep box is too far to reach, so that its long side is nearer."""
+    small = box((0.1, 0.15, 0.1), (2.0, 0.0, 0.6))
+    point, heading = standing_place(torch.tensor([[0.0, 0.1]]), small)
+    torch.testing.assert_close(point, torch.tensor([[2.0 - 0.36, 0.0]]))
+    torch.testing.assert_close(heading, torch.tensor([[1.0, 0.0]]))
+    point, heading = standing_place(torch.tensor([[2.1, 3.0]]), small)
+    torch.testing.assert_close(point, torch.tensor([[2.0, 0.36]]))
+    torch.testing.assert_close(heading, torch.tensor([[0.0, -1.0]]))
+    deep = box((0.4, 0.2, 0.1), (2.0, 0.0, 0.6))
+    point, heading = standing_place(torch.tensor([[1.0, 0.1]]), deep)
+    torch.testing.assert_close(point, torch.tensor([[2.0, 0.36]]))
+
+
+@pytest.fixture(scope="module")
+def driven() -> tuple[Tensor, Tensor, Tensor]:
+    """Distance from where to stand, whether labelled, whether an episode began: [t, n] each, driven
+    by the labels."""
+    one = shard(WalkerTeacher(Policy(assembly.trained(ROOT / "pretrained" / "walk").weights)))
+    far, labelled, begun = [], [], []
+    for _ in range(120):
+        label = one._label()
+        assert label is not None
+        target, body = one._target(), one._scenes.body()
+        assert target.box is not None
+        point, _ = standing_place(body.root[:, :2], target.box)
+        far.append((point - body.root[:, :2]).norm(dim=1))
+        labelled.append(~label.isnan().any(dim=1))
+        step = one.step(label.nan_to_num())
+        fresh = torch.zeros(N, dtype=torch.bool)
+        fresh[step.end_ids] = True
+        begun.append(fresh)
+    return torch.stack(far), torch.stack(labelled), torch.stack(begun)
+
+
+def test_its_labels_lead_to_the_box(driven: tuple[Tensor, Tensor, Tensor]) -> None:
+    far, labelled, begun = driven
+    first = begun.int().cumsum(dim=0) == 0  # the first episode of each scene
+    nearest = torch.where(first, far, torch.inf).amin(dim=0)
+    assert float((nearest < 0.36).float().mean()) > 0.6
+    assert bool((far[labelled] >= 0.35).all()) and 0.3 < float(labelled.float().mean()) < 1.0
+
+
+def test_a_box_that_is_taken_is_not_walked_to() -> None:
+    one = shard(WalkerTeacher(lambda state, goal: torch.zeros(len(state), 28)))
+    target = one._target()
+    assert target.box is not None
+    taken = replace(target.box, start=target.box.position - torch.tensor([0.0, 0.0, 0.06]))
+    teacher = one._teacher
+    assert teacher is not None
+    label = teacher.label(one._scenes, replace(target, box=taken), one._variant, 0)
+    assert bool(label.isnan().all())
+    assert not bool(teacher.label(one._scenes, target, one._variant, 0).isnan().all())

@@ -1,0 +1,64 @@
+"""A trained walking policy as the teacher of the approach to a box.
+
+While the box rests where it was, the walker's goal is to stand before the box's nearest face. What
+comes then, others teach.
+"""
+
+from collections.abc import Mapping
+
+import torch
+from torch import Tensor
+
+from world import tasks
+from world.scene.batch import Scenes
+from world.scene.target import BoxState, Target
+from world.tasks.carry import DEPTH_COST, MIN_HALF_DEPTH_M, half_depths, stand_poses
+from world.tasks.walk import Walk
+from world.teachers.tracker import Act
+
+#: The approach ends at this distance of the root from where it is to stand, m: from there on people
+#: bend and reach.
+_THERE_M = 0.35
+#: A box this far from where it was has been taken, m.
+_TAKEN_M = 0.05
+
+
+class WalkerTeacher:
+    """Labels scenes of carry in which the box is not reached yet; a
+    world.teachers.teacher.Teacher without state of its own."""
+
+    def __init__(self, act: Act) -> None:
+        """act: actions [n, 28] of states [n, 114] and goals [n, 5] of the task walk."""
+        self._act, self._task = act, Walk()
+
+    def reset(self, rows: Tensor, target: Target) -> None:
+        """Nothing: a walker acts on the present state alone."""
+
+    def label(self, scenes: Scenes, target: Target, variant: Tensor, clock: int) -> Tensor:
+        """Teacher actions [n, 28] float32; NaN where the box is reached or taken."""
+        assert target.box is not None
+        body, box = scenes.body(), target.box
+        point, ahead = standing_place(body.root[:, :2], box)
+        walk = Target(torch.cat((point, torch.zeros_like(point[:, :1])), 1), ahead, target.corners)
+        goal = self._task.goal_features(body, walk)
+        action = self._act(tasks.state(body, walk), goal).to(torch.float32)
+        there = (point - body.root[:, :2]).norm(dim=1) < _THERE_M
+        taken = (box.position - box.start).norm(dim=1) > _TAKEN_M
+        return torch.where((there | taken)[:, None], torch.nan, action)
+
+    def state_dict(self) -> dict[str, Tensor]:
+        """Nothing."""
+        return {}
+
+    def load_state_dict(self, state: Mapping[str, Tensor]) -> None:
+        """Nothing."""
+
+
+def standing_place(here: Tensor, box: BoxState) -> tuple[Tensor, Tensor]:
+    """Return the floor points [n, 2], m, before the box's faces that are nearest to `here` [n, 2],
+    m, and the headings [n, 2] towards the box; a deep box is taken from its long side."""
+    ahead, points = stand_poses(box)
+    deeper = (half_depths(box) - MIN_HALF_DEPTH_M).clamp_min(0.0)
+    face = ((points - here[:, None]).norm(dim=2) + DEPTH_COST * deeper).argmin(dim=1)
+    rows = torch.arange(len(face), device=face.device)
+    return points[rows, face], ahead[rows, face]
