@@ -91,9 +91,8 @@ def sinks_m(piece: Piece, target: SeatTarget) -> float | None:
 
 def drop(piece: Piece, seconds: float = 3.0, above_m: float = 0.02, which: int = 0) -> Rest:
     """Drop the ragdoll, held seated by its servos, on the seat target number `which` of a piece."""
-    model = compile_scene(piece)
     # the set-points are constant: MuJoCo's own force limits apply
-    model.actuator_forcelimited[:] = True
+    model = compile_scene(piece, limited=True)
     data = mujoco.MjData(model)
     furniture = model.body(FURNITURE_BODY).id
     target = piece.sit[which]

@@ -65,6 +65,8 @@ def add(spec: mujoco.MjSpec, cargo: Piece, passable: bool = False) -> None:
     # the solver dominates a step with elliptic cones, and a contact moves few joints: a sparse
     # Jacobian takes 0.73 of the time (bench box), for the same motion to the last bits
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
+    # a box that turns: its gyroscopic forces are implicit
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     stand = spec.worldbody.add_body(name=STAND_BODY, mocap=True)
     for part in STAND.boxes:
         stand.add_geom(

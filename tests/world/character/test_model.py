@@ -43,9 +43,9 @@ def test_masses_and_lengths(model: mujoco.MjModel) -> None:
 def test_layout(model: mujoco.MjModel) -> None:
     assert (model.nq, model.nv, model.nu) == (character.NQ, character.NV, character.NU)
     assert model.opt.timestep == pytest.approx(1 / 120)
-    assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     low, high = character.set_point_bounds()
     alone = character.spec().compile()
+    assert alone.opt.integrator == mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     np.testing.assert_allclose(alone.actuator_ctrlrange, np.stack([low, high], 1), atol=1e-12)
     assert (character.neutral_set_points() > low).all()
     assert (character.neutral_set_points() < high).all()

@@ -6,6 +6,7 @@ import pytest
 
 from world.character import model as character
 from world.furniture.catalogue import find
+from world.furniture.piece import Piece
 from world.scene import box as box_scene
 from world.scene import slots
 from world.scene.model import Ball, compile_room, compile_scene
@@ -48,6 +49,40 @@ def test_coordinates_are_the_character_s_the_box_s_then_the_balls() -> None:
 def test_servo_limits_are_the_callers() -> None:
     model = compile_scene(CHAIR)
     assert not model.actuator_ctrllimited.any() and not model.actuator_forcelimited.any()
+
+
+@pytest.mark.parametrize("piece", [None, CHAIR], ids=["floor", "chair"])
+def test_damping_of_the_joints_moves_the_character_as_the_servos_did(piece: Piece | None) -> None:
+    """Against the servos of humanoid.xml, whose derivatives MuJoCo's implicitfast integrates."""
+    model = compile_scene(piece)
+    servos = compile_scene(piece, limited=True)
+    servos.actuator_forcelimited[:] = False
+    assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
+    assert servos.opt.integrator == mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    draw = np.random.default_rng(0)
+    touched = 0
+    for _ in range(20):
+        found = []
+        qpos, qvel = character.standing_qpos(), draw.normal(size=34)
+        qpos[:2] = draw.uniform(-0.5, 0.5, size=2)
+        ctrl = character.neutral_set_points() + 0.3 * draw.normal(size=28)
+        for one in (model, servos):
+            data = mujoco.MjData(one)
+            data.qpos[:], data.qvel[:], data.ctrl[:] = qpos, qvel, ctrl
+            mujoco.mj_step(one, data, character.SUBSTEPS)
+            touched += data.ncon
+            found.append(data.qvel.copy())
+        np.testing.assert_allclose(found[0], found[1], atol=1e-9)
+    assert touched > 40
+
+
+def test_scenes_with_a_box_integrate_its_spin_implicitly() -> None:
+    model = compile_scene(box_scene.STAND, cargo=box_scene.box())
+    assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    np.testing.assert_allclose(model.dof_damping[6:34], character.gains()[1])
+    calm, carrying = compile_room([CHAIR], [box_scene.box()])
+    assert carrying.opt.integrator == mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    assert calm.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
 
 
 def test_a_room_steps_as_the_scene_of_its_first_box_does() -> None:
