@@ -57,6 +57,13 @@ def parse(arguments: Sequence[str]) -> Any:
     if words[:1] == ["serve"]:
         refuse_old_flags(words, RENAMED_SERVE)
     hidden = settings_of_other_tasks(words)
+    if asks_for_help(words):
+        from console.manual import page
+
+        if not page.has_all(words):
+            print(page.of(words, DESCRIPTION, train, hidden))
+            raise SystemExit(DONE)
+        words = ["--help" if word == page.ALL else word for word in words]
     groups = {group.name: group for group in commands.GROUPS}
     if words[:1] and words[0] in groups:
         # Two words deep: tyro would name these `motions:list`.
@@ -69,7 +76,7 @@ def parse(arguments: Sequence[str]) -> Any:
 
 DESCRIPTION = (
     "Trains simulated characters to use furniture that is not in the training set."
-    " `inhabit COMMAND --help` lists the flags of a command,"
+    " `inhabit COMMAND --help` shows the flags that are wanted first, `--help-all` all of them;"
     " `inhabit --version` prints the version."
 )
 
@@ -98,7 +105,7 @@ def refuse_unknown_command(words: Sequence[str]) -> None:
 
 def asks_for_help(words: Sequence[str]) -> bool:
     """Return whether the words ask for help instead of the command."""
-    return "--help" in words or "-h" in words
+    return bool({"--help", "-h", "--help-all"} & set(words))
 
 
 def settings_of_other_tasks(words: Sequence[str]) -> frozenset[tuple[type, str]]:

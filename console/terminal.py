@@ -2,6 +2,7 @@
 
 import itertools
 import os
+import shutil
 import signal
 import sys
 import threading
@@ -17,6 +18,8 @@ from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
 from rich.text import Text
 
 FILE_WIDTH = 150
+#: Width from which there is room for a bar beside the figures of progress.
+WIDE = 80
 #: Silence after which a command says what it does, s: on a terminal, where the line is replaced,
 #: and in a file or pipe, where one follows another.
 SILENCE_S, IN_FILE_S = 1.0, 1.6
@@ -84,7 +87,8 @@ def progress(unit: str, total: float) -> Iterator[Callable[[float], None]]:
     Elsewhere the lines of `signs_of_life` tell it.
     """
     output, work = screen(), Work(unit, total, time.monotonic())
-    columns = (TextColumn("{task.description}"), BarColumn(), _Remaining(work))
+    told = TextColumn("{task.description}"), _Remaining(work)
+    columns = told if output.width < WIDE else (told[0], BarColumn(), told[1])
     _works.append(work)
     try:
         shown = Progress(
@@ -179,7 +183,7 @@ def signs_of_life(name: str, serves: bool = False, silent_s: float = 0.0) -> Ite
             with lock:
                 line = watch.due(time.monotonic())
                 if line is not None:
-                    _raw(f"\r\x1b[K{line}" if terminal else f"{line}\n")
+                    _raw(f"\r\x1b[K{fitted(line)}" if terminal else f"{line}\n")
                     shown = terminal
 
     streams: list[Any] = [sys.stdout, sys.stderr]
@@ -195,6 +199,18 @@ def signs_of_life(name: str, serves: bool = False, silent_s: float = 0.0) -> Ite
         clear()
         for one in streams:
             del one.write
+
+
+def fitted(line: str, width: int | None = None) -> str:
+    """Return a line of a sign of life that fits one row of the terminal, which alone can be
+    replaced: without the command's name, then without its first words."""
+    room = (width or shutil.get_terminal_size().columns) - 1
+    if len(line) <= room:
+        return line
+    words = line.partition(": ")[2].split()
+    while len(words) > 1 and len(" ".join(words)) > room:
+        words.pop(0)
+    return " ".join(words)[:room]
 
 
 def _raw(text: str) -> None:

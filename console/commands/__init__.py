@@ -8,7 +8,7 @@ from console.commands.objects import Meshes, ObjectsCheck, ObjectsImport, Object
 from console.commands.play import Play
 from console.commands.serving import Export, Serve, Style, Synthesize
 from console.commands.teaching import TeachCarry, TeachRecord, TeachTry
-from console.commands.tools import Bench, Doctor, Plan
+from console.commands.tools import Bench, Completion, Doctor, Plan, Shell
 from console.commands.training import Evaluate, Publish, Realism, Report, Train, Video
 
 
@@ -40,6 +40,7 @@ COMMANDS = (
     Entry("bench", Bench, "console.bench.command:bench_command"),
     Entry("plan", Plan, "console.plan.command:plan_command"),
     Entry("doctor", Doctor, "console.doctor.command:doctor_command"),
+    Entry("completion", Completion, "console.manual.completion:completion_command"),
 )
 MOTIONS = (
     Entry("import", MotionsImport, "console.motions.listing:motions_command"),
@@ -97,6 +98,7 @@ __all__ = [
     "OBJECTS",
     "TEACHING",
     "Bench",
+    "Completion",
     "Demo",
     "Doctor",
     "Entry",
@@ -118,6 +120,7 @@ __all__ = [
     "Realism",
     "Report",
     "Serve",
+    "Shell",
     "Style",
     "Synthesize",
     "TeachCarry",

@@ -1,4 +1,4 @@
-"""Flags of `inhabit bench` and `inhabit doctor`."""
+"""Flags of `inhabit bench`, `plan`, `doctor` and `completion`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -124,5 +124,18 @@ class Doctor:
     """Time of the measurement of samples/s, s; 0: no measurement."""
     json: bool = False
     """Print JSON instead of text."""
+    debug: bool = False
+    """Show the traceback of an error."""
+
+
+Shell = Literal["bash", "zsh", "fish"]
+
+
+@dataclass(frozen=True)
+class Completion:
+    """Print a script that completes commands, flags and values at the Tab key."""
+
+    shell: tyro.conf.Positional[Shell]
+    """Shell of the script. Write it to a file, which the shell reads as it starts."""
     debug: bool = False
     """Show the traceback of an error."""

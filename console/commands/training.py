@@ -38,33 +38,32 @@ class Train:
     run: Path | None = None
     """Run directory; default: runs/TASK-<date>-<n>. An existing one needs --resume or --restart."""
     preset: Preset = "fast"
-    """Preset of the settings below: fast (512 x 256 networks), paper (1024 x 512), or track (motion
-    tracking, the default of the task track); a recipe has its own."""
+    """Preset of the settings. fast has networks of 512 x 256, paper of 1024 x 512; track is for
+    motion tracking, and the default of that task. A recipe has its own."""
     recipe: str = ""
-    """Train in the stages of a recipe, each until its condition is measured: a NAME of the package
-    (paper), or a .toml file. Flags of settings hold in all stages. See --dry-run."""
+    """Recipe to train by, in stages: a NAME of the package (paper) or a .toml file. A stage lasts
+    until its condition is measured. Flags of settings hold in all stages. See --dry-run."""
     overrides: Annotated[tuple[str, ...], tyro.conf.Fixed, tyro.conf.Suppress] = ()
     """Lines on settings of the recipe that the flags override."""
     motions: tuple[Path, ...] = ()
     """Motion clips, files or folders; default: the package's own clips."""
     objects: tuple[str, ...] = ()
-    """Files or folders of imported pieces, and train for the package's own furniture; default:
-    train."""
+    """Files or folders of pieces; train: the package's own furniture, the default."""
     samples: int | None = None
-    """Number of samples (control steps over all scenes) after which training stops."""
+    """Samples after which training stops. A sample is a control step of one scene."""
     iterations: int | None = None
-    """Number of PPO iterations after which training stops."""
+    """PPO iterations after which training stops."""
     minutes: float | None = None
-    """Wall time after which training stops, min; a resumed run counts from 0."""
+    """Wall time after which training stops, min. A resumed run counts from 0."""
     runner: Literal["local", "ray"] = "local"
-    """local: worker processes of this machine. ray: Ray actors, and the style service in a process
-    of its own."""
+    """Workers: processes of this machine (local), or Ray actors. With ray the style service has a
+    process of its own."""
     threads: int | None = None
     """Threads of the local runner; default: the number of cores."""
     actors: int | None = None
     """Number of rollout workers; default: the number of threads (local) or cores (ray)."""
     address: str | None = None
-    """Address of the Ray cluster; default: the cluster of the submitted job, else a private one."""
+    """Address of the Ray cluster. Default: the cluster of the submitted job, else a private one."""
     style_service: StyleAddress = StyleAddress()
     init: Path | None = None
     """Run or checkpoint that initialises networks and normalisers."""

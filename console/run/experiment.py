@@ -26,18 +26,18 @@ class Experiment:
     seed: int = 0
     """Seed of all random draws."""
     mix: tuple[str, ...] = ()
-    """Tasks that share scenes and one policy, TASK=SHARE each, as in track=0.5 carry=0.5; empty:
+    """Tasks that share scenes and one policy, TASK=SHARE each. As in track=0.5 carry=0.5; empty:
     the trained task alone."""
     scenes: int = 512
-    """Number of scenes that are simulated at once, over all actors."""
+    """Scenes that are simulated at once, over all actors."""
     horizon: int = 8
     """Control steps of each scene in one iteration."""
     block: int = 64
     """Scenes in one inference; an actor owns whole blocks."""
     device: Literal["auto", "cpu", "cuda"] = "auto"
-    """Device of networks, normalisers and replay in training; auto: a GPU where there is one."""
+    """Device of networks and replay in training. auto: a GPU where there is one."""
     simulator: Literal["mujoco", "warp"] = "mujoco"
-    """Simulator that steps the scenes: mujoco, on the cores of the CPU; warp, mujoco-warp, all
+    """Simulator that steps the scenes. mujoco: on the cores of the CPU; warp: mujoco-warp, all
     scenes on the device (an extra of the package)."""
     warp: WarpConfig = field(default_factory=WarpConfig)
     """Arrays of mujoco-warp."""

@@ -31,7 +31,8 @@ from console.run.renamed import flag
 from console.terminal import doing, leave_soon
 from console.training import beginning, dry_run
 from console.training.beginning import recorded, require_unedited
-from console.training.display import Display, Goal, open_display
+from console.training.display import Display, open_display
+from console.training.goal import Goal
 from console.training.staging import Training
 from learner.loop import Loop
 from policy.checkpoints.format import read_manifest
@@ -212,7 +213,8 @@ def learn(run: RunDirectory, command: Train, experiment: Experiment) -> int:
     torch.set_num_threads(1)  # threads and processes run in parallel, each on one core
     goal = Goal(command.iterations, command.samples, (command.minutes or 0) * 60 or None)
     with ExitStack() as stack:
-        display = stack.enter_context(open_display(f"{command.task} {run.path}", goal))
+        title = f"{command.task} {run.path}"
+        display = stack.enter_context(open_display(title, goal, stages=experiment.stages))
         begun = threading.Event()
         loops: list[Loop] = []
 

@@ -1,8 +1,8 @@
 """The page of commands and their flags."""
 
 from console import commands
+from console.manual import fields
 from console.run.experiment import Experiment
-from docs.generate import fields
 from docs.generate.markdown import code, table
 
 GROUPS = (

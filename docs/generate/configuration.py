@@ -1,8 +1,8 @@
 """The page of an experiment's settings."""
 
+from console.manual import fields
 from console.run.experiment import PRESETS, Experiment
 from console.run.renamed import REPEATED
-from docs.generate import fields
 from docs.generate.markdown import code, table
 
 SECTIONS = (

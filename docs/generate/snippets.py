@@ -4,9 +4,10 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+from console.manual import fields
 from console.run import assembly
 from console.run.experiment import PRESETS, Experiment
-from docs.generate import fields, results
+from docs.generate import results
 from docs.generate.markdown import code, table
 from policy.checkpoints.format import read_manifest
 

@@ -5,7 +5,6 @@ from importlib import metadata
 
 import pytest
 
-from console import commands
 from console.app import main
 from console.arguments import one_line
 from console.run.renamed import REPEATED
@@ -67,27 +66,14 @@ def test_boxes_of_all_kinds() -> None:
 
 
 def help_of(words: str, capsys: pytest.CaptureFixture[str]) -> str:
-    assert main([*words.split(), "--help"]) == 0
+    """All flags."""
+    assert main([*words.split(), "--help-all"]) == 0
     return capsys.readouterr().out
 
 
 def flags_of(text: str) -> list[str]:
     """The flags of a help text, in its order; further lines of a text are indented more."""
     return re.findall(r"^(?:│ |  )(--[a-z][-a-z.]*)", text, re.MULTILINE)
-
-
-def listed_in(text: str) -> list[str]:
-    """The commands that a help text lists, in its order."""
-    return re.findall(r"^[│ ]+[^\w\s│] ([a-z]+)", text, re.MULTILINE)
-
-
-def test_the_top_level_lists_every_command_and_group(capsys: pytest.CaptureFixture[str]) -> None:
-    listed = listed_in(help_of("", capsys))
-    entries = [*commands.COMMANDS, *commands.GROUPS]
-    assert listed == [entry.name for entry in entries]
-    for group in commands.GROUPS:
-        inner = listed_in(help_of(group.name, capsys))
-        assert inner == [entry.name for entry in group.entries]
 
 
 def test_the_help_of_a_task_has_its_own_settings(capsys: pytest.CaptureFixture[str]) -> None:

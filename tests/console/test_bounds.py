@@ -94,7 +94,7 @@ def test_beyond_them_is_a_mistake_of_the_command_line(
 
 @pytest.mark.parametrize("word", ["train", "serve", "evaluate"])
 def test_help_lists_the_bounds(word: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([word, "--help"]) == 0
+    assert main([word, "--help-all"]) == 0
     text = " ".join(capsys.readouterr().out.replace("│", " ").split())
     wanted = {"train": "1 to 1024", "serve": "1 to 65536", "evaluate": "1 to 10000000"}[word]
     assert wanted in text

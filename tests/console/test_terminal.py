@@ -3,10 +3,12 @@
 import io
 import itertools
 import os
+import re
 import signal
 import sys
 
 import pytest
+from rich.console import Console
 from rich.table import Table
 
 from console import terminal
@@ -16,6 +18,7 @@ from console.terminal import (
     Work,
     answering,
     doing,
+    fitted,
     progress,
     screen,
     signs_of_life,
@@ -117,3 +120,24 @@ def test_the_first_interrupt_is_answered(
             signal.raise_signal(signal.SIGINT)
         assert left[1] == "at once, 130"
     assert signal.getsignal(signal.SIGINT) == before
+
+
+def test_a_sign_of_life_fits_one_row() -> None:
+    """A longer one would leave its first rows on the screen when it is replaced."""
+    line = "inhabit train: reading furniture and clips, 12 s"
+    assert fitted(line, 80) == line
+    assert fitted(line, 40) == "reading furniture and clips, 12 s"
+    assert fitted(line, 24) == "and clips, 12 s"
+    assert all(len(fitted(line, width)) < width for width in range(2, 80))
+
+
+@pytest.mark.parametrize("width", [40, 100])
+def test_progress_fits_the_screen(width: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = io.StringIO()
+    console = Console(file=file, width=width, force_terminal=True, color_system=None)
+    monkeypatch.setattr(terminal, "screen", lambda: console)
+    with terminal.progress("images", 3000) as update:
+        update(1200)
+    rows = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", file.getvalue()).replace("\r", "\n").split("\n")
+    assert any("1200 of 3000, to go" in row for row in rows)
+    assert all(len(row) <= width for row in rows)

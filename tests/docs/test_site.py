@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from console.app import parse
-from docs.generate import commands, fields, hook, snippets
+from console.manual import fields
+from docs.generate import commands, hook, snippets
 from tests.support.paths import ROOT
 
 DOCS = ROOT / "docs"
@@ -117,7 +118,7 @@ def test_files_named_in_repository_pages_exist() -> None:
 def test_flags_named_in_pages_exist() -> None:
     """Of every `inhabit ...` line and every flag in backticks."""
     found = [f for _, entries in commands.GROUPS for e in entries for f in fields.walk(e.flags)]
-    known = {f.flag for f in found} | {"--help", "--debug"}
+    known = {f.flag for f in found} | {"--help", "--help-all", "--debug"}
     pairs = [f.flag.rpartition(".") for f in found if f.kind == "yes or no"]
     known |= {f"{group}.no-{last}" for group, _, last in pairs if group}
     known |= {last.replace("--", "--no-") for group, _, last in pairs if not group}

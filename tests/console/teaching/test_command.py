@@ -11,7 +11,7 @@ from console.app import main
     ("words", "expected"),
     [
         ("teach --help", "carry"),
-        ("teach carry --help", "--lifted"),
+        ("teach carry --help-all", "--lifted"),
         ("teach try --help", "--noise"),
         ("teach record --help", "--clips"),
         ("--help", "teach carry|try|record"),

@@ -9,7 +9,10 @@ import types
 import typing
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
+
+from console import bounds
 
 #: How field names end, and the unit that they then have.
 SUFFIXES = {
@@ -42,11 +45,36 @@ class Field:
     meaning: str
     positional: bool = False
     """Whether it is a word of its own, without a flag."""
+    word: str = ""
+    """What stands for a value in a help text: N, PATH, fast|paper; empty for a switch."""
+    choices: tuple[str, ...] = ()
+    """The valid values, where they are enumerated."""
+    many: bool = False
+    """Whether it takes any number of values."""
+    bounds: str = ""
+    """The bounds of a number, as in `1 to 100`."""
+    needed: bool = False
+    """Whether it must be given."""
+    owner: type = object
+    """The dataclass that it is a field of."""
+
+    @property
+    def own_name(self) -> str:
+        """Its name in that dataclass."""
+        return self.name.rpartition(".")[2]
 
     @property
     def flag(self) -> str:
         """How the command line spells it."""
         return self.name if self.positional else "--" + self.name.replace("_", "-")
+
+    @property
+    def typed(self) -> str:
+        """The flag that changes the default: `--no-open` of a switch that is on."""
+        if self.kind != "yes or no" or self.default != "yes":
+            return self.flag
+        group, dot, last = self.flag.removeprefix("--").rpartition(".")
+        return f"--{group}{dot}no-{last}"
 
 
 def docstrings(kind: type) -> dict[str, str]:
@@ -82,6 +110,8 @@ def walk(kind: type, value: Any = None, prefix: str = "") -> Iterator[Field]:
             given = default if dataclasses.is_dataclass(default) else None
             yield from walk(bare, given, inside)
             continue
+        if any("Fixed" in repr(e) for e in extra):
+            continue  # set by the program
         meaning = docs.get(field.name, "")
         yield Field(
             prefix + field.name,
@@ -90,7 +120,40 @@ def walk(kind: type, value: Any = None, prefix: str = "") -> Iterator[Field]:
             unit_of(field.name, meaning),
             meaning,
             any("Positional" in repr(e) for e in extra),
+            next((e.metavar for e in extra if getattr(e, "metavar", None)), word_of(bare, meaning)),
+            choices_of(bare),
+            typing.get_origin(bare) is tuple,
+            bounds.text(kind, field.name),
+            _default(field) is dataclasses.MISSING,
+            kind,
         )
+
+
+def word_of(kind: Any, meaning: str = "") -> str:
+    """What stands for a value of a type in a help text; empty for a switch.
+
+    meaning: of the setting; it may name the form of a text, as in HOST:PORT.
+    """
+    origin, arguments = typing.get_origin(kind), typing.get_args(kind)
+    if origin in (typing.Union, types.UnionType):
+        return word_of(next(a for a in arguments if a is not type(None)), meaning)
+    if origin is typing.Literal:
+        return "|".join(map(str, arguments))
+    if origin is tuple:
+        if arguments[-1] is Ellipsis:
+            return f"{word_of(arguments[0], meaning)} ..."
+        return " ".join(map(word_of, arguments))
+    form = re.search(r"\b[A-Z]+([:,=][A-Z]+)+\b|\bNAME\b", meaning)
+    text = form.group() if form else "TEXT"
+    return {bool: "", int: "N", float: "X", Path: "PATH"}.get(kind, text)
+
+
+def choices_of(kind: Any) -> tuple[str, ...]:
+    """The values of a type that enumerates them; empty for others."""
+    if typing.get_origin(kind) is typing.Literal:
+        return tuple(map(str, typing.get_args(kind)))
+    inner = typing.get_args(kind) if typing.get_origin(kind) else ()
+    return next((found for one in inner if (found := choices_of(one))), ())
 
 
 def unit_of(name: str, meaning: str) -> str:
