@@ -36,8 +36,10 @@ _JOIN_S = 5.0
 class ProcessFleet:
     """Workers in processes; the numbers equal those of `LocalFleet`.
 
-    make_shard: pickled, so that it and its result must be importable. A worker's error is raised by
-    the call in which it occurs; FleetError where a worker has died.
+    make_shard: pickled, so that it and its result must be importable. The workers start and build
+    their scenes in parallel with what the caller does until `ready`. A worker's error is raised by
+    the call in which it occurs, that of building by the first call; FleetError where a worker has
+    died.
     """
 
     def __init__(
@@ -57,6 +59,7 @@ class ProcessFleet:
         self._abandoned = RawValue(ctypes.c_bool, False)
         self._pipes: list[Connection] = []
         self._processes: list[Any] = []
+        self._building = False
         try:
             for index, owned in enumerate(self._ranges):
                 ours, theirs = context.Pipe()
@@ -70,10 +73,17 @@ class ProcessFleet:
                 theirs.close()
                 self._pipes.append(ours)
                 self._processes.append(process)
-            self._call_all("build", [(None,)] * workers)
+            self._send_all("build", [(None,)] * workers)
+            self._building = True
         except BaseException:
             self.close()
             raise
+
+    def ready(self) -> None:
+        """Wait until all workers have built their scenes; raises the first error of building."""
+        if self._building:
+            self._building = False
+            self._receive_all()
 
     def collect(self, weights: Mapping[str, Tensor], version: int, sigma: float) -> Rollout:
         """One rollout of all scenes, in order; raises Abandoned after `abandon`."""
@@ -121,10 +131,12 @@ class ProcessFleet:
         self._pipes, self._processes = [], []
 
     def _call_all(self, method: str, arguments: list[tuple]) -> list[Any]:
-        """Call a method of all workers; returns the results in scene order.
+        """Call a method of all workers; returns the results in scene order."""
+        self.ready()
+        self._send_all(method, arguments)
+        return self._receive_all()
 
-        All workers have answered before the first error is raised.
-        """
+    def _send_all(self, method: str, arguments: list[tuple]) -> None:
         packed, last = b"", None
         for index, (pipe, given) in enumerate(zip(self._pipes, arguments, strict=True)):
             if given is not last:
@@ -134,6 +146,12 @@ class ProcessFleet:
                 pipe.send_bytes(packed)
             except OSError:
                 raise self._lost(index) from None
+
+    def _receive_all(self) -> list[Any]:
+        """The answers of all workers, in scene order.
+
+        All workers have answered before the first error is raised.
+        """
         answers = [self._answer(index) for index in range(len(self._pipes))]
         for answer in answers:
             if isinstance(answer, Exception):

@@ -8,7 +8,6 @@ from typing import Any
 import pretrained
 from console.bounds import UNNAMED
 from world.errors import ConfigError
-from world.meshes.collection import SPLITS
 from world.surroundings import expanded
 
 #: Flags whose value is a file or folder that must be there, by field; those of `doctor` are checked
@@ -57,8 +56,17 @@ def _given(value: object) -> Iterator[str]:
             yield from _given(one)
 
 
+def _splits() -> tuple[str, ...]:
+    """Names that stand for pieces of the catalogue."""
+    from world.furniture.bands import SPLITS  # imports numpy, which most commands start without
+
+    return (*SPLITS, "all")
+
+
 def _there(field: str, word: str) -> bool:
-    if (field == "objects" and word in SPLITS) or (field == "init" and word in pretrained.names()):
+    if (field == "objects" and word in _splits()) or (
+        field == "init" and word in pretrained.names()
+    ):
         return True
     try:
         return expanded(Path(word)).exists()
@@ -69,7 +77,7 @@ def _there(field: str, word: str) -> bool:
 def _wanted(field: str) -> str:
     """What the value of a flag must be."""
     if field == "objects":
-        return f"no such file or folder; choose {', '.join(SPLITS)} or a path of pieces"
+        return f"no such file or folder; choose {', '.join(_splits())} or a path of pieces"
     if field == "init":
         names = ", ".join(pretrained.names())
         return f"no such run or checkpoint folder; the names of policies are {names}"

@@ -5,8 +5,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
-
 from world.errors import ChoiceError, InhabitError
 
 LONGEST = 300
@@ -20,6 +18,8 @@ def refusing(kind: type[InhabitError], path: Path, what: str) -> Iterator[None]:
     A reader raises for the damage that it expects; parsers fail in unexpected ways too, which are
     caught here. Numpy's overflow warnings are failures of the file as well.
     """
+    import numpy as np  # a tenth of a second, which the parsing of a command line does not need
+
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore")

@@ -65,6 +65,7 @@ def bench_command(command: Bench) -> int:
         "scaling": scaling,
         "fuzz": fuzz,
         "peers": peers,
+        "profile": profile,
     }
     with doing(f"measuring {command.part}"):
         found = measure[command.part](command, experiment, threads)
@@ -123,7 +124,7 @@ def furniture(command: Bench, experiment: Experiment, threads: int) -> dict[str,
 def fuzz(command: Bench, _experiment: Experiment, threads: int) -> dict[str, float]:
     """Count the results of readers on randomly damaged files, which must be read or refused in one
     line."""
-    from console.bench import fuzz as bench_fuzz
+    from console.bench.fuzzing import survey as bench_fuzz
 
     figures, faults = bench_fuzz.survey(command.mutations, threads)
     for line in bench_fuzz.shown(faults):
@@ -253,6 +254,13 @@ def peers(
     return alternation.measure(
         experiment, threads, command.seconds, command.rounds, command.peer_python
     )
+
+
+def profile(command: Bench, _experiment: Experiment, threads: int) -> dict[str, float]:
+    """Measure the processor time of a training iteration by part."""
+    from console.bench import profile as bench_profile
+
+    return bench_profile.measure(command.policy, command.seconds, threads)
 
 
 def limits(command: Bench, experiment: Experiment, threads: int) -> dict[str, float]:

@@ -48,6 +48,11 @@ MEANINGS = (
             " the scenes alone; 1 is the limit"),
     Meaning(r"inhabit_to_(\w+)_processor_ratio", r"samples per processor second over those of \1"),
     Meaning(r"inhabit_to_(\w+)_ratio", r"samples per second over those of \1"),
+    Meaning(r"samples_per_core_s", "samples of whole iterations per second of processor time"),
+    Meaning(r"processor_us_per_sample", "processor time of a sample"),
+    Meaning(r"(\w+)_of_iteration_ratio", r"share of \1 in the processor time of an iteration"),
+    Meaning(r"(\w+)_of_physics_ratio", r"share of \1 in MuJoCo's step, by its timers"),
+    Meaning(r"(\w+)_per_substep", r"\1 of a substep, mean"),
     Meaning(r"(\w+)_processor_us_per_sample", r"\1: processor time of a sample"),
     Meaning(rf"{_TRAINED}_samples_per_s", r"\1: samples per"
             " second of whole iterations"),

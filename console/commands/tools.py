@@ -27,6 +27,7 @@ class Bench:
             "scaling",
             "fuzz",
             "peers",
+            "profile",
         ]
     ]
     """Part to measure."""
@@ -56,6 +57,8 @@ class Bench:
     peer_python: tuple[str, ...] = ()
     """Interpreters of bench peers, NAME=PATH each (rsl_rl, skrl, torchrl, rllib, unilab);
     default: the present one."""
+    policy: Path = Path("sit")
+    """Policy of bench profile, a name, a run or a checkpoint: its own training is measured."""
     motions: tuple[Path, ...] = ()
     """Motion clips, files or folders; default: the package's own clips."""
     json: Path | None = None

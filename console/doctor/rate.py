@@ -53,6 +53,7 @@ def measure(experiment: Experiment, workers: int, seconds: float) -> tuple[float
             learner = assembly.learner(experiment)
             loop = Loop(learner, runner.fleet, runner.style, Null(), Null(), LoopConfig(), terms)
             try:
+                runner.ready()
                 for _ in range(2):
                     loop.iterate()
                 began, count = time.perf_counter(), 0

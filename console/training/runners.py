@@ -34,6 +34,8 @@ class Runner:
     """None: the task reward alone."""
     kinds: tuple[str, ...]
     """Names of the categories of initial states, in the order of their indices in `episodes`."""
+    ready: Callable[[], None] = lambda: None
+    """Waits until the fleet has built its scenes; raises an error of building."""
 
 
 @contextmanager
@@ -79,7 +81,11 @@ def local_runner(
     try:
         styled = experiment.ppo.style_weight > 0.0
         style = assembly.discriminator(experiment, device=device) if styled else None
-        yield Runner(fleet, style, mixing.kind_names(experiment))
+        kinds = mixing.kind_names(experiment)
+        if isinstance(fleet, ProcessFleet):
+            yield Runner(fleet, style, kinds, fleet.ready)
+        else:
+            yield Runner(fleet, style, kinds)
     finally:
         fleet.close()
 

@@ -63,15 +63,18 @@ class Training:
         while True:
             staged = recipe.staged(self.experiment, number)
             with ExitStack() as stack:
-                loop = self._loop(stack, staged, number)
+                loop, ready = self._loop(stack, staged, number)
                 if state is None:
                     with doing("initialising the networks"):
                         beginning.initialise(
                             loop, self.run, self.command, staged, self.note, resumed
                         )
-                    begun(loop.learner.samples)
                 else:
                     loop.begin_stage(state, outcome)
+                with doing("building scenes"):
+                    ready()
+                if state is None:
+                    begun(loop.learner.samples)
                 self._announce(number)
                 running(loop)
                 loop.run(stop)
@@ -86,7 +89,10 @@ class Training:
                 state = loop.state_dict()
             number += 1
 
-    def _loop(self, stack: ExitStack, staged: Experiment, number: int) -> Loop:
+    def _loop(
+        self, stack: ExitStack, staged: Experiment, number: int
+    ) -> tuple[Loop, Callable[[], None]]:
+        """The loop of a stage, and what waits for its scenes, which are built meanwhile."""
         command, run = self.command, self.run
         count = workers(command, staged)
         with doing("building scenes"):
@@ -115,7 +121,7 @@ class Training:
             recipe.stage_end(staged, number, runner.kinds),
         )
         stack.callback(loop.close)
-        return loop
+        return loop, runner.ready
 
     def _announce(self, number: int) -> None:
         if not self.experiment.stages:

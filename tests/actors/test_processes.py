@@ -66,8 +66,32 @@ def test_an_error_of_a_worker_surfaces_as_itself_and_ends_no_other():
         held.collect(weights(), 0, 0.2)
     assert held.alive() == 3
     held.close()
+    wrong = processes(2, MakePoints(fault="misconfigured"))
     with pytest.raises(ConfigError, match="choose one of chair, stool"):
-        processes(2, MakePoints(fault="misconfigured"))
+        wrong.ready()
+    wrong.close()
+
+
+def test_workers_build_while_the_caller_goes_on(monkeypatch):
+    """Nothing is waited for until the first call, and the answers are taken once."""
+    answered = []
+    taken = ProcessFleet._answer
+
+    def counted(self, index):
+        answered.append(index)
+        return taken(self, index)
+
+    monkeypatch.setattr(ProcessFleet, "_answer", counted)
+    held = processes(3)
+    try:
+        assert answered == []
+        held.ready()
+        held.ready()
+        assert answered == [0, 1, 2]
+        held.collect(weights(), 0, 0.2)
+        assert answered == [0, 1, 2] * 2
+    finally:
+        held.close()
 
 
 def test_a_killed_worker_is_one_clear_line():
@@ -88,6 +112,7 @@ def test_a_killed_worker_is_one_clear_line():
 def test_workers_outlive_neither_close_nor_an_interrupt():
     held = processes(2)
     pids = held.pids()
+    held.ready()
     for pid in pids:
         os.kill(pid, signal.SIGINT)  # Ctrl-C reaches them too: the learner decides
     held.collect(weights(), 0, 0.2)

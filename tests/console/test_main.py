@@ -4,6 +4,8 @@ import os
 import subprocess
 import sys
 
+import pytest
+
 from tests.support.paths import ROOT
 
 
@@ -12,3 +14,33 @@ def test_the_exit_code_is_the_commands() -> None:
     words = [sys.executable, "-m", "console", "motions", "fly"]
     done = subprocess.run(words, env=environment, capture_output=True, text=True)
     assert done.returncode == 2 and done.stderr.startswith("inhabit: ")
+
+
+#: Prints the heavy packages that a command has imported when its first line can be printed.
+IMPORTED = """
+import importlib, sys
+from console import app, inputs
+command = app.parse(sys.argv[1:])
+inputs.require(command)
+if sys.argv[1] == "doctor":
+    importlib.import_module("console.doctor.command")
+heavy = {"numpy", "torch", "mujoco", "ray", "scipy", "trimesh", "tensorboard", "PIL"}
+print(*sorted(heavy & set(sys.modules)))
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "needed"),
+    [("doctor", []), ("train sit", []), ("evaluate sit", ["numpy"]), ("motions list", [])],
+)
+def test_no_heavy_package_delays_the_first_line(line: str, needed: list[str]) -> None:
+    """The names of the catalogue's splits, which --objects takes, need numpy."""
+    environment = dict(os.environ, PYTHONPATH=str(ROOT))
+    done = subprocess.run(
+        [sys.executable, "-c", IMPORTED, *line.split()],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout.split() == needed

@@ -4,12 +4,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from world.errors import PieceError
+from world.furniture import bands
 from world.furniture.catalogue import whole
 from world.furniture.piece import Piece
 from world.furniture.usage import usage
 from world.meshes import store
 
-SPLITS = ("train", "test", "all")
+#: Names of the catalogue's splits, and of both together.
+SPLITS = (*bands.SPLITS, "all")
 
 
 def pieces(names: Sequence[str], seed: int = 0) -> tuple[Piece, ...]:

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from console.bench.fuzz_files import Sample, samples
-from console.bench.mutations import mutated
+from console.bench.fuzzing.files import Sample, samples
+from console.bench.fuzzing.mutations import mutated
 from policy.checkpoints.format import digest_of
 
 

@@ -13,8 +13,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from console.bench import fuzz_files
-from console.bench.mutations import mutated
+from console.bench.fuzzing import files
+from console.bench.fuzzing.mutations import mutated
 from rpc.errors import RpcError
 from world import bounded
 from world.errors import InhabitError
@@ -76,9 +76,9 @@ def survey(
 
 
 @functools.cache
-def _samples() -> dict[str, fuzz_files.Sample]:
+def _samples() -> dict[str, files.Sample]:
     with tempfile.TemporaryDirectory() as folder:
-        return fuzz_files.samples(Path(folder))
+        return files.samples(Path(folder))
 
 
 def names_of() -> tuple[str, ...]:

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from console.bench import fuzz
-from console.bench.mutations import mutated
+from console.bench.fuzzing import survey
+from console.bench.fuzzing.mutations import mutated
 from tests.support.paths import SHARED
 from world.errors import ClipError
 
 HOSTILE = SHARED / "cases" / "hostile" / "fuzz"
-NAMES = fuzz.names_of()
+NAMES = survey.names_of()
 #: Which format each of the collected files is damage to.
 COLLECTED = {
     "bvh": "bvh", "glb": "glb", "gltf": "gltf", "msgpack": "recording", "npy": "poselib",
@@ -27,26 +27,26 @@ def test_there_are_21_formats_and_more() -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_each_sample_is_read_undamaged(name: str) -> None:
-    sample = fuzz._samples()[name]
+    sample = survey._samples()[name]
     with tempfile.TemporaryDirectory() as folder:
         for other, content in sample.beside:
             Path(folder, other).write_bytes(content)
         path = Path(folder, sample.name)
         path.write_bytes(sample.content)
-        assert fuzz.outcome(sample.read, path) == ("reads", "")
+        assert survey.outcome(sample.read, path) == ("reads", "")
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_damage_is_refused_in_one_line(name: str) -> None:
-    found = fuzz.damaged(name, 0, 12)
+    found = survey.damaged(name, 0, 12)
     assert found["faults"] == []
     assert found["counts"]["mutations"] == 12
 
 
 def test_a_seed_is_always_the_same_damage() -> None:
-    for sample in fuzz._samples().values():
+    for sample in survey._samples().values():
         assert mutated(sample, 5) == mutated(sample, 5)
-    sample = fuzz._samples()["bvh"]
+    sample = survey._samples()["bvh"]
     assert len({mutated(sample, seed) for seed in range(20)}) > 15
 
 
@@ -57,7 +57,7 @@ def test_what_is_no_refusal_is_told_apart(tmp_path: Path) -> None:
         raise error
 
     def outcome(error: Exception) -> str:
-        return fuzz.outcome(lambda _: raising(error), path)[0]
+        return survey.outcome(lambda _: raising(error), path)[0]
 
     assert outcome(KeyError("x")) == "exceptions"
     assert outcome(ClipError(f"{path}: two\nlines")) == "exceptions"
@@ -66,7 +66,7 @@ def test_what_is_no_refusal_is_told_apart(tmp_path: Path) -> None:
 
 
 def test_the_bench_counts_in_children() -> None:
-    figures, faults = fuzz.survey(40, 1, ("metrics", "map"))
+    figures, faults = survey.survey(40, 1, ("metrics", "map"))
     assert faults == []
     assert figures["mutations"] == 40 == figures["reads"] + figures["refusals"]
     assert figures["metrics/reads"] == 20, "a damaged line of metrics is left out alone"
@@ -78,13 +78,13 @@ def test_the_collected_damages_are_refused_too(tmp_path: Path) -> None:
     tried = 0
     for file in sorted(HOSTILE.iterdir()):
         kind = file.name.split(".")[0].rpartition("_")[0]
-        sample = fuzz._samples()[COLLECTED[kind]]
+        sample = survey._samples()[COLLECTED[kind]]
         folder = tmp_path / file.name
         folder.mkdir()
         for other, content in sample.beside:
             (folder / other).write_bytes(content)
         path = folder / sample.name
         path.write_bytes(file.read_bytes())
-        assert fuzz.outcome(sample.read, path)[1] == "", file.name
+        assert survey.outcome(sample.read, path)[1] == "", file.name
         tried += 1
     assert tried >= 50

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from console.bench.fuzz_files import Sample, headed, pickled
+from console.bench.fuzzing.files import Sample, headed, pickled
 from policy.checkpoints import format as checkpoints
 from rpc import codec
 from rpc.errors import CodecError
