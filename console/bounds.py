@@ -147,6 +147,7 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
     "TeachRecord": {"clips": ((1, 1e6),), "scenes": ((1, 1e6),), "seed": (_SEED,)},
     "MotionsImport": {"fps": ((1, 1000),)},
     "MotionsCheck": {"fps": ((1, 1000),)},
+    "MotionsVary": {"stand_m": ((0, 2),), "size": ((0.3, 3),)},
     "Meshes": {"height": ((0.01, 100),), "threads": (_THREADS,)},
     "ObjectsCheck": {"drop": ((0, 3600),)},
     "ObjectsShow": {"limit": ((1, 1e5),)},

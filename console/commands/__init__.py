@@ -3,7 +3,13 @@
 from dataclasses import dataclass
 
 from console.commands.demo import Demo
-from console.commands.motions import MotionsCheck, MotionsImport, MotionsList, MotionsPlay
+from console.commands.motions import (
+    MotionsCheck,
+    MotionsImport,
+    MotionsList,
+    MotionsPlay,
+    MotionsVary,
+)
 from console.commands.objects import Meshes, ObjectsCheck, ObjectsImport, ObjectsList, ObjectsShow
 from console.commands.play import Play
 from console.commands.serving import Export, Serve, Style, Synthesize
@@ -47,6 +53,7 @@ MOTIONS = (
     Entry("list", MotionsList, "console.motions.listing:motions_command"),
     Entry("check", MotionsCheck, "console.motions.listing:motions_command"),
     Entry("play", MotionsPlay, "console.motions.listing:motions_command"),
+    Entry("vary", MotionsVary, "console.motions.vary:vary_command"),
 )
 OBJECTS = (
     Entry("import", ObjectsImport, "console.objects.command:objects_command"),
@@ -63,7 +70,7 @@ TEACHING = (
 
 @dataclass(frozen=True)
 class Motions:
-    """import|list|check|play: motion clips, and how well they fit the character."""
+    """import|list|check|play|vary: motion clips, and how well they fit the character."""
 
 
 @dataclass(frozen=True)
@@ -110,6 +117,7 @@ __all__ = [
     "MotionsImport",
     "MotionsList",
     "MotionsPlay",
+    "MotionsVary",
     "ObjectsCheck",
     "ObjectsImport",
     "ObjectsList",

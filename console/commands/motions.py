@@ -71,6 +71,25 @@ class MotionsCheck:
 
 
 @dataclass(frozen=True)
+class MotionsVary:
+    """Make variants of clips that carry a box: other stands, other sizes, spliced of their own
+    frames."""
+
+    paths: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="CLIPS")]
+    """Files or folders of clips; those without a box have no variants."""
+    out: Path
+    """Folder of clips to write, for --motions: the given ones and their variants."""
+    stand_m: tuple[float, ...] = (0.2, 0.35, 0.5, 0.65, 0.8)
+    """Heights of the stands that the box is picked up from and put down on, m."""
+    size: tuple[float, ...] = (0.85, 1.0, 1.25)
+    """Sizes of the box, as multiples of the clip's."""
+    replace: bool = False
+    """Overwrite clips of the same name."""
+    debug: bool = False
+    """Show the traceback of an error."""
+
+
+@dataclass(frozen=True)
 class MotionsPlay:
     """Play clips in a browser, with their objects and source skeletons."""
 

@@ -96,6 +96,7 @@ FLAGS: dict[type, tuple[Section, ...]] = {
         _section("Files", "out format map replace"),
         _section("What the files leave open", "fps unit up"),
     ),
+    commands.MotionsVary: (_section("Variants", "out stand-m size replace"),),
     commands.MotionsCheck: (
         _section("Files", "format map json"),
         _section("What the files leave open", "fps unit up"),

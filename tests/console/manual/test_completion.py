@@ -36,7 +36,7 @@ POLICIES = set(pretrained.names())
 #: The words of a command line, and what completes the last of them.
 ASKED: list[tuple[list[str], set[str]]] = [
     (["mot"], {"motions"}),
-    (["motions", ""], {"import", "list", "check", "play"}),
+    (["motions", ""], {"import", "list", "check", "play", "vary"}),
     (["train", ""], set(REGISTRY)),
     (["train", "sit", "--preset", ""], {"fast", "paper", "track"}),
     (["train", "sit", "--preset", "p"], {"paper"}),

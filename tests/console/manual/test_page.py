@@ -80,6 +80,6 @@ def test_unknown_words_are_refused_with_help_too(
 
 def test_clauses_and_sentences() -> None:
     assert summary(commands.Train) == "Train a policy for a task"
-    assert summary(commands.Motions).startswith("import|list|check|play: motion clips")
+    assert summary(commands.Motions).startswith("import|list|check|play|vary: motion clips")
     assert first_sentence("Of 1.5 m. The other.") == "Of 1.5 m."
     assert first_sentence("Of 1.5 m") == "Of 1.5 m"
