@@ -287,7 +287,7 @@ def page() -> str:
         parts.append(f"## {fact['title']} {{#{name}}}\n\n{shown}.\n")
         parts.append(
             f'<iframe src="{name}.html" title="{escape(fact["title"])}" loading="lazy" '
-            'width="100%" height="660" style="border: 0"></iframe>\n'
+            'height="660" style="width: 100%; border: 0"></iframe>\n'
         )
     return "\n".join(parts)
 

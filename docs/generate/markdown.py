@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A table; pipes and line breaks in its cells are escaped."""
+    """A table; pipes, line breaks and, outside inline code, `<` in its cells are escaped."""
     lines = [head, ["---"] * len(head), *rows]
     return "\n".join("| " + " | ".join(_cell(c) for c in line) + " |" for line in lines) + "\n"
 
@@ -16,4 +16,6 @@ def code(text: object) -> str:
 
 
 def _cell(value: object) -> str:
-    return " ".join(str(value).split()).replace("|", "\\|")
+    text = " ".join(str(value).split()).replace("|", "\\|")
+    parts = text.split("`")  # every second one is code, where Markdown escapes
+    return "`".join(p if k % 2 else p.replace("<", "&lt;") for k, p in enumerate(parts))
