@@ -19,7 +19,8 @@ def page() -> str:
     train = next(entry for entry in commands.COMMANDS if entry.name == "train")
     parts = [
         "# Commands\n",
-        "`inhabit COMMAND --help` prints the same in the terminal. Exit codes are 0 (success), 1"
+        "`inhabit COMMAND --help` shows the flags that are wanted first, `--help-all` all of them."
+        " Exit codes are 0 (success), 1"
         " (failure), 2 (invalid arguments) and 130 (interrupted). An error is one line; `--debug`"
         " adds the traceback.\n",
     ]
@@ -31,8 +32,8 @@ def page() -> str:
             parts.append(f"## inhabit {group}{entry.name}\n")
             parts.append((entry.flags.__doc__ or "").strip() + "\n")
             parts.append(f"```sh\n{' '.join(['inhabit', group + entry.name, *words])}\n```\n")
-            rows = [(code(f.flag), code(f.kind), code(f.default), f.unit, f.meaning) for f in own]
-            parts.append(table(("flag", "type", "default", "unit", "meaning"), rows))
+            rows = [(code(f.flag), f.meaning, code(f.default), code(f.kind), f.unit) for f in own]
+            parts.append(table(("flag", "meaning", "default", "type", "unit"), rows))
             if len(found) > len(own):
                 parts.append(
                     "In addition, every field of [the configuration](configuration.md) is a flag.\n"

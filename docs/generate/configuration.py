@@ -39,7 +39,7 @@ def page() -> str:
                 code(values[f.name]) if values[f.name] != f.default else ""
                 for values in presets.values()
             ]
-            rows.append((code(f.name), code(f.kind), code(f.default), *differs, f.unit, f.meaning))
-        heads = ("field", "type", "default", *presets, "unit", "meaning")
+            rows.append((code(f.name), f.meaning, code(f.default), *differs, code(f.kind), f.unit))
+        heads = ("field", "meaning", "default", *presets, "type", "unit")
         parts += [f"## {title}\n", table(heads, rows)]
     return "\n".join(parts)

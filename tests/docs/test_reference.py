@@ -15,7 +15,7 @@ from console.recording import format as recording
 from console.run.experiment import Experiment, to_json
 from console.run.metric_names import ALWAYS, METRICS
 from console.run.metrics import read_metrics
-from docs.generate import commands, configuration, formats, hook, protocol
+from docs.generate import commands, configuration, formats, hook, markdown, protocol
 from rpc import codec
 from rpc.v1 import policy_pb2, style_pb2
 from tests.support import small_clips
@@ -162,3 +162,10 @@ def test_a_checkpoint_and_a_run_have_the_keys_of_the_page(run: Path) -> None:
 def test_the_page_of_features_lists_all_servos() -> None:
     page = hook.pages()["reference/features.md"]
     assert page.count("| `") >= character.NU and "`left_ankle_z`" in page
+
+
+def test_cells_of_tables_show_angle_brackets() -> None:
+    """A browser takes `<date>` for an unknown element, and shows nothing."""
+    page = markdown.table(("a", "b"), [("runs/TASK-<date>", "`a<b`"), ("x | y", "2\nlines")])
+    assert "| runs/TASK-&lt;date> | `a<b` |" in page and "| x \\| y | 2 lines |" in page
+    assert "runs/TASK-&lt;date>-&lt;n>" in commands.page()
