@@ -16,9 +16,11 @@ from world.tasks.carry import DEPTH_COST, MIN_HALF_DEPTH_M, half_depths, stand_p
 from world.tasks.walk import Walk
 from world.teachers.tracker import Act
 
-#: The approach ends at this distance of the root from where it is to stand, m: from there on people
-#: bend and reach.
-_THERE_M = 0.35
+#: Who picks a box up stands so far before its face, m (ACCAD's A5 and B19: 0.15 to 0.24).
+_GAP_M = 0.18
+#: The approach ends within the first distance of there, m, or within the second for one that
+#: is slower than this, m/s: from there on people bend and reach.
+_THERE_M, _NEAR_M, _SLOW_M_S = 0.12, 0.3, 0.2
 #: A box this far from where it was has been taken, m.
 _TAKEN_M = 0.05
 
@@ -42,7 +44,9 @@ class WalkerTeacher:
         walk = Target(torch.cat((point, torch.zeros_like(point[:, :1])), 1), ahead, target.corners)
         goal = self._task.goal_features(body, walk)
         action = self._act(tasks.state(body, walk), goal).to(torch.float32)
-        there = (point - body.root[:, :2]).norm(dim=1) < _THERE_M
+        away = (point - body.root[:, :2]).norm(dim=1)
+        stands = body.root_velocity[:, :2].norm(dim=1) < _SLOW_M_S
+        there = (away < _THERE_M) | (stands & (away < _NEAR_M))
         taken = (box.position - box.start).norm(dim=1) > _TAKEN_M
         return torch.where((there | taken)[:, None], torch.nan, action)
 
@@ -57,7 +61,8 @@ class WalkerTeacher:
 def standing_place(here: Tensor, box: BoxState) -> tuple[Tensor, Tensor]:
     """Return the floor points [n, 2], m, before the box's faces that are nearest to `here` [n, 2],
     m, and the headings [n, 2] towards the box; a deep box is taken from its long side."""
-    ahead, points = stand_poses(box)
+    ahead, _ = stand_poses(box)
+    points = box.position[:, None, :2] - ahead * (half_depths(box) + _GAP_M)[..., None]
     deeper = (half_depths(box) - MIN_HALF_DEPTH_M).clamp_min(0.0)
     face = ((points - here[:, None]).norm(dim=2) + DEPTH_COST * deeper).argmin(dim=1)
     rows = torch.arange(len(face), device=face.device)
