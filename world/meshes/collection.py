@@ -27,7 +27,8 @@ def pieces(names: Sequence[str], seed: int = 0) -> tuple[Piece, ...]:
         elif not Path(name).exists():
             raise PieceError(f"no furniture '{name}': choose {', '.join(SPLITS)} or a path")
         else:
-            from world.meshes import store  # imports scipy, which the catalogue's pieces do not need
+            # imports scipy, which the pieces of the catalogue do not need
+            from world.meshes import store
 
             found += store.pieces(Path(name))
     return tuple(found)

@@ -92,7 +92,7 @@ class Track(Task):
         target = tracked(target)
         reference, heading = target.reference, body.heading
         boxed = target.boxed()[:, None].float()
-        # all frames at once, [n, K, ...]: of so few scenes, an operation costs more than its numbers
+        # all frames at once, [n, K, ...]: an operation on so few scenes costs the same for each
         last = reference.stop[reference.clip[target.frame]] - 1
         frame = torch.minimum(target.frame[:, None] + torch.tensor(AHEAD), last[:, None])
         position, held = reference.position[frame], reference.held[frame][..., None]
