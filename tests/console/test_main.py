@@ -44,3 +44,18 @@ def test_no_heavy_package_delays_the_first_line(line: str, needed: list[str]) ->
         check=True,
     )
     assert done.stdout.split() == needed
+
+
+def test_processes_of_a_training_start_without_what_they_may_not_need() -> None:
+    """Imported pieces need scipy, Ray its runner, torch.compile is not used."""
+    listed = """
+import sys
+import console.training.command
+unwanted = {"scipy", "trimesh", "ray", "PIL", "tensorboard", "torch._dynamo"}
+print(*sorted(unwanted & set(sys.modules)))
+"""
+    environment = dict(os.environ, PYTHONPATH=str(ROOT))
+    done = subprocess.run(
+        [sys.executable, "-c", listed], env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == []

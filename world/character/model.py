@@ -5,6 +5,7 @@ vector), one per hinge. Source: the AMP humanoid of IsaacGymEnvs and ASE, method
 """
 
 from dataclasses import dataclass
+from functools import cache
 from importlib import resources
 
 import mujoco
@@ -140,6 +141,12 @@ def effort_limits() -> np.ndarray:
 def spec() -> mujoco.MjSpec:
     """A new MjSpec of the character alone with its servos, for any simulator: set-points bounded by
     ctrlrange, torques by forcerange."""
+    return _parsed().copy()
+
+
+@cache
+def _parsed() -> mujoco.MjSpec:
+    """The spec to copy: a training compiles hundreds, and the text takes as long as all else."""
     text = resources.files("world.character").joinpath("humanoid.xml").read_text()
     result = mujoco.MjSpec.from_string(text)
     for joint in JOINTS:

@@ -8,7 +8,6 @@ from world.furniture import bands
 from world.furniture.catalogue import whole
 from world.furniture.piece import Piece
 from world.furniture.usage import usage
-from world.meshes import store
 
 #: Names of the catalogue's splits, and of both together.
 SPLITS = (*bands.SPLITS, "all")
@@ -28,6 +27,9 @@ def pieces(names: Sequence[str], seed: int = 0) -> tuple[Piece, ...]:
         elif not Path(name).exists():
             raise PieceError(f"no furniture '{name}': choose {', '.join(SPLITS)} or a path")
         else:
+            # imports scipy, which the pieces of the catalogue do not need
+            from world.meshes import store
+
             found += store.pieces(Path(name))
     return tuple(found)
 

@@ -92,26 +92,27 @@ class Track(Task):
         target = tracked(target)
         reference, heading = target.reference, body.heading
         boxed = target.boxed()[:, None].float()
-        parts = []
-        for k in AHEAD:
-            frame = reference.ahead(target.frame, k)
-            position = reference.position[frame]
-            keys = position[:, _KEYS] - position[:, :1]
-            root = position[:, 0] + target.origin
-            # as the deviation is measured: a held box from the root, a resting one in the world
-            drift = torch.where(reference.held[frame, None], root - body.root, 0.0)
-            there = reference.box[frame, :3] + target.origin - drift
-            axes = rotations.matrix(reference.box[frame, 3:])
-            grip = reference.held[frame, None].float().expand(-1, 2)
-            turn = rotations.turn_back(heading, reference.heading[frame])
-            world = torch.cat((keys, (root - body.root)[:, None]), dim=1)
-            of_box = torch.stack((there - body.root, axes[..., 0], axes[..., 2]), dim=1)
-            parts += [
-                rotations.turn_back(heading[:, None], world).flatten(1),
-                turn,
-                boxed * rotations.turn_back(heading[:, None], of_box).flatten(1),
-                grip,
-            ]
+        # all frames at once, [n, K, ...]: an operation on so few scenes costs the same for each
+        last = reference.stop[reference.clip[target.frame]] - 1
+        frame = torch.minimum(target.frame[:, None] + torch.tensor(AHEAD), last[:, None])
+        position, held = reference.position[frame], reference.held[frame][..., None]
+        keys = position[:, :, _KEYS] - position[:, :, :1]
+        origin, here = target.origin[:, None], body.root[:, None]
+        root = position[:, :, 0] + origin
+        # as the deviation is measured: a held box from the root, a resting one in the world
+        drift = torch.where(held, root - here, 0.0)
+        box = reference.box[frame]
+        there = box[..., :3] + origin - drift
+        axes = rotations.matrix(box[..., 3:])
+        world = torch.cat((keys, (root - here)[:, :, None]), dim=2)
+        of_box = torch.stack((there - here, axes[..., 0], axes[..., 2]), dim=2)
+        ahead = (
+            rotations.turn_back(heading[:, None, None], world).flatten(2),
+            rotations.turn_back(heading[:, None], reference.heading[frame]),
+            boxed[..., None] * rotations.turn_back(heading[:, None, None], of_box).flatten(2),
+            held.float().expand(-1, -1, 2),
+        )
+        parts = [torch.cat(ahead, dim=2).flatten(1)]
         following = reference.ahead(target.frame, 1)
         parts.append(reference.set_point[following] - joint_coordinates(body))
         if target.box is None:

@@ -56,6 +56,17 @@ def test_layout(model: mujoco.MjModel) -> None:
     assert not model.actuator_forcelimited.any()
 
 
+def test_each_spec_is_one_of_its_own() -> None:
+    changed = character.spec()
+    changed.option.timestep = 1.0
+    changed.body("pelvis").pos = [9.0, 9.0, 9.0]
+    changed.worldbody.add_body(name="stranger")
+    other = character.spec()
+    assert other.option.timestep == pytest.approx(1 / 120) and other.body("stranger") is None
+    np.testing.assert_allclose(other.body("pelvis").pos, [0.0, 0.0, 0.89])
+    assert changed.compile().nbody == other.compile().nbody + 1
+
+
 def test_left_mirrors_right() -> None:
     joints = {j.name: j for j in character.JOINTS}
     assert joints["right_hip"].range_deg == ((-60, 15), (-140, 60), (-60, 35))
