@@ -58,6 +58,7 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
     "TrackConfig": {
         "boxes": ((1, 1e4),), "size": ((0.1, 10),), "weight_kg": ((0.01, 1000),),
         "friction": ((0.01, 100),), "focus": (_FRACTION,), "handling": ((0, 1e6),),
+        "displaced_m": ((0, 0.6),),
     },
     "LearnerConfig": {
         "hidden": ((1, 16384),), "sigma": (_SAMPLES, (0, 10)), "task_weight": ((0, 1000),),

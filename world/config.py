@@ -94,6 +94,10 @@ class TrackConfig:
     teacher: str = ""
     """With `goal`: run or checkpoint of the task track, without a mixture, whose policy labels the
     states of these scenes with its actions; see ppo.imitation-weight. Empty: no teacher."""
+    displaced_m: float = 0.0
+    """Greatest distance of an initial state from the reference's place, m, where the hands are free
+    of the box, mostly away from it, and turned by up to 1 rad for each metre. The policy so learns
+    to come back to the reference; evaluation has none."""
     handling: float = 2.0
     """Weight of frames in which the clip reaches for its object, lifts it or puts it down, in the
     draw of initial states; other frames have 1."""

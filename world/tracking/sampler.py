@@ -3,7 +3,7 @@
 An initial state is a pure function of (seed, scene, episode).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
@@ -16,7 +16,7 @@ from world.scene.batch import Scenes
 from world.scene.target import BoxState
 from world.tracking.bank import TrackBank
 from world.tracking.reference import Reference, drawn
-from world.tracking.target import TrackTarget
+from world.tracking.target import HANDS, TrackTarget
 
 #: Initial position of an unused box, on its stand, m.
 _PARKED_M = (-50.0, 5.0, 0.5)
@@ -24,6 +24,9 @@ _PARKED_M = (-50.0, 5.0, 0.5)
 _ONWARDS_M = 2.0
 #: Initial height of a box above its stand, m: contacts are unloaded.
 _BOX_LIFT_M = 0.001
+#: Hands are free of a box from so far beyond its half diagonal on, m; a displacement is within this
+#: angle of straight away from it, rad.
+_CLEAR_M, _ASIDE_RAD = 0.15, 1.8
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,7 @@ class TrackSampler:
         self._bank, self._reference, self._seed = bank, bank.reference, seed
         # a set-point of the reference would tell the policy what it is not shown
         self._residual = config.track.residual and not config.track.goal
-        self._focus = config.track.focus
+        self._focus, self._displaced_m = config.track.focus, config.track.displaced_m
         if not 0.0 <= self._focus <= 1.0:
             raise ConfigError(f"track.focus {self._focus}: choose a fraction from 0 to 1")
         self._weight = self._reference.start_weight
@@ -65,8 +68,31 @@ class TrackSampler:
 
     def draw(self, scenes: Tensor, episodes: Tensor) -> TrackInitialStates:
         """The initial states of the given scene ids [m] and episode numbers [m] (int64 both)."""
-        u = random_streams.uniform(self._seed, random_streams.EPISODE, scenes, episodes, 2)
-        return self.at(drawn(self._weight, u[:, 0]), u[:, 1])
+        count = 5 if self._displaced_m else 2
+        u = random_streams.uniform(self._seed, random_streams.EPISODE, scenes, episodes, count)
+        states = self.at(drawn(self._weight, u[:, 0]), u[:, 1])
+        return self._displaced(states, u[:, 2:]) if self._displaced_m else states
+
+    def _displaced(self, states: TrackInitialStates, u: Tensor) -> TrackInitialStates:
+        """The states [m] moved away from the box, where the hands are free of it; the scene stays:
+        u [m, 3] in [0, 1)."""
+        reference, frame = self._reference, states.frame
+        to_box = reference.box[frame, :2] - reference.position[frame, 0, :2]
+        size = reference.size[reference.clip[frame]].norm(dim=1)
+        hands = (reference.position[frame][:, HANDS] - reference.box[frame, None, :3]).norm(dim=2)
+        free = reference.boxed[reference.clip[frame]] & ~reference.held[frame]
+        free &= hands.amin(dim=1) > 0.5 * size + _CLEAR_M
+        moved = torch.where(free, self._displaced_m * u[:, 0].sqrt(), 0.0)
+        back = -to_box / to_box.norm(dim=1, keepdim=True).clamp_min(1e-6)
+        step = moved[:, None] * rotations.turn(back, _unit(_ASIDE_RAD * (2.0 * u[:, 1] - 1.0)))
+        turn = moved * (2.0 * u[:, 2] - 1.0)
+        qpos, qvel = states.qpos.clone(), states.qvel.clone()
+        # the origin is below the reference: the scene is where it was
+        qpos[:, :2] += step
+        about = _unit(turn)
+        qpos[:, 3:7] = rotations.multiply(rotations.from_heading(about), qpos[:, 3:7])
+        qvel[:, :2] = rotations.turn(about, qvel[:, :2])
+        return replace(states, qpos=qpos, qvel=qvel)
 
     def at(self, frame: Tensor, u: Tensor) -> TrackInitialStates:
         """The initial states of reference frames [m]; u [m] in [0, 1) chooses the box."""
@@ -168,3 +194,8 @@ def _aims(reference: Reference) -> Tensor:
     )
     onwards = reference.box[last, :3] + _ONWARDS_M * ahead
     return torch.where(reference.has_put[:, None], reference.put[:, :3], onwards)
+
+
+def _unit(angle: Tensor) -> Tensor:
+    """[n, 2]: cosines and sines of angles [n], rad."""
+    return torch.stack((angle.cos(), angle.sin()), dim=1)

@@ -6,6 +6,7 @@ import pytest
 import torch
 
 from tests.support.track_scenes import WORLD, bank, clips, followed, motions
+from world import rotations
 from world.config import TrackConfig
 from world.episodes.cloning import pairs
 from world.errors import ConfigError
@@ -86,3 +87,36 @@ def test_to_clone_the_clips_is_to_add_nothing_to_their_set_points() -> None:
 def test_a_share_beyond_one_is_refused() -> None:
     with pytest.raises(ConfigError, match="focus"):
         TrackSampler(replace(WORLD, track=replace(WORLD.track, focus=1.5)), bank(), 0)
+
+
+def test_displaced_starts_are_beside_the_reference_where_the_hands_are_free() -> None:
+    """Mostly away from the box, turned a little, with the velocity turned along; the reference and
+    its box stay where they are."""
+    config = replace(WORLD, track=replace(WORLD.track, displaced_m=0.4))
+    scenes, episodes = torch.arange(3000), torch.ones(3000, dtype=torch.int64)
+    sampler = TrackSampler(config, bank(), 7)
+    moved = sampler.draw(scenes, episodes)
+    there = sampler.at(moved.frame, torch.zeros(3000))
+    reference = followed()
+    step = moved.qpos[:, :2] - there.qpos[:, :2]
+    far = step.norm(dim=1)
+    held = reference.held[moved.frame]
+    boxed = reference.boxed[reference.clip[moved.frame]]
+    assert not bool(far[held].any()) and not bool(far[~boxed].any())
+    free = far > 0
+    assert 0.3 < float(free[boxed & ~held].float().mean()) <= 1.0
+    assert 0.39 < float(far.max()) <= 0.4 and 0.2 < float(far[free].mean()) < 0.32
+    to_box = reference.box[moved.frame, :2] - reference.position[moved.frame, 0, :2]
+    towards = (step * to_box / to_box.norm(dim=1, keepdim=True)).sum(dim=1)[free] / far[free]
+    assert float(towards.max()) < 0.23  # within 1.8 rad of straight away from it
+    before, after = (rotations.heading(s.qpos[:, 3:7]) for s in (there, moved))
+    angle = torch.acos((before * after).sum(dim=1).clamp(-1.0, 1.0))
+    assert bool((angle <= far + 2e-3).all()) and float(angle.max()) > 0.2
+    for one, other in ((moved, there),):
+        speed = rotations.turn_back(rotations.heading(one.qpos[:, 3:7]), one.qvel[:, :2])
+        wanted = rotations.turn_back(rotations.heading(other.qpos[:, 3:7]), other.qvel[:, :2])
+        torch.testing.assert_close(speed, wanted, atol=2e-3, rtol=0)
+    assert torch.equal(moved.origin, there.origin)
+    target = sampler.target(moved)
+    assert target.box is not None
+    assert torch.equal(target.box.position, sampler.target(there).box.position)  # type: ignore[union-attr]
