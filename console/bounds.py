@@ -122,6 +122,7 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
     "Bench": {
         "scenes": ((1, 1e6),), "threads": (_THREADS,), "seconds": ((0.1, 1e6),),
         "mutations": ((1, 1e9),), "rounds": ((1, 1e4),),
+        "fleet_actors": ((1, 512),),
     },
     "Demo": {"seed": (_SEED,)},
     "Export": {"take": ((0, 1e6),)},

@@ -252,7 +252,12 @@ def peers(
     from console.bench.peers import alternation
 
     return alternation.measure(
-        experiment, threads, command.seconds, command.rounds, command.peer_python
+        experiment,
+        threads,
+        command.seconds,
+        command.rounds,
+        command.peer_python,
+        actors=command.fleet_actors,
     )
 
 

@@ -57,6 +57,8 @@ class Bench:
     peer_python: tuple[str, ...] = ()
     """Interpreters of bench peers, NAME=PATH each (rsl_rl, skrl, torchrl, rllib, unilab);
     default: the present one."""
+    fleet_actors: tuple[int, ...] = (1, 2, 4)
+    """Numbers of Ray actors with which bench peers compares ours and RLlib's."""
     policy: Path = Path("sit")
     """Policy of bench profile, a name, a run or a checkpoint: its own training is measured."""
     motions: tuple[Path, ...] = ()

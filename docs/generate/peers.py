@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from console.bench.peers import pools
+from console.bench.peers import alternation, pools
 from console.bench.peers.registry import NAMES, OURS, OURS_TASK, SCENES
 from docs.generate.markdown import table
 
@@ -53,6 +53,7 @@ def rendered(result: Mapping[str, Any]) -> str:
             "## What each computes\n",
             table(WHAT, (_what(peers[name]) for name in others)),
             METHOD,
+            *_fleets(figures),
             *_pools(figures),
         ]
     )
@@ -101,6 +102,20 @@ by the Batch of MuJoCo 3.17. Both step the same model, a chair and a character, 
 states, 20 control steps after the start of 512 scenes, with the same set-points and two threads.
 The last row is the ratio of turns of the same round: of speeds, and of steps per processor second.
 """
+FLEETS = """
+## Over Ray
+
+`inhabit train --runner ray` against RLlib's environment runners, each with a Ray of its own on this
+machine, by the number of actors or runners; the 512 scenes are divided among them, and ours has the
+task reward alone. With more actors than cores they share the cores.
+"""
+FLEET_HEADS = (
+    "actors",
+    "inhabit, samples/s",
+    "RLlib, samples/s",
+    "ratio of samples/s",
+    "ratio of samples per processor second",
+)
 RATES = (
     "",
     "samples/s",
@@ -175,6 +190,28 @@ def _pools(figures: Mapping[str, float]) -> list[str]:
         _spread("pool_to_unilab_processor_ratio", figures, ".2f"),
     ]
     return [POOLS, table(("", "control steps/s", "processor time of a step, µs"), [*rows, ratios])]
+
+
+def _fleets(figures: Mapping[str, float]) -> list[str]:
+    """The section on Ray actors, where they were measured."""
+    counts = sorted(
+        int(name.removeprefix("fleet_").removesuffix("_processor_ratio"))
+        for name in figures
+        if name.startswith("fleet_") and name.endswith("_processor_ratio")
+    )
+    if not counts:
+        return []
+    rows = (
+        [
+            str(count),
+            _spread(f"{alternation.OURS_FLEET}_{count}_samples_per_s", figures, ",.0f"),
+            _spread(f"{alternation.FLEETS}_{count}_samples_per_s", figures, ",.0f"),
+            _spread(f"fleet_{count}_ratio", figures, ".2f"),
+            _spread(f"fleet_{count}_processor_ratio", figures, ".2f"),
+        ]
+        for count in counts
+    )
+    return [FLEETS, table(FLEET_HEADS, rows)]
 
 
 def _goals(figures: Mapping[str, float], peers: Mapping[str, Any]) -> str:

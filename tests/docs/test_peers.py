@@ -71,3 +71,16 @@ def test_the_page_is_that_of_the_committed_measurement() -> None:
     assert figures == committed["figures"]
     assert set(committed["peers"]) <= set(NAMES) and committed["peers"]
     assert hook.pages()["results/peers.md"] == peers.rendered(committed)
+
+
+def test_fleets_have_a_section_where_they_were_measured() -> None:
+    result = measured()
+    assert "Over Ray" not in peers.rendered(result)
+    slow = [Turn(400, 2.0, 5.0, 1, 0.5, 1.25)] * 2
+    result["figures"] |= alternation.fleet_figures(
+        {"inhabit_ray_2": turns(1000, 4.0)[:2], "rllib_2": slow}
+    )
+    page = peers.rendered(result)
+    # 500 and 200 samples/s; 250 and 80 samples per processor second
+    wanted = "| 2 | 500 (500-500) | 200 (200-200) | 2.50 (2.50-2.50) | 3.12 (3.12-3.12) |"
+    assert "Over Ray" in page and wanted in page

@@ -37,6 +37,8 @@ from world.errors import ChoiceError, ConfigError, InhabitError
 
 #: Goals of issue and results page: over the best peer, and over RLlib.
 GOALS = {"best": 1.5, "rllib": 5.0}
+#: The peer whose distributed training ours is compared with, and ours in these figures.
+FLEETS, OURS_FLEET = "rllib", "inhabit_ray"
 _VERSION = "import importlib.metadata as m, sys; print(m.version(sys.argv[1]))"
 _END_S = 30.0
 
@@ -65,11 +67,13 @@ def measure(
     rounds: int,
     interpreters: Sequence[str],
     note: Note = print,
+    actors: Sequence[int] = (),
 ) -> tuple[dict[str, float], dict[str, Any]]:
     """Return the figures, and what the results page needs beside: versions, turns, load.
 
     seconds: of a turn, at least. interpreters: NAME=PATH of peers that have environments of their
-    own. note: receives a line for each peer that is left out.
+    own. note: receives a line for each peer that is left out. actors: numbers of Ray actors with
+    which ours and RLlib's are compared.
 
     Raises ConfigError for interpreters that are not there, PeerError without any peer.
     """
@@ -97,6 +101,10 @@ def measure(
     figures = figures_of(turns)
     stepped, difference = step_pools(task, paths[pools.NAME], seconds, rounds, note)
     figures |= pool_figures(stepped, difference)
+    fleets = {}
+    if FLEETS in versions:
+        fleets = ray_fleets(task, paths[FLEETS], actors, seconds, rounds, note)
+    figures |= fleet_figures(fleets)
     details = {
         "peers": {
             name: {
@@ -108,7 +116,8 @@ def measure(
             if name in turns
         },
         "turns": {
-            name: [asdict(turn) for turn in taken] for name, taken in (turns | stepped).items()
+            name: [asdict(turn) for turn in taken]
+            for name, taken in (turns | stepped | fleets).items()
         },
         "turn_s": seconds,
         "rounds": rounds,
@@ -116,6 +125,52 @@ def measure(
         "bf16": whole.bf16,
     }
     return figures, details
+
+
+def ray_fleets(
+    task: Assignment,
+    interpreter: Path,
+    actors: Sequence[int],
+    seconds: float,
+    rounds: int,
+    note: Note = print,
+) -> dict[str, list[Turn]]:
+    """Return the turns of our Ray actors and of RLlib's environment runners, for each number of
+    them; a number with which either fails is left out, with a line."""
+    found: dict[str, list[Turn]] = {}
+    for count in actors:
+        given = replace(task, threads=count).to_json()
+        ours, theirs = f"{OURS_FLEET}_{count}", f"{FLEETS}_{count}"
+        starts = [
+            Start(ours, "console.bench.peers.fleet", Path(sys.executable), given),
+            Start(theirs, f"console.bench.peers.{FLEETS}", interpreter, given),
+        ]
+        turns = alternate(starts, seconds, rounds, note)
+        if len(turns) == len(starts):
+            found |= turns
+    return found
+
+
+def fleet_figures(turns: Mapping[str, Sequence[Turn]]) -> dict[str, float]:
+    """Return the figures of the fleets, by number of actors; nothing without turns."""
+    found: dict[str, float] = {}
+    for ours in turns:
+        kind, _, count = ours.rpartition("_")
+        if kind != OURS_FLEET:
+            continue
+        for name in (ours, f"{FLEETS}_{count}"):
+            found |= _spread(f"{name}_samples_per_s", [turn.rate for turn in turns[name]])
+            found |= _spread(
+                f"{name}_processor_us_per_sample",
+                [1e6 / turn.processor_rate for turn in turns[name]],
+            )
+        pairs = list(zip(turns[ours], turns[f"{FLEETS}_{count}"], strict=True))
+        found |= _spread(f"fleet_{count}_ratio", [a.rate / b.rate for a, b in pairs])
+        found |= _spread(
+            f"fleet_{count}_processor_ratio",
+            [a.processor_rate / b.processor_rate for a, b in pairs],
+        )
+    return found
 
 
 def step_pools(

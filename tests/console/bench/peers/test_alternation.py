@@ -205,3 +205,30 @@ def test_figures_of_the_pools_by_hand() -> None:
     assert found["unilab_pool_control_steps_per_s"] == 87.5
     assert found["pool_state_difference"] == 1e-12
     assert alternation.pool_figures({}, 0.0) == {}
+
+
+def test_fleets_are_compared_by_their_number_of_actors(
+    log: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A number with which one of both fails is left out."""
+    made: list[tuple[str, int]] = []
+    real = alternation.Start
+
+    def stand_in(name: str, module: str, interpreter: Path, first: dict[str, object]) -> Start:
+        threads = int(str(first["threads"]))
+        made.append((module, threads))
+        fails = threads == 4 and name.startswith(alternation.FLEETS)
+        given = start(name, 3 if fails else 1).first
+        return real(name, "tests.support.peers.stand_in", interpreter, given)
+
+    monkeypatch.setattr(alternation, "Start", stand_in)
+    notes: list[str] = []
+    task = Assignment(PRESETS["fast"], 2)
+    found = alternation.ray_fleets(task, HERE, (1, 4), 0.0, 2, notes.append)
+    assert set(found) == {"inhabit_ray_1", "rllib_1"} and len(notes) == 1
+    assert made == [
+        ("console.bench.peers.fleet", 1), ("console.bench.peers.rllib", 1),
+        ("console.bench.peers.fleet", 4), ("console.bench.peers.rllib", 4),
+    ]  # fmt: skip
+    figures = alternation.fleet_figures(found)
+    assert figures["fleet_1_ratio"] == 1.0 and "fleet_4_ratio" not in figures
