@@ -45,8 +45,11 @@ def policies(words: Iterable[str]) -> dict[str, Served]:
 
     Raises InhabitError, in one line, for a word that is no policy, and for one that follows clips.
     """
-    where = {name: pretrained.ROOT / name for name in pretrained.names()}
-    found = {loading.task_of(path): path for path in where.values()}
+    found = {
+        task: pretrained.ROOT / name
+        for name in pretrained.names()
+        if not tasks.make(task := loading.task_of(pretrained.ROOT / name)).affordance.follows_clips
+    }
     for word in words:
         path = loading.checkpoint_of(Path(word), "best")
         found[loading.task_of(path)] = path

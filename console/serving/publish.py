@@ -31,10 +31,9 @@ _HEADLINE = (
     "seed",
     "objects",
     "perturbation",
-    "success",
-    "sustained",
-    "falls",
 )
+_REACHED = ("success", "sustained", "falls")
+_FOLLOWED = ("completed", "body_cm", "object_cm", "contact_f1")
 
 
 def publish_command(command: Publish) -> int:
@@ -149,5 +148,7 @@ def _evaluations(paths: Sequence[Path]) -> dict[str, dict[str, Any]]:
 
 
 def _headline(figures: dict[str, Any]) -> dict[str, Any]:
-    """Return the main figures of an evaluation, for the manifest."""
-    return {name: figures[name] for name in _HEADLINE}
+    """Return the main figures of an evaluation, for the manifest: of a policy that follows clips
+    what it completes, of others their success."""
+    names = (*_HEADLINE, *(_FOLLOWED if "completed" in figures else _REACHED))
+    return {name: figures[name] for name in names}

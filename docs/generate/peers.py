@@ -5,7 +5,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from console.bench.peers import alternation, pools
+from console.bench.peers import pools
+from console.bench.peers.figures import FLEETS, OURS_FLEET
 from console.bench.peers.registry import NAMES, OURS, OURS_TASK, SCENES
 from docs.generate.markdown import table
 
@@ -102,7 +103,7 @@ by the Batch of MuJoCo 3.17. Both step the same model, a chair and a character, 
 states, 20 control steps after the start of 512 scenes, with the same set-points and two threads.
 The last row is the ratio of turns of the same round: of speeds, and of steps per processor second.
 """
-FLEETS = """
+OVER_RAY = """
 ## Over Ray
 
 `inhabit train --runner ray` against RLlib's environment runners, each with a Ray of its own on this
@@ -204,14 +205,14 @@ def _fleets(figures: Mapping[str, float]) -> list[str]:
     rows = (
         [
             str(count),
-            _spread(f"{alternation.OURS_FLEET}_{count}_samples_per_s", figures, ",.0f"),
-            _spread(f"{alternation.FLEETS}_{count}_samples_per_s", figures, ",.0f"),
+            _spread(f"{OURS_FLEET}_{count}_samples_per_s", figures, ",.0f"),
+            _spread(f"{FLEETS}_{count}_samples_per_s", figures, ",.0f"),
             _spread(f"fleet_{count}_ratio", figures, ".2f"),
             _spread(f"fleet_{count}_processor_ratio", figures, ".2f"),
         ]
         for count in counts
     )
-    return [FLEETS, table(FLEET_HEADS, rows)]
+    return [OVER_RAY, table(FLEET_HEADS, rows)]
 
 
 def _goals(figures: Mapping[str, float], peers: Mapping[str, Any]) -> str:

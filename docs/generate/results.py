@@ -29,9 +29,12 @@ def rows_of(policy: str) -> str:
 def page() -> str:
     """One table of all policies, then each policy by stage, distance and object."""
     found = evaluations()
-    parts = [INTRODUCTION, table(HEADS, (_row(name, figures) for name, figures in found))]
+    reached = [(name, figures) for name, figures in found if "success" in figures]
+    parts = [INTRODUCTION, table(HEADS, (_row(name, figures) for name, figures in reached))]
     for name, figures in found:
-        if figures["perturbation"] == "none":
+        if "completed" in figures:
+            parts += [f"## {name}\n", *_followed(name, figures)]
+        elif figures["perturbation"] == "none":
             parts += [f"## {name}\n", _command(name, figures), *_breakdown(figures)]
     return "\n".join(parts)
 
@@ -106,6 +109,39 @@ def _breakdown(figures: dict[str, Any]) -> list[str]:
         table(("stage", "reached, %", "95 %"), stages),
         table(("start, m", "trials", "success, %"), distances),
         table(("object", "trials", "success, %"), objects),
+    ]
+
+
+def _followed(name: str, figures: dict[str, Any]) -> list[str]:
+    """The table of a policy that follows clips, by clip."""
+    command = (
+        f"```sh\ninhabit evaluate pretrained/{name} --motions CLIPS --trials {figures['trials']}"
+        f" --seed {figures['seed']}\n```\n"
+    )
+    rows = [{"clip": "all", **figures}, *figures["by_clip"]]
+    heads = ("clip", "trials", "completed, %", "95 %", "whole, %", "body, cm", "object, cm",
+             "contact F1")  # fmt: skip
+    return [
+        "It follows [clips](../how-to/track.md), which are not part of the package: share of the"
+        " trials that reach the clip's end, from any sound frame and from the first; mean"
+        " deviations until then, and how well the hands' contacts agree.\n",
+        command,
+        table(
+            heads,
+            (
+                (
+                    row["clip"],
+                    f"{row['trials']:,}",
+                    _percent(row["completed"]["rate"]),
+                    "-".join(_percent(x) for x in row["completed"]["ci95"]),
+                    _percent(row["completed_whole"]["rate"]),
+                    f"{row['body_cm']:.1f}",
+                    "" if row["object_cm"] is None else f"{row['object_cm']:.1f}",
+                    "" if row["contact_f1"] is None else f"{row['contact_f1']:.3f}",
+                )
+                for row in rows
+            ),
+        ),
     ]
 
 

@@ -4,7 +4,14 @@ import json
 from dataclasses import replace
 from typing import Any
 
-from console.bench.peers import alternation, pools
+from console.bench.peers import pools
+from console.bench.peers.figures import (
+    FLEETS,
+    OURS_FLEET,
+    figures_of,
+    fleet_figures,
+    pool_figures,
+)
 from console.bench.peers.protocol import Turn
 from console.bench.peers.registry import NAMES, OURS, OURS_TASK, SCENES
 from docs.generate import hook, peers
@@ -25,7 +32,7 @@ def measured() -> dict[str, Any]:
     }
     skrl = {"title": "skrl", "installed": "2.1.1", "code_lines": 90, "bf16": "", "normaliser": "x"}
     return {
-        "figures": alternation.figures_of(taken),
+        "figures": figures_of(taken),
         "turns": dict.fromkeys(taken),
         "peers": {"skrl": skrl | {"scenes": "workers"}},
         "machine": {
@@ -53,7 +60,7 @@ def test_pools_have_a_section_where_they_were_measured() -> None:
     result = measured()
     assert "UniLab" not in peers.rendered(result)
     turn = Turn(800, 2.0, 4.0, 1, 0.5, 1.25)
-    result["figures"] |= alternation.pool_figures(
+    result["figures"] |= pool_figures(
         {pools.OURS: [turn] * 2, pools.UNILAB: [replace(turn, samples=640)] * 2}, 1e-12
     )
     page = peers.rendered(result)
@@ -67,7 +74,12 @@ def test_the_page_is_that_of_the_committed_measurement() -> None:
     taken = {name: [Turn(**t) for t in some] for name, some in committed["turns"].items()}
     stepped = {name: taken.pop(name) for name in (pools.OURS, pools.UNILAB) if name in taken}
     difference = committed["figures"].get("pool_state_difference", 0.0)
-    figures = alternation.figures_of(taken) | alternation.pool_figures(stepped, difference)
+    over_ray = {
+        name: taken.pop(name)
+        for name in list(taken)
+        if name.startswith((f"{OURS_FLEET}_", f"{FLEETS}_"))
+    }
+    figures = figures_of(taken) | pool_figures(stepped, difference) | fleet_figures(over_ray)
     assert figures == committed["figures"]
     assert set(committed["peers"]) <= set(NAMES) and committed["peers"]
     assert hook.pages()["results/peers.md"] == peers.rendered(committed)
@@ -77,9 +89,7 @@ def test_fleets_have_a_section_where_they_were_measured() -> None:
     result = measured()
     assert "Over Ray" not in peers.rendered(result)
     slow = [Turn(400, 2.0, 5.0, 1, 0.5, 1.25)] * 2
-    result["figures"] |= alternation.fleet_figures(
-        {"inhabit_ray_2": turns(1000, 4.0)[:2], "rllib_2": slow}
-    )
+    result["figures"] |= fleet_figures({"inhabit_ray_2": turns(1000, 4.0)[:2], "rllib_2": slow})
     page = peers.rendered(result)
     # 500 and 200 samples/s; 250 and 80 samples per processor second
     wanted = "| 2 | 500 (500-500) | 200 (200-200) | 2.50 (2.50-2.50) | 3.12 (3.12-3.12) |"

@@ -7,19 +7,18 @@ from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
-import pretrained
+from console.demo import command
 from console.demo.layout import furnished
 from console.demo.room import Room
 from console.play import server
 from console.play.browser.view import View
 from console.play.session import Session
-from console.serving import loading
 from policy.checkpoints.served import Served
 
 
 @cache
 def policies() -> dict[str, Served]:
-    return {name: loading.served(name, pretrained.ROOT / name) for name in pretrained.names()}
+    return command.policies(())
 
 
 def room(seed: int = 0) -> Room:

@@ -10,6 +10,7 @@ import pytest
 from console.app import main
 from console.bench.peers import alternation, pools
 from console.bench.peers.alternation import PeerError, Start
+from console.bench.peers.figures import FLEETS, figures_of, fleet_figures, pool_figures
 from console.bench.peers.protocol import Assignment, Turn
 from console.bench.peers.registry import NAMES, OURS, OURS_TASK, PEERS, SCENES
 from console.run.experiment import PRESETS
@@ -70,7 +71,7 @@ def test_ratios_by_hand() -> None:
         "rllib": [turn(100), turn(100), turn(20)],
         SCENES: [turn(800, 1.0), turn(600, 1.0), turn(400, 1.0)],
     }
-    found = alternation.figures_of(turns)
+    found = figures_of(turns)
     # ratios 2, 3 and 2; quartiles between the middle and its neighbours
     assert found["inhabit_task_to_skrl_ratio"] == found["to_best_ratio"] == 2.0
     assert found["inhabit_task_to_skrl_ratio_quartile_low"] == 2.0
@@ -86,7 +87,7 @@ def test_ratios_by_hand() -> None:
     assert found["inhabit_task_processor_us_per_sample"] == pytest.approx(1e6 / 300)
     assert found["skrl_peak_gb"] == 5.0 and found["skrl_resident_gb"] == 2.5
     assert (found["goal_to_best_ratio"], found["goal_to_rllib_ratio"]) == (1.5, 5.0)
-    without = alternation.figures_of({k: v for k, v in turns.items() if k != "rllib"})
+    without = figures_of({k: v for k, v in turns.items() if k != "rllib"})
     assert not any("rllib" in name for name in without)
 
 
@@ -200,11 +201,11 @@ def test_figures_of_the_pools_by_hand() -> None:
         pools.OURS: [turn(300, 1.0), turn(200, 1.0)],
         pools.UNILAB: [turn(150, 1.0), turn(200, 1.0)],
     }
-    found = alternation.pool_figures(taken, 1e-12)
+    found = pool_figures(taken, 1e-12)
     assert found["pool_to_unilab_ratio"] == found["pool_to_unilab_processor_ratio"] == 1.5
     assert found["unilab_pool_control_steps_per_s"] == 87.5
     assert found["pool_state_difference"] == 1e-12
-    assert alternation.pool_figures({}, 0.0) == {}
+    assert pool_figures({}, 0.0) == {}
 
 
 def test_fleets_are_compared_by_their_number_of_actors(
@@ -217,7 +218,7 @@ def test_fleets_are_compared_by_their_number_of_actors(
     def stand_in(name: str, module: str, interpreter: Path, first: dict[str, object]) -> Start:
         threads = int(str(first["threads"]))
         made.append((module, threads))
-        fails = threads == 4 and name.startswith(alternation.FLEETS)
+        fails = threads == 4 and name.startswith(FLEETS)
         given = start(name, 3 if fails else 1).first
         return real(name, "tests.support.peers.stand_in", interpreter, given)
 
@@ -230,5 +231,5 @@ def test_fleets_are_compared_by_their_number_of_actors(
         ("console.bench.peers.fleet", 1), ("console.bench.peers.rllib", 1),
         ("console.bench.peers.fleet", 4), ("console.bench.peers.rllib", 4),
     ]  # fmt: skip
-    figures = alternation.fleet_figures(found)
+    figures = fleet_figures(found)
     assert figures["fleet_1_ratio"] == 1.0 and "fleet_4_ratio" not in figures
