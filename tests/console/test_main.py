@@ -9,10 +9,15 @@ import pytest
 from tests.support.paths import ROOT
 
 
+def environment() -> dict[str, str]:
+    """Without a MUJOCO_GL, which other tests set here: MuJoCo is imported to try it."""
+    kept = {k: v for k, v in os.environ.items() if k not in ("MUJOCO_GL", "PYOPENGL_PLATFORM")}
+    return kept | {"PYTHONPATH": str(ROOT)}
+
+
 def test_the_exit_code_is_the_commands() -> None:
-    environment = dict(os.environ, PYTHONPATH=str(ROOT))
     words = [sys.executable, "-m", "console", "motions", "fly"]
-    done = subprocess.run(words, env=environment, capture_output=True, text=True)
+    done = subprocess.run(words, env=environment(), capture_output=True, text=True)
     assert done.returncode == 2 and done.stderr.startswith("inhabit: ")
 
 
@@ -35,10 +40,9 @@ print(*sorted(heavy & set(sys.modules)))
 )
 def test_no_heavy_package_delays_the_first_line(line: str, needed: list[str]) -> None:
     """The names of the catalogue's splits, which --objects takes, need numpy."""
-    environment = dict(os.environ, PYTHONPATH=str(ROOT))
     done = subprocess.run(
         [sys.executable, "-c", IMPORTED, *line.split()],
-        env=environment,
+        env=environment(),
         capture_output=True,
         text=True,
         check=True,
@@ -54,8 +58,11 @@ import console.training.command
 unwanted = {"scipy", "trimesh", "ray", "PIL", "tensorboard", "torch._dynamo"}
 print(*sorted(unwanted & set(sys.modules)))
 """
-    environment = dict(os.environ, PYTHONPATH=str(ROOT))
     done = subprocess.run(
-        [sys.executable, "-c", listed], env=environment, capture_output=True, text=True, check=True
+        [sys.executable, "-c", listed],
+        env=environment(),
+        capture_output=True,
+        text=True,
+        check=True,
     )
     assert done.stdout.split() == []
