@@ -163,9 +163,9 @@ def policy_teachers(experiment: Experiment) -> dict[str, PolicyTeacher]:
     Raises ConfigError for a policy of another task, or of other actions; and as `trained`.
     """
     found, world = {}, experiment.world
-    for flag, task, source, wanted in (
-        ("--world.track.teacher", "track", world.track.teacher, "track"),
-        ("--world.carry.walker", "carry", world.carry.walker, "walk"),
+    for flag, task, source, wanted, make in (
+        ("--world.track.teacher", "track", world.track.teacher, "track", _tracker),
+        ("--world.carry.walker", "carry", world.carry.walker, "walk", _walker),
     ):
         if not source:
             continue
@@ -181,10 +181,16 @@ def policy_teachers(experiment: Experiment) -> dict[str, PolicyTeacher]:
                 f"{flag} {source} was trained with --world.action-scale {theirs.action_scale:g}"
                 f" --world.action-clip {theirs.action_clip:g}: give the same"
             )
-        residual = theirs.track.residual
-        make = partial(TrackerTeacher, residual=residual) if wanted == "track" else WalkerTeacher
-        found[task] = PolicyTeacher(make, one.weights)
+        found[task] = PolicyTeacher(make(theirs), one.weights)
     return found
+
+
+def _tracker(theirs: WorldConfig) -> Callable[[Policy], Teacher]:
+    return partial(TrackerTeacher, residual=theirs.track.residual)
+
+
+def _walker(_theirs: WorldConfig) -> Callable[[Policy], Teacher]:
+    return WalkerTeacher
 
 
 def shard(
