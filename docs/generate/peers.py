@@ -24,13 +24,17 @@ def rendered(result: Mapping[str, Any]) -> str:
     machine = result["machine"]
     load = " and ".join(f"{value:.1f}" for value in result["load"])
     bf16 = "multiplies bf16 natively" if result["bf16"] else "has no native bf16"
+    shared = (
+        f"The load of the machine was {load} before and after: other work shared the cores, so that"
+        " rates are of this machine at that time, and only ratios compare."
+        if result["load"][0] >= 1.0
+        else f"The machine was quiet: its load was {result['load'][0]:.1f} before."
+    )
     setting = (
         f"Machine: {machine['cores']} cores of {machine['processor']}, which {bf16}; Python"
         f" {machine['python']}, torch {machine['versions']['torch']}, MuJoCo"
         f" {machine['versions']['mujoco']}. {result['rounds']} rounds of turns of at least"
-        f" {result['turn_s']:g} s; {result['threads']} threads. The load of the machine was {load}"
-        " before and after: other work shared the cores, so that rates are of this machine at that"
-        " time, and only ratios compare.\n"
+        f" {result['turn_s']:g} s; {result['threads']} threads. {shared}\n"
     )
     others = [name for name in NAMES if name in peers]
     names = [name for name in (SCENES, OURS, OURS_TASK, *others) if name in result["turns"]]
