@@ -323,17 +323,18 @@ def summary(outcomes: Outcomes, trials: Trials, clips: NDArray[np.str_]) -> dict
         weight = steps / max(1.0, steps.sum())
         body, root, box = (outcomes.deviation[anywhere] * weight[:, None]).sum(0)
         hit, false, missed = outcomes.contact[anywhere].sum(0).tolist()
-        boxed = hit + false + missed > 0
+        boxed, some = hit + false + missed > 0, bool(anywhere.any())
+        ends = outcomes.ends[anywhere].sum(axis=0) / max(1, int(anywhere.sum()))
         return {
             "trials": int(anywhere.sum()),
             "completed": proportion(outcomes.completed[anywhere]),
             "completed_whole": proportion(outcomes.completed[whole]),
-            "body_cm": 100.0 * float(body),
-            "root_cm": 100.0 * float(root),
+            "body_cm": 100.0 * float(body) if some else None,
+            "root_cm": 100.0 * float(root) if some else None,
             "object_cm": 100.0 * float(box) if boxed else None,
             "contact_f1": 2 * hit / (2 * hit + false + missed) if boxed else None,
-            "ends": {name: float(outcomes.ends[anywhere, k].mean()) for k, name in enumerate(ENDS)},
-            "steps": float(steps.mean()),
+            "ends": {name: float(share) for name, share in zip(ENDS, ends, strict=True)},
+            "steps": float(steps.mean()) if some else None,
         }
 
     every = part(np.ones(len(clips), np.bool_))

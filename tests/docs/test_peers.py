@@ -55,7 +55,10 @@ def test_rows_by_hand() -> None:
     assert "The load of the machine was 7.0 and 8.2" in page
     assert "| skrl | 2.1.1 | nowhere | x | workers |" in page
     quiet = peers.rendered(measured() | {"load": [0.61, 1.7]})
-    assert "The machine was quiet: its load was 0.6 before." in quiet and "other work shared" not in quiet
+    assert (
+        "The machine was quiet: its load was 0.6 before." in quiet
+        and "other work shared" not in quiet
+    )
 
 
 def test_pools_have_a_section_where_they_were_measured() -> None:

@@ -1,5 +1,6 @@
 """Evaluation of following clips: trials, figures by hand, and takes with the reference beside."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -69,6 +70,23 @@ def test_figures_by_hand() -> None:
     assert a["contact_f1"] == pytest.approx(2 * 16 / (2 * 16 + 3 + 7))
     assert a["ends"] == {"end_body": 0.0, "end_root": 0.0, "end_box": 0.5, "end_grip": 0.0}
     assert (b["object_cm"], b["contact_f1"], b["steps"]) == (None, None, 20.0)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_clip_that_no_trial_starts_in_has_no_figures() -> None:
+    outcomes = Outcomes(
+        completed=np.array([True]),
+        ends=np.zeros((1, 4), bool),
+        steps=np.array([10]),
+        deviation=np.full((1, 3), 0.1),
+        contact=np.zeros((1, 3), int),
+        takes=[],
+    )
+    whole = Trials(np.zeros(1, np.int64), np.zeros(1), np.array([True]))
+    found = summary(outcomes, whole, np.array(["a"]))
+    (a,) = found["by_clip"]
+    assert a["trials"] == 0 and (a["body_cm"], a["root_cm"], a["steps"]) == (None, None, None)
+    assert "NaN" not in json.dumps(found)
 
 
 def test_a_player_has_the_reference_beside_each_take() -> None:
