@@ -87,7 +87,7 @@ class Evaluate:
 
     source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT|NAME")]
     """Run directory (its latest checkpoint), checkpoint folder, or name of a policy of the
-    package: sit, lie, carry, walk."""
+    package: sit, lie, carry, walk, track."""
     task: str = ""
     """Of a policy that was trained for several tasks (train --mix): the task to evaluate; default:
     the first."""
@@ -198,7 +198,7 @@ class Publish:
 
     source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT|NAME")]
     """Run directory (its latest checkpoint), checkpoint folder, or name of a policy of the
-    package: sit, lie, carry, walk."""
+    package: sit, lie, carry, walk, track."""
     out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="DIR")]
     """Folder to write."""
     task: str = ""
