@@ -20,6 +20,7 @@ from torch import Tensor
 
 from actors.local import LocalFleet
 from actors.worker import Worker
+from console.bench.peers.ours import Nowhere
 from console.run import assembly, mixing
 from console.run.directory import RunDirectory, checkpoint_folder
 from console.run.experiment import Experiment
@@ -131,8 +132,8 @@ def measure(source: Path, seconds: float, threads: int) -> dict[str, float]:
             student,
             fleet,
             style,
-            _Nothing(),
-            _Nothing(),
+            Nowhere(),
+            Nowhere(),
             LoopConfig(),
             mixing.term_names(experiment),
             mixing.kind_names(experiment),
@@ -205,13 +206,3 @@ def _fleet(experiment: Experiment, workers: int) -> LocalFleet:
     shape = (experiment.scenes, experiment.block, workers, experiment.seed, experiment.horizon)
     torch.set_num_threads(1)
     return LocalFleet(make, *shape)
-
-
-class _Nothing:
-    """A recorder and checkpoint store that discards everything."""
-
-    def record(self, iteration: int, metrics: Any) -> None:
-        """Discard metrics."""
-
-    def save(self, iteration: int, state: Any, best: bool = False) -> None:
-        """Discard a checkpoint."""

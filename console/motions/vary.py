@@ -58,7 +58,11 @@ def variants(
         for size in sizes:
             found = variant(clip, stand_m, size)
             if found is None:
-                yield None, f"{clip.name} never raises its box to a stand of {stand_m:g} m"
+                yield (
+                    None,
+                    f"{clip.name} never raises its box to a stand of {stand_m:g} m, or takes it"
+                    " more than once",
+                )
                 break
             if found.name in seen:
                 continue

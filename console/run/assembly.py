@@ -169,6 +169,8 @@ def policy_teachers(experiment: Experiment) -> dict[str, PolicyTeacher]:
     ):
         if not source:
             continue
+        if all(part.task != task for part in mixing.worlds(experiment)):
+            raise ConfigError(f"{flag} {source}: no scene here has the task {task}: leave it out")
         one = trained(Path(source))
         if one.task != wanted:
             raise ConfigError(

@@ -6,7 +6,7 @@ from typing import TypeVar
 import numpy as np
 
 from world.errors import ConfigError
-from world.motions.clip import Clip, continuous
+from world.motions.clip import Clip, continuous_bodies
 from world.motions.objects import Bed, BoxTrack, Seat
 
 #: Least and greatest playback speed: people walk, sit and lift the same way in this range.
@@ -42,7 +42,7 @@ def _at(clip: Clip, at: np.ndarray) -> Clip:
     def between(values: np.ndarray) -> np.ndarray:
         return (values[low] * (1 - fraction) + values[low + 1] * fraction).astype(np.float32)
 
-    rotation = np.stack([continuous(clip.local_rotation[:, b]) for b in range(15)], axis=1)
+    rotation = continuous_bodies(clip.local_rotation)
     # adjacent frames differ by a few degrees: the normalised chord is the arc to 1e-5
     rotation = between(rotation)
     ghost = clip.ghost

@@ -190,6 +190,12 @@ def continuous(q: np.ndarray) -> np.ndarray:
     return q * np.concatenate(([first], first * np.cumprod(sign)))[:, None]
 
 
+def continuous_bodies(local_rotation: np.ndarray) -> np.ndarray:
+    """Rotations [T, B, 4] float64 of several bodies, each as `continuous` has it."""
+    bodies = range(local_rotation.shape[1])
+    return np.stack([continuous(local_rotation[:, body]) for body in bodies], axis=1)
+
+
 def generalised_velocities(qpos: np.ndarray, fps: float) -> np.ndarray:
     """qvel [T, 34] float32 of qpos [T, 43]: central differences, one-sided at both ends.
 

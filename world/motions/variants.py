@@ -15,8 +15,9 @@ import torch
 from world import rotations
 from world.character import features, kinematics
 from world.character import model as character
-from world.motions.clip import Clip, continuous, generalised_positions
+from world.motions.clip import Clip, continuous_bodies, generalised_positions
 from world.motions.objects import BoxTrack
+from world.motions.synthetic.timing import minimum_jerk
 from world.objects import grasp
 from world.scene.target import BoxState
 
@@ -54,19 +55,21 @@ def variant(clip: Clip, stand_m: float, size: float) -> Clip | None:
     with a box of `size` times its own.
 
     A stand that is lower than the clip's own leaves the height as it is; a box that is in hand
-    throughout has no stand. None for a clip without a box, and where the box is never raised to
-    that height.
+    throughout has no stand. None for a clip without a box or with several holds, and where the box
+    is never raised to that height.
     """
     box = clip.box
     if box is None or not box.held.any():
         return None
     held = np.flatnonzero(box.held)
     first, last = int(held[0]), int(held[-1])
+    if last - first >= len(held):
+        return None
     edges = np.asarray(box.size_m) * size
     pose = _grown(box, edges)
     rest_m = stand_m + 0.5 * edges[2]
     hands = _hands_m(clip) + (pose[:, 2] - box.pose[:, 2])
-    frames = _Frames(clip.fps, _turns(clip), pose[:, 2], hands)
+    frames = _Frames(clip.fps, continuous_bodies(clip.local_rotation), pose[:, 2], hands)
     pick = put = None
     if first > 0:
         pick = _pick(frames, first, last, rest_m)
@@ -134,12 +137,6 @@ def _pick(frames: _Frames, first: int, last: int, rest_m: float) -> _Splice | No
     return _Splice(away, grip, bridge)
 
 
-def _turns(clip: Clip) -> np.ndarray:
-    """Rotations [T, 15, 4] without sign flips in time."""
-    local = clip.local_rotation
-    return np.stack([continuous(local[:, body]) for body in range(local.shape[1])], axis=1)
-
-
 def _spliced(
     clip: Clip,
     pose: np.ndarray,
@@ -163,7 +160,7 @@ def _spliced(
         rows += [(t, t, 0.0) for t in range(pick.away + 1)]
         closing += [0.0] * (pick.away + 1)
         way = (np.arange(pick.frames) + 1.0) / (pick.frames + 1.0)
-        rows += [(pick.away, pick.held, float(_eased(w))) for w in way]
+        rows += [(pick.away, pick.held, float(minimum_jerk(w))) for w in way]
         closing += way.tolist()
         spot += [begin] * (pick.away + 1 + pick.frames)
     rows += [(t, t, 0.0) for t in range(begin, end + 1)]
@@ -172,13 +169,13 @@ def _spliced(
     if put is not None:
         leaves = final - put.away
         way = (np.arange(put.frames) + 1.0) / (put.frames + 1.0)
-        rows += [(end, leaves, float(_eased(w))) for w in way]
+        rows += [(end, leaves, float(minimum_jerk(w))) for w in way]
         closing += (1.0 - way).tolist()
         rows += [(t, t, 0.0) for t in range(leaves, clip.frames)]
         closing += [0.0] * (clip.frames - leaves)
         spot += [end] * (put.frames + clip.frames - leaves)
     before, after, share = (np.array(column) for column in zip(*rows, strict=True))
-    turns = _turns(clip)
+    turns = continuous_bodies(clip.local_rotation)
     root = clip.root_position_m.astype(np.float64)
     root = root[before] + share[:, None] * (root[after] - root[before])
     local = _between(turns[before], turns[after], share)
@@ -195,12 +192,6 @@ def _spliced(
     )
 
 
-def _eased(x: float | np.ndarray) -> np.ndarray:
-    """A share of the way that begins and ends at rest, of a share of the time in [0, 1]."""
-    x = np.clip(x, 0.0, 1.0)
-    return x * x * (3.0 - 2.0 * x)
-
-
 def _between(first: np.ndarray, second: np.ndarray, share: np.ndarray) -> np.ndarray:
     """Rotations [T, B, 4] at fractions `share` [T] of the ways from one to another."""
     a, b = torch.from_numpy(first), torch.from_numpy(second)
@@ -215,7 +206,7 @@ def _with_arms(
     """Rotations [T, B, 4] with the arms solved for the hands to close on the box and hold it."""
     qpos = torch.from_numpy(generalised_positions(root.astype(np.float32), local)).double()
     # first the hands come beside the box, then they close
-    wide = torch.from_numpy(_OPEN_M * (1.0 - _eased(2.0 * done - 1.0)))
+    wide = torch.from_numpy(_OPEN_M * (1.0 - minimum_jerk(2.0 * done - 1.0)))
     half = torch.from_numpy(0.5 * edges).expand(len(root), 3).clone()
     half[:, 1] += wide
     position, rotation = torch.from_numpy(track[:, :3]), torch.from_numpy(track[:, 3:])
@@ -223,6 +214,6 @@ def _with_arms(
     holding = BoxState(position, rotation, still, half, position, position)
     solved = kinematics.local_rotations(grasp.holding_pose(qpos, holding)).numpy()
     found = local.copy()
-    reach = _eased(2.0 * done)
+    reach = minimum_jerk(2.0 * done)
     found[:, _ARMS] = _between(local[:, _ARMS], solved[:, _ARMS], reach)
     return found

@@ -2,19 +2,16 @@
 
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import torch
 
 from console.bench.peers import protocol
-from console.bench.peers.ours import Nowhere
+from console.bench.peers.ours import iterating
 from console.bench.peers.protocol import Assignment, Iterate
 from console.run import assembly
 from console.run.directory import RunDirectory
-from learner.config import LoopConfig
-from learner.loop import Loop
-from world import tasks
 
 
 @contextmanager
@@ -32,19 +29,8 @@ def open_peer(assignment: Assignment) -> Iterator[Iterate]:
         fleet = RayFleet(
             make, experiment.scenes, experiment.block, actors, experiment.seed, experiment.horizon
         )
-        terms = list(tasks.make(experiment.world.task).terms)
-        nowhere = Nowhere()
-        loop = Loop(student, fleet, None, nowhere, nowhere, LoopConfig(), terms)
-
-        def iterate() -> int:
-            loop.iterate()
-            return assignment.batch
-
-        try:
+        with closing(fleet), iterating(assignment, student, fleet, None) as iterate:
             yield iterate
-        finally:
-            loop.close()
-            fleet.close()
 
 
 if __name__ == "__main__":

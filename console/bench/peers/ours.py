@@ -14,7 +14,8 @@ from console.run.directory import RunDirectory
 from console.training.runners import local_runner
 from learner.config import LoopConfig
 from learner.loop import Loop
-from learner.protocols import State
+from learner.ppo import Learner
+from learner.protocols import Fleet, State, Style
 from world import tasks
 
 
@@ -36,19 +37,30 @@ def open_peer(assignment: Assignment) -> Iterator[Iterate]:
     student = assembly.learner(experiment)
     with tempfile.TemporaryDirectory() as folder:
         run = RunDirectory(Path(folder))
-        with local_runner(experiment, run, assignment.threads) as runner:
-            terms = list(tasks.make(experiment.world.task).terms)
-            nowhere = Nowhere()
-            loop = Loop(student, runner.fleet, runner.style, nowhere, nowhere, LoopConfig(), terms)
+        with (
+            local_runner(experiment, run, assignment.threads) as runner,
+            iterating(assignment, student, runner.fleet, runner.style) as iterate,
+        ):
+            yield iterate
 
-            def iterate() -> int:
-                loop.iterate()
-                return assignment.batch
 
-            try:
-                yield iterate
-            finally:
-                loop.close()
+@contextmanager
+def iterating(
+    assignment: Assignment, student: Learner, fleet: Fleet, style: Style | None
+) -> Iterator[Iterate]:
+    """Open the training loop of `inhabit train` over a fleet."""
+    terms = list(tasks.make(assignment.experiment.world.task).terms)
+    nowhere = Nowhere()
+    loop = Loop(student, fleet, style, nowhere, nowhere, LoopConfig(), terms)
+
+    def iterate() -> int:
+        loop.iterate()
+        return assignment.batch
+
+    try:
+        yield iterate
+    finally:
+        loop.close()
 
 
 if __name__ == "__main__":

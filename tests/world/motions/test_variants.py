@@ -91,6 +91,9 @@ def test_what_has_no_variant(clip: Clip) -> None:
     assert variant(replace(clip, box=None), 0.5, 1.0) is None
     assert clip.box is not None
     held = np.flatnonzero(clip.box.held)
+    twice = clip.box.held.copy()
+    twice[held[len(held) // 2]] = False
+    assert variant(replace(clip, box=replace(clip.box, held=twice)), 0.5, 1.0) is None
     inside = clip.part(int(held[0]), int(held[-1]) + 1)
     walks = variant(inside, 0.5, 1.25)
     assert walks is not None and walks.box is not None
