@@ -66,7 +66,7 @@ class Plots:
         self, server: viser.ViserServer, curves: Curves, weights: dict[str, float]
     ) -> None:
         self._weights = weights
-        self._parts = []
+        self._parts: list[viser.GuiUplotHandle | viser.GuiMarkdownHandle] = []
         if curves.missing:
             self._parts.append(server.gui.add_markdown(f"*{curves.missing}*"))
         self._plots: dict[str, viser.GuiUplotHandle] = {}
@@ -94,7 +94,13 @@ class Plots:
             if len(data[0]):
                 self._plots[title].data = data
 
-    def remove(self) -> None:
-        """Remove the plots."""
+    def show(self, visible: bool) -> None:
+        """Show or hide the plots."""
         for part in self._parts:
-            part.remove()
+            part.visible = visible
+
+
+def kind_of(curves: Curves, weights: dict[str, float]) -> tuple:
+    """Return what two sources have in common that can be drawn in the same plots."""
+    lines = {title: tuple(lines) for title, lines in series_of(curves, weights).items()}
+    return curves.missing, tuple(lines.items())

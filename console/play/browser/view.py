@@ -11,14 +11,14 @@ import viser
 from console.play import saving
 from console.play.browser.drawing import Drawn
 from console.play.browser.ghost import Ghost, GhostBody
-from console.play.browser.plots import Plots
+from console.play.browser.plots import Plots, kind_of
 from console.play.frames import Frames
 from console.play.live import Live
 from console.play.player import SPEEDS
 from console.play.recorded import Recorded
 from console.play.server import Server
 from console.play.session import Session
-from console.play.source import HZ
+from console.play.source import HZ, Curves
 from world.errors import InhabitError
 from world.realism.measures import Motion
 
@@ -42,6 +42,9 @@ class View:
         self._stale = True  # plots and ghost are older than the frame
         self._drawn: Drawn | None = None
         self._plots: Plots | None = None
+        # Kept hidden for the next source of their kind and never removed: a busy page applies a
+        # batch's updates after its removals, and would report plots that it no longer has.
+        self._all_plots: dict[tuple, Plots] = {}
         self._stage()
         server.on_client_connect(self._fit_narrow)
         self.status = server.gui.add_markdown("")
@@ -211,13 +214,21 @@ class View:
         if self._drawn is not None:
             self._drawn.remove()
         self._drawn = Drawn(self.server, "/world/scene", source.model)
-        if self._plots is not None:
-            self._plots.remove()
         weights = source.scene.task.terms if isinstance(source, Live) else {}
         if self._measured is not None:
-            with self._measured:
-                self._plots = Plots(self.server, source.curves(), weights)
+            self._switch_plots(self._measured, source.curves(), weights)
         self._ticks = 0
+
+    def _switch_plots(
+        self, panel: viser.GuiTabHandle, curves: Curves, weights: dict[str, float]
+    ) -> None:
+        kind = kind_of(curves, weights)
+        if kind not in self._all_plots:
+            with panel:
+                self._all_plots[kind] = Plots(self.server, curves, weights)
+        for other, plots in self._all_plots.items():
+            plots.show(other == kind)
+        self._plots = self._all_plots[kind]
 
     def _show(self, frame: int) -> None:
         assert self._drawn is not None

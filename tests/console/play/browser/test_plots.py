@@ -32,3 +32,12 @@ def test_frames_that_are_no_numbers_are_left_out() -> None:
     seconds, a, b = plots.points(lines, slice(0, 4))
     assert seconds.tolist() == pytest.approx([1 / 30, 3 / 30])
     assert a.tolist() == b.tolist() == [1.0, 3.0]
+
+
+def test_sources_of_one_kind_share_their_plots() -> None:
+    def kind(name: str, weight: float, missing: str = "") -> tuple:
+        curves = Curves(terms={name: np.zeros(2)}, missing=missing)
+        return plots.kind_of(curves, {name: weight})
+
+    assert kind("sit", 0.5) == kind("sit", 0.5)
+    assert len({kind("sit", 0.5), kind("sit", 0.25), kind("lie", 0.5), kind("sit", 0.5, "no")}) == 4
