@@ -65,6 +65,10 @@ class CarryConfig:
     walker: str = ""
     """Run, checkpoint or name of a policy of the task walk that labels the way to the box with its
     actions; see ppo.imitation-weight. Empty: no teacher."""
+    tracker: str = ""
+    """Run or checkpoint of the task track, without a mixture, whose policy labels picking the box
+    up and putting it down: variants of the clips are laid over the box, and it follows them. Empty:
+    no teacher."""
 
 
 @dataclass(frozen=True)

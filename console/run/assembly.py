@@ -1,9 +1,9 @@
 """Assembly of an experiment: layout, learner, discriminator, shards, trained policies."""
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from console.run import mixing
 from console.run.directory import RunDirectory, checkpoint_folder
 from console.run.experiment import Experiment, experiment_from_json, to_json
 from console.run.nan_dump import NanDump
+from console.run.policy_teachers import PolicyTeacher, policy_teachers
 from discriminator.process import ServiceSpec
 from discriminator.protocols import Holding, MocapSampler
 from discriminator.service import ServiceConfig
@@ -24,7 +25,6 @@ from policy.checkpoints import lineage
 from policy.checkpoints.format import Layout, Manifest, read
 from policy.checkpoints.lineage import Origin
 from policy.errors import CheckpointError
-from policy.model.acting import Policy
 from rpc.server import ServerConfig
 from world import tasks, teachers
 from world.character.features import OBJECT, STATE
@@ -33,7 +33,6 @@ from world.config import WorldConfig
 from world.device import CPU
 from world.episodes.mixed import MixedShard
 from world.episodes.shard import Shard
-from world.errors import ConfigError
 from world.furniture.piece import Piece
 from world.meshes import collection
 from world.motions import load
@@ -44,8 +43,6 @@ from world.tasks import Task
 from world.tasks.mixture import Mixture
 from world.tasks.symmetry import symmetry
 from world.teachers.teacher import Teacher
-from world.teachers.tracker import TrackerTeacher
-from world.teachers.walker import WalkerTeacher
 
 
 def library(
@@ -120,8 +117,8 @@ class MakeShard:
     mixed: Mixture | None = None
     block: int = 64
     """Scenes in which a mixture has its shares."""
-    taught: Mapping[str, "PolicyTeacher"] = field(default_factory=dict)
-    """Of some tasks: the policy that labels their scenes."""
+    taught: Mapping[str, PolicyTeacher] = field(default_factory=dict)
+    """Of some tasks: the policies that label their scenes."""
 
     def __call__(self, scenes: range) -> ShardLike:
         torch.set_num_threads(1)
@@ -138,61 +135,13 @@ class MakeShard:
         self, world: WorldConfig, scenes: Sequence[int], shown: Sequence[Task] = ()
     ) -> NanDump:
         taught = self.taught.get(world.task)
-        teacher = None if taught is None else taught.teacher()
+        teacher = None
+        if taught is not None:
+            teacher = taught.teacher(world, library_of(world), training_bank(world), len(scenes))
         made = shard(
             world, scenes, self.seed, self.simulator, self.device, self.warp, shown, teacher
         )
         return NanDump(made, scenes, training_bank(world).pieces, self.recordings)
-
-
-@dataclass(frozen=True)
-class PolicyTeacher:
-    """A trained policy that labels scenes; it can be sent to another process."""
-
-    make: Callable[[Policy], Teacher]
-    weights: dict[str, Tensor]
-
-    def teacher(self) -> Teacher:
-        """Return a teacher that acts by it."""
-        return self.make(Policy(self.weights))
-
-
-def policy_teachers(experiment: Experiment) -> dict[str, PolicyTeacher]:
-    """Return the trained policies that label an experiment's scenes, by the task of the scenes.
-
-    Raises ConfigError for a policy of another task, or of other actions; and as `trained`.
-    """
-    found, world = {}, experiment.world
-    for flag, task, source, wanted, make in (
-        ("--world.track.teacher", "track", world.track.teacher, "track", _tracker),
-        ("--world.carry.walker", "carry", world.carry.walker, "walk", _walker),
-    ):
-        if not source:
-            continue
-        if all(part.task != task for part in mixing.worlds(experiment)):
-            raise ConfigError(f"{flag} {source}: no scene here has the task {task}: leave it out")
-        one = trained(Path(source))
-        if one.task != wanted:
-            raise ConfigError(
-                f"{flag} {source} is a policy of the task {one.task}: name a run or checkpoint of"
-                f" the task {wanted}"
-            )
-        theirs = one.experiment.world
-        if (theirs.action_scale, theirs.action_clip) != (world.action_scale, world.action_clip):
-            raise ConfigError(
-                f"{flag} {source} was trained with --world.action-scale {theirs.action_scale:g}"
-                f" --world.action-clip {theirs.action_clip:g}: give the same"
-            )
-        found[task] = PolicyTeacher(make(theirs), one.weights)
-    return found
-
-
-def _tracker(theirs: WorldConfig) -> Callable[[Policy], Teacher]:
-    return partial(TrackerTeacher, residual=theirs.track.residual)
-
-
-def _walker(_theirs: WorldConfig) -> Callable[[Policy], Teacher]:
-    return WalkerTeacher
 
 
 def shard(
@@ -230,7 +179,7 @@ def make_shard(experiment: Experiment, run: RunDirectory, device: torch.device =
         experiment.warp,
         mixing.mixture_of(experiment),
         experiment.block,
-        policy_teachers(experiment),
+        policy_teachers(experiment, trained),
     )
 
 

@@ -220,15 +220,19 @@ def check(experiment: Experiment) -> Experiment:
             f"--world.track.teacher {track.teacher}: a tracker teaches what does not see the"
             " reference: add --world.track.goal TASK"
         )
-    walker = experiment.world.carry.walker
-    for flag, named in (("track.teacher", track.teacher), ("carry.walker", walker)):
+    carry = experiment.world.carry
+    for flag, named in (
+        ("track.teacher", track.teacher),
+        ("carry.walker", carry.walker),
+        ("carry.tracker", carry.tracker),
+    ):
         if named and experiment.ppo.imitation_weight <= 0.0:
             raise ConfigError(
                 f"--world.{flag} {named} teaches nothing at --ppo.imitation-weight 0: raise it,"
                 " for instance to 0.1"
             )
-    if walker and experiment.world.teacher:
-        raise ConfigError("--world.teacher and --world.carry.walker both label carry: choose one")
+        if named and flag.startswith("carry") and experiment.world.teacher:
+            raise ConfigError(f"--world.teacher and --world.{flag} both label carry: choose one")
     disturbances.check(experiment.world, experiment.simulator)
     return experiment
 

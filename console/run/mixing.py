@@ -74,7 +74,7 @@ def of_one_task(experiment: Experiment, state: State, task: str = "") -> tuple[E
     world = replace(
         world,
         track=replace(world.track, goal="", teacher=""),
-        carry=replace(world.carry, walker=""),
+        carry=replace(world.carry, walker="", tracker=""),
     )
     ppo = experiment.ppo
     limits = NormaliserConfig(ppo.observation_clip, ppo.observation_std_floor)

@@ -76,7 +76,8 @@ def inherited(run: RunDirectory, command: Train, experiment: Experiment) -> tupl
     --init, or those that the run's newest readable checkpoint names."""
     if not command.resume:
         world = experiment.world
-        sources = (command.init, world.track.teacher, world.carry.walker)
+        carry = world.carry
+        sources = (command.init, world.track.teacher, carry.walker, carry.tracker)
         return tuple(
             origin
             for source in sources

@@ -27,6 +27,7 @@ from console.run.experiment import (
     with_learner_threads,
 )
 from console.run.metrics import Recorder, open_recorders
+from console.run.policy_teachers import policy_teachers
 from console.run.renamed import flag
 from console.terminal import doing, leave_soon
 from console.training import beginning, dry_run
@@ -118,9 +119,9 @@ def resolve(command: Train) -> Experiment:
     if world.track.teacher:
         where = _policy(world.track.teacher)
         world = replace(world, track=replace(world.track, teacher=where))
-    if world.carry.walker:
-        where = _policy(world.carry.walker)
-        world = replace(world, carry=replace(world.carry, walker=where))
+    for name in ("walker", "tracker"):
+        if source := getattr(world.carry, name):
+            world = replace(world, carry=replace(world.carry, **{name: _policy(source)}))
     experiment = replace(command.experiment, world=world)
     if experiment.style.mask_holding and not any(
         tasks.make(world.task).affordance.clips.holds for world in mixing.worlds(experiment)
@@ -137,7 +138,7 @@ def resolve(command: Train) -> Experiment:
         except ConfigError as error:
             raise ConfigError(f"--recipe: stage {stage.name}: {error}") from None
     check(experiment)
-    assembly.policy_teachers(experiment)
+    policy_teachers(experiment, assembly.trained)
     return experiment
 
 

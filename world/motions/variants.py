@@ -7,6 +7,7 @@ solved for the hands to hold the box, which may have another size. (As clips are
 boxes in OmniRetarget and ResMimic, whose solvers move the whole body.)
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -50,9 +51,9 @@ class _Splice:
     """Number of frames between these."""
 
 
-def variant(clip: Clip, stand_m: float, size: float) -> Clip | None:
+def variant(clip: Clip, stand_m: float, size: float | Sequence[float]) -> Clip | None:
     """Return a clip with its box picked up from, and put down on, stands of this height, m, and
-    with a box of `size` times its own.
+    with a box of `size` times its own, or of these times its own edges.
 
     A stand that is lower than the clip's own leaves the height as it is; a box that is in hand
     throughout has no stand. None for a clip without a box or with several holds, and where the box
@@ -65,7 +66,8 @@ def variant(clip: Clip, stand_m: float, size: float) -> Clip | None:
     first, last = int(held[0]), int(held[-1])
     if last - first >= len(held):
         return None
-    edges = np.asarray(box.size_m) * size
+    factors = np.broadcast_to(np.asarray(size, np.float64), 3)
+    edges = np.asarray(box.size_m) * factors
     pose = _grown(box, edges)
     rest_m = stand_m + 0.5 * edges[2]
     hands = _hands_m(clip) + (pose[:, 2] - box.pose[:, 2])
@@ -81,7 +83,8 @@ def variant(clip: Clip, stand_m: float, size: float) -> Clip | None:
         if put is None:
             return None
     stood = "" if pick is None and put is None else f"~{stand_m:.2f}m"
-    return _spliced(clip, pose, edges, pick, put, f"{clip.name}{stood}~x{size:.2f}")
+    sized = "x".join(dict.fromkeys(f"{factor:.2f}" for factor in factors))
+    return _spliced(clip, pose, edges, pick, put, f"{clip.name}{stood}~x{sized}")
 
 
 def _grown(box: BoxTrack, edges: np.ndarray) -> np.ndarray:

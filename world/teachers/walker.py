@@ -20,9 +20,11 @@ from world.teachers.tracker import Act
 _GAP_M = 0.18
 #: The approach ends within the first distance of there, m, or within the second for one that
 #: is slower than this, m/s: from there on people bend and reach.
-_THERE_M, _NEAR_M, _SLOW_M_S = 0.12, 0.3, 0.2
+_THERE_M, _NEAR_M, _SLOW_M_S = 0.08, 0.2, 0.05
+#: A walker stops so far before its goal, m, which is therefore set beyond the place.
+_SHORT_M = 0.2
 #: A box this far from where it was has been taken, m.
-_TAKEN_M = 0.05
+TAKEN_M = 0.05
 
 
 class WalkerTeacher:
@@ -41,13 +43,16 @@ class WalkerTeacher:
         assert target.box is not None
         body, box = scenes.body(), target.box
         point, ahead = standing_place(body.root[:, :2], box)
-        walk = Target(torch.cat((point, torch.zeros_like(point[:, :1])), 1), ahead, target.corners)
+        beyond = point - body.root[:, :2]
+        far = beyond.norm(dim=1, keepdim=True).clamp_min(1e-6)
+        aim = point + beyond / far * far.clamp_max(_SHORT_M)
+        walk = Target(torch.cat((aim, torch.zeros_like(aim[:, :1])), 1), ahead, target.corners)
         goal = self._task.goal_features(body, walk)
         action = self._act(tasks.state(body, walk), goal).to(torch.float32)
         away = (point - body.root[:, :2]).norm(dim=1)
         stands = body.root_velocity[:, :2].norm(dim=1) < _SLOW_M_S
         there = (away < _THERE_M) | (stands & (away < _NEAR_M))
-        taken = (box.position - box.start).norm(dim=1) > _TAKEN_M
+        taken = (box.position - box.start).norm(dim=1) > TAKEN_M
         return torch.where((there | taken)[:, None], torch.nan, action)
 
     def state_dict(self) -> dict[str, Tensor]:

@@ -1,0 +1,105 @@
+"""Trained policies as the teachers of a training's scenes."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from torch import Tensor
+
+from console.run import mixing
+from console.run.experiment import Experiment
+from policy.model.acting import Policy
+from world.config import WorldConfig
+from world.errors import ConfigError
+from world.motions.library import MotionLibrary
+from world.objects.bank import ObjectBank
+from world.objects.box_bank import BoxBank
+from world.teachers.aligned import AlignedTracker
+from world.teachers.teacher import Teacher
+from world.teachers.tracker import TrackerTeacher
+from world.teachers.walker import WalkerTeacher
+
+
+class Trained(Protocol):
+    """What a teacher needs of a trained policy."""
+
+    @property
+    def task(self) -> str: ...
+    @property
+    def experiment(self) -> Experiment: ...
+    @property
+    def weights(self) -> dict[str, Tensor]: ...
+
+
+@dataclass(frozen=True)
+class Weights:
+    """A trained policy and its world; it can be sent to another process."""
+
+    world: WorldConfig
+    weights: dict[str, Tensor]
+
+    def policy(self) -> Policy:
+        """Return the policy."""
+        return Policy(self.weights)
+
+
+@dataclass(frozen=True)
+class PolicyTeacher:
+    """Trained policies that label the scenes of one task, by the flags that name them."""
+
+    policies: Mapping[str, Weights]
+
+    def teacher(
+        self, world: WorldConfig, library: MotionLibrary, bank: ObjectBank, scenes: int
+    ) -> Teacher:
+        """Return the teacher of a shard of `scenes` scenes.
+
+        Raises ClipError where the library's clips do not show what a tracker is to teach.
+        """
+        tracker, walker = self.policies.get("tracker"), self.policies.get("walker")
+        walks = None if walker is None else WalkerTeacher(walker.policy())
+        if tracker is None:
+            assert walks is not None, "a teacher has a policy"
+            return walks
+        act, residual = tracker.policy(), tracker.world.track.residual
+        if world.task == "track":
+            return TrackerTeacher(act, residual)
+        assert isinstance(bank, BoxBank), "carry has a bank of boxes"
+        clips, stands = library.clips, world.carry.stand_m
+        return AlignedTracker(act, residual, clips, bank, stands, scenes, walks)
+
+
+def policy_teachers(
+    experiment: Experiment, trained: Callable[[Path], Trained]
+) -> dict[str, PolicyTeacher]:
+    """Return the trained policies that label an experiment's scenes, by the task of the scenes.
+
+    trained: reads a run, checkpoint or name. Raises ConfigError for a policy of another task, or of
+    other actions; and as `trained`.
+    """
+    found: dict[str, dict[str, Weights]] = {}
+    world = experiment.world
+    for flag, task, source, wanted, name in (
+        ("--world.track.teacher", "track", world.track.teacher, "track", "tracker"),
+        ("--world.carry.walker", "carry", world.carry.walker, "walk", "walker"),
+        ("--world.carry.tracker", "carry", world.carry.tracker, "track", "tracker"),
+    ):
+        if not source:
+            continue
+        if all(part.task != task for part in mixing.worlds(experiment)):
+            raise ConfigError(f"{flag} {source}: no scene here has the task {task}: leave it out")
+        one = trained(Path(source))
+        if one.task != wanted:
+            raise ConfigError(
+                f"{flag} {source} is a policy of the task {one.task}: name a run or checkpoint of"
+                f" the task {wanted}"
+            )
+        theirs = one.experiment.world
+        if (theirs.action_scale, theirs.action_clip) != (world.action_scale, world.action_clip):
+            raise ConfigError(
+                f"{flag} {source} was trained with --world.action-scale {theirs.action_scale:g}"
+                f" --world.action-clip {theirs.action_clip:g}: give the same"
+            )
+        found.setdefault(task, {})[name] = Weights(theirs, one.weights)
+    return {task: PolicyTeacher(policies) for task, policies in found.items()}

@@ -1,0 +1,372 @@
+"""A tracking policy as the teacher of picking a box up and of putting it down, wherever it stands.
+
+A clip shows how people take one box from one place. Variants of the clip with other boxes and
+stands are made; the one that fits is laid over the scene so that both boxes coincide, and the
+tracker follows it from the character's own state. What it would do is the label. The reference is
+hidden from the student, which sees the box and the target. (OmniRetarget and ResMimic adapt their
+references to the scene too, before training; here it is done while the student drives.)
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from world import rotations, tasks
+from world.character import features
+from world.character.features import Body
+from world.character.model import BODIES
+from world.errors import ClipError
+from world.motions.clip import Clip
+from world.motions.objects import BoxTrack
+from world.motions.variants import variant
+from world.objects.box_bank import BoxBank
+from world.scene.batch import Scenes
+from world.scene.target import BoxState, Target
+from world.tasks.carry import grips
+from world.tasks.track import Track
+from world.teachers.tracker import Act
+from world.teachers.walker import TAKEN_M, WalkerTeacher
+from world.tracking.reference import Reference, reference
+from world.tracking.target import TrackTarget
+
+#: Ratio of neighbouring sizes of box that have variants of their own; step of their stands, m.
+_RATIO, _STANDS_M = 1.12, 0.1
+#: Frames of a variant that are followed: so many before the grip or the release, and after it.
+_BEFORE, _AFTER = 70, 40
+#: In the first of these the person stands: slower than this, m/s. A clip that is still walking
+#: there cannot be laid over a character that has just arrived.
+_STANDS_M_S = 0.15
+#: Bodies by which a state is compared with a frame, and their weights.
+_KEYS = [
+    BODIES.index(name)
+    for name in (
+        "pelvis", "head", "torso", "right_hand", "left_hand", "right_foot", "left_foot",
+    )
+]  # fmt: skip
+_WEIGHT = torch.tensor([1.0, 1.0, 1.0, 1.0, 1.0, 1.5, 1.5])
+#: Weight of the box's squared displacement in this comparison.
+_BOX_WEIGHT = 8.0
+#: The reference waits for nobody, but is set back to the nearest frame where the present one is so
+#: much farther away, m² (weighted, over all key bodies): a factor, and a constant.
+_FACTOR, _OFF_M2 = 2.0, 0.6
+#: Costs of a fit: a metre of misplaced pelvis costs 1, one of width, depth and stand these.
+_WIDTH_COST, _DEPTH_COST, _STAND_COST = 10.0, 3.0, 4.0
+#: A pick-up begins, and goes on, while the pelvis is within these of the clip's, m, and the first
+#: while it is slower than this, m/s.
+_BEGINS_M, _LEAVES_M, _SLOW_M_S = 0.25, 0.8, 0.3
+#: Putting down begins with the box this near to its target, m.
+_PUTS_M = 0.45
+#: Stages of a scene.
+_FREE, _PICKING, _PUTTING = 0, 1, 2
+_QUARTER = 0.5 * np.pi
+
+
+@dataclass(frozen=True)
+class _Variants:
+    """V variants of one kind of handling."""
+
+    reference: Reference
+    low: Tensor
+    """[V] int64: the first frame that is followed."""
+    high: Tensor
+    """[V] int64: the last."""
+    anchor: Tensor
+    """[V, 4]: where the box is picked up or put down: centre, m, and yaw, rad."""
+    half: Tensor
+    """[V, 3]: half edges of the box, m."""
+    stand: Tensor
+    """[V]: height of the stand, m."""
+
+
+class AlignedTracker:
+    """Labels scenes of carry: the way to the box by a walker, picking up and putting down by a
+    tracker on variants of the clips; a world.teachers.teacher.Teacher."""
+
+    def __init__(
+        self,
+        act: Act,
+        residual: bool,
+        clips: Sequence[Clip],
+        bank: BoxBank,
+        stands_m: tuple[float, float],
+        scenes: int,
+        walker: WalkerTeacher | None = None,
+    ) -> None:
+        """act, residual: see TrackerTeacher. clips: those with a box are used. stands_m: lowest and
+        highest stand of the scenes.
+
+        Raises ClipError where no clip picks a box up from standing still.
+        """
+        self._act, self._residual, self._task = act, residual, Track()
+        self._walker, self._mass = walker, bank.mass
+        self._pick = _variants(clips, bank, stands_m, picks=True)
+        if self._pick is None:
+            raise ClipError(
+                "no clip in which someone who stands picks up a box: a tracker cannot teach carry"
+                " by these clips"
+            )
+        self._put = _variants(clips, bank, stands_m, picks=False)
+        self._stage = torch.zeros(scenes, dtype=torch.int64)
+        self._variant = torch.zeros(scenes, dtype=torch.int64)
+        self._frame = torch.zeros(scenes, dtype=torch.int64)
+        #: From the clip's axes to the scene's, rad, and quarter turns from the box's to the clip's.
+        self._yaw = torch.zeros(scenes)
+        self._turns = torch.zeros(scenes, dtype=torch.int64)
+
+    def reset(self, rows: Tensor, target: Target) -> None:
+        """Forget the variants that these scenes followed."""
+        for value in self.state_dict().values():
+            value[rows] = 0
+        if self._walker is not None:
+            self._walker.reset(rows, target)
+
+    def label(self, scenes: Scenes, target: Target, variant: Tensor, clock: int) -> Tensor:
+        """Teacher actions [n, 28] float32, in the student's units; NaN on the way with the box."""
+        assert target.box is not None
+        body, box = scenes.body(), target.box
+        found = torch.full((len(box.half), 28), torch.nan)
+        free = ~((box.position - box.start).norm(dim=1) > TAKEN_M)
+        if self._walker is not None:
+            found = self._walker.label(scenes, target, variant, clock)
+            free &= found.isnan().any(dim=1)
+        self._begin(body, box, free)
+        for stage, variants in ((_PICKING, self._pick), (_PUTTING, self._put)):
+            rows = torch.nonzero(self._stage == stage).flatten()
+            if variants is not None and len(rows):
+                found[rows] = self._follow(scenes, rows, variants, box, self._mass[variant[rows]])
+        return found
+
+    def _begin(self, body: Body, box: BoxState, free: Tensor) -> None:
+        """Choose variants for scenes that stand before a box, or come to its target."""
+        slow = body.root_velocity[:, :2].norm(dim=1) < _SLOW_M_S
+        ready = free & (self._stage == _FREE) & (slow if self._walker is None else True)
+        rows = torch.nonzero(ready).flatten()
+        if len(rows):
+            self._choose_pick(rows, body, box)
+        if self._put is None:
+            return
+        near = (box.position - box.target)[:, :2].norm(dim=1) < _PUTS_M
+        held = grips(body, box) & ((box.position - box.start).norm(dim=1) > TAKEN_M)
+        rows = torch.nonzero(held & near & (self._stage == _FREE)).flatten()
+        if len(rows):
+            self._choose_put(rows, body, box, self._put)
+
+    def _choose_pick(self, rows: Tensor, body: Body, box: BoxState) -> None:
+        """Choose variants and yaws for the scenes `rows` whose character stands before the box."""
+        variants = self._pick
+        assert variants is not None
+        half, stand = box.half[rows], box.start[rows, 2] - box.half[rows, 2]
+        here = body.root[rows, :2] - box.start[rows, :2]
+        yaw = _yaw(box.rotation[rows])
+        first = variants.reference.position[variants.low, 0, :2] - variants.anchor[:, :2]
+        place = rotations.turn_back(_unit(variants.anchor[:, 3]), first)
+        costs = []
+        for turn in range(4):
+            local = rotations.turn_back(_unit(yaw + turn * _QUARTER), here)
+            off = (local[:, None] - place).norm(dim=2)
+            costs.append(torch.where(off < _BEGINS_M, off, torch.inf))
+        cost = torch.stack(costs, dim=1)
+        cost = cost + torch.stack([_misfit(half, stand, variants, t) for t in range(4)], dim=1)
+        best, chosen = cost.flatten(1).min(dim=1)
+        turns, number = chosen // cost.shape[2], chosen % cost.shape[2]
+        fits = best.isfinite()
+        rows, turns, number, yaw = rows[fits], turns[fits], number[fits], yaw[fits]
+        self._stage[rows], self._variant[rows], self._turns[rows] = _PICKING, number, turns
+        self._yaw[rows] = yaw + turns * _QUARTER - variants.anchor[number, 3]
+        self._frame[rows] = -1
+
+    def _choose_put(self, rows: Tensor, body: Body, box: BoxState, variants: _Variants) -> None:
+        """Choose variants for the scenes `rows` with the box in hand: seen from the character, the
+        clip's person faces where it does."""
+        half, stand = box.half[rows], box.target[rows, 2] - box.half[rows, 2]
+        heading = body.heading[rows]
+        off = _yaw(box.rotation[rows]) - torch.atan2(heading[:, 1], heading[:, 0])
+        turns = (-torch.round(off / _QUARTER)).long() % 4
+        cost = torch.stack([_misfit(half, stand, variants, t) for t in range(4)], dim=1)
+        number = cost[torch.arange(len(rows)), turns].argmin(dim=1)
+        theirs = variants.reference.heading[variants.low[number]]
+        self._stage[rows], self._variant[rows], self._turns[rows] = _PUTTING, number, turns
+        self._yaw[rows] = torch.atan2(heading[:, 1], heading[:, 0]) - torch.atan2(
+            theirs[:, 1], theirs[:, 0]
+        )
+        self._frame[rows] = -1
+
+    def _follow(
+        self, scenes: Scenes, rows: Tensor, variants: _Variants, box: BoxState, mass: Tensor
+    ) -> Tensor:
+        """Labels [m, 28] of the scenes `rows`, and their next frames."""
+        known, number = variants.reference, self._variant[rows]
+        turns, back = self._turns[rows], _unit(-self._yaw[rows])
+        box = box.rows(rows)
+        body, seen = _seen(scenes, rows, box, back, turns)
+        anchor = seen.start if variants is self._pick else seen.target
+        origin = torch.cat(
+            (anchor[:, :2] - variants.anchor[number, :2], 0.0 * mass[:, None]), dim=1
+        )
+        frames = variants.low[number, None] + torch.arange(_BEFORE + _AFTER + 1)
+        frames = torch.minimum(frames, variants.high[number, None])
+        away = (body.position[:, _KEYS] - origin[:, None])[:, None] - known.position[frames][
+            :, :, _KEYS
+        ]
+        moved = (seen.position - origin)[:, None] - known.box[frames, :3]
+        distance = (away.square().sum(dim=3) * _WEIGHT).sum(dim=2)
+        distance = distance + _BOX_WEIGHT * moved.square().sum(dim=2)
+        least, nearest = distance.min(dim=1)
+        nearest = frames.gather(1, nearest[:, None])[:, 0]
+        now = self._frame[rows]
+        here = (now - variants.low[number]).clamp(0, frames.shape[1] - 1)
+        astray = distance.gather(1, here[:, None])[:, 0] > _FACTOR * least + _OFF_M2
+        following = torch.minimum(now + 1, variants.high[number])
+        frame = torch.where((now < 0) | astray, nearest, following)
+        there = TrackTarget(
+            origin, back, seen.corners(), origin, seen,
+            reference=known, residual=self._residual, frame=frame, origin=origin,
+            lost=torch.zeros_like(frame), mass=mass,
+        )  # fmt: skip
+        action = self._act(tasks.state(body, there), self._task.goal_features(body, there))
+        base = there.reference_set_points() if self._residual else None
+        label = scenes.actions(scenes.set_points(action, base)).to(torch.float32)
+        self._frame[rows] = frame
+        strayed = away[:, 0, 0, :2].norm(dim=1) > _LEAVES_M
+        done = (frame >= variants.high[number]) | strayed
+        self._stage[rows[done]] = _FREE
+        return label
+
+    def state_dict(self) -> dict[str, Tensor]:
+        """Which variants the scenes follow, and where in them."""
+        return {
+            "stage": self._stage,
+            "variant": self._variant,
+            "frame": self._frame,
+            "yaw": self._yaw,
+            "turns": self._turns,
+        }
+
+    def load_state_dict(self, state: Mapping[str, Tensor]) -> None:
+        """Restore what `state_dict` gave."""
+        for name, value in self.state_dict().items():
+            value.copy_(state[name])
+
+
+def _seen(
+    scenes: Scenes, rows: Tensor, box: BoxState, back: Tensor, turns: Tensor
+) -> tuple[Body, BoxState]:
+    """Return the characters and boxes of the scenes `rows` in the clips' axes: turned by back
+    [m, 2] (cosine, sine), and the box's own axes by quarter turns [m]."""
+    qpos, qvel = scenes.qpos[rows].float(), scenes.qvel[rows].float()
+    turn = rotations.from_heading(back)
+    qpos[:, :2] = rotations.turn(back, qpos[:, :2])
+    qpos[:, 3:7] = rotations.multiply(turn, qpos[:, 3:7])
+    qvel[:, :2] = rotations.turn(back, qvel[:, :2])
+
+    def turned(value: Tensor) -> Tensor:
+        return torch.cat((rotations.turn(back, value[:, :2]), value[:, 2:]), dim=1)
+
+    own = rotations.from_heading(_unit(turns * _QUARTER))
+    seen = replace(
+        box,
+        position=turned(box.position),
+        rotation=rotations.multiply(rotations.multiply(turn, box.rotation), own),
+        velocity=turned(box.velocity),
+        half=_half(box.half, turns),
+        start=turned(box.start),
+        target=turned(box.target),
+    )
+    return features.body(qpos, qvel), seen
+
+
+def _misfit(half: Tensor, stand: Tensor, variants: _Variants, turns: int) -> Tensor:
+    """[n, V]: cost of each variant for boxes of these half edges [n, 3] and stands [n], m, whose
+    axes are turned by quarter turns."""
+    wanted = _half(half, torch.full((len(half),), turns))
+    off = (wanted[:, None] - variants.half).abs()
+    high = (stand[:, None] - variants.stand).abs()
+    return _WIDTH_COST * off[..., 1] + _DEPTH_COST * off[..., 0] + _STAND_COST * high
+
+
+def _half(half: Tensor, turns: Tensor) -> Tensor:
+    """Half edges [n, 3] along axes that are turned by quarter turns [n]."""
+    return torch.where((turns % 2 == 0)[:, None], half, half[:, [1, 0, 2]])
+
+
+def _variants(
+    clips: Sequence[Clip], bank: BoxBank, stands_m: tuple[float, float], picks: bool
+) -> _Variants | None:
+    """Return the variants for a bank's boxes; None without a clip for them."""
+    made: list[Clip] = []
+    cut: list[tuple[int, int, float]] = []
+    for clip in _originals(clips):
+        assert clip.box is not None
+        for edges in _sizes(bank):
+            factors = edges / np.asarray(clip.box.size_m)
+            for stand in _steps(stands_m):
+                found = variant(clip, stand, factors.tolist())
+                if found is None or found.box is None:
+                    continue
+                held = np.flatnonzero(found.box.held)
+                at = int(held[0]) if picks else int(held[-1]) + 1
+                low, high = max(0, at - _BEFORE), min(found.frames - 1, at + _AFTER)
+                handled = held[0] > 0 if picks else at < found.frames
+                speed = np.linalg.norm(found.qvel()[low, :2])
+                if handled and speed < _STANDS_M_S:
+                    made.append(found)
+                    cut.append((low, high, stand))
+    if not made:
+        return None
+    known = reference(made)
+    low, high, stand = (torch.tensor(column) for column in zip(*cut, strict=True))
+    anchor = known.picked if picks else known.put
+    low, high = known.first + low, torch.minimum(known.first + high, known.stop - 1)
+    return _Variants(known, low, high, anchor, 0.5 * known.size, stand.float())
+
+
+def _originals(clips: Sequence[Clip]) -> list[Clip]:
+    """Return the clips with a held box; of a clip and its variants, which are named by it, the one
+    whose box rests lowest: all others can be made of it."""
+    lowest: dict[tuple[str, bool], Clip] = {}
+    for clip in clips:
+        if clip.box is None or not clip.box.held.any():
+            continue
+        key = clip.name.partition("~")[0], clip.name.endswith("~mirrored")
+        known = lowest.get(key)
+        if known is None or known.box is None or _rest_m(clip.box) < _rest_m(known.box):
+            lowest[key] = clip
+    return list(lowest.values())
+
+
+def _rest_m(box: BoxTrack) -> float:
+    """Least height of a box's underside, m."""
+    return float(box.pose[:, 2].min()) - 0.5 * box.size_m[2]
+
+
+def _sizes(bank: BoxBank) -> list[np.ndarray]:
+    """Edges [3] of boxes, m, of which one is like each of the bank's, held by either pair of
+    faces."""
+    edges = 2.0 * bank.half.double().numpy()
+    order = np.argsort(edges[:, 1])
+    chosen: list[np.ndarray] = []
+    for one in edges[order]:
+        if not chosen or one[1] > _RATIO * chosen[-1][1]:
+            chosen.append(one)
+    return [found for one in chosen for found in (one, one[[1, 0, 2]])]
+
+
+def _steps(stands_m: tuple[float, float]) -> list[float]:
+    """Heights of stands, m, from the lowest to the highest."""
+    low, high = stands_m
+    count = max(1, round((high - low) / _STANDS_M)) + 1
+    return [float(height) for height in np.linspace(low, high, count)]
+
+
+def _yaw(rotation: Tensor) -> Tensor:
+    """[n]: yaw of rotations [n, 4], rad."""
+    heading = rotations.heading(rotation)
+    return torch.atan2(heading[:, 1], heading[:, 0])
+
+
+def _unit(angle: Tensor) -> Tensor:
+    """[n, 2]: cosines and sines of angles [n], rad."""
+    return torch.stack((angle.cos(), angle.sin()), dim=1)
