@@ -52,6 +52,9 @@ _BOX_WEIGHT = 8.0
 #: The reference waits for nobody, but is set back to the nearest frame where the present one is so
 #: much farther away, m² (weighted, over all key bodies): a factor, and a constant.
 _FACTOR, _OFF_M2 = 2.0, 0.6
+#: Nothing is labelled in states that are this far from every frame, m²: 0.4 m for each key body. A
+#: tracker has never seen them, and what it does there would outweigh all that it knows.
+_LOST_M2 = 1.2
 #: Costs of a fit: a metre of misplaced pelvis costs 1, one of width, depth and stand these.
 _WIDTH_COST, _DEPTH_COST, _STAND_COST = 10.0, 3.0, 4.0
 #: A pick-up begins, and goes on, while the pelvis is within these of the clip's, m, and the first
@@ -75,6 +78,8 @@ class _Variants:
     """[V] int64: the last."""
     anchor: Tensor
     """[V, 4]: where the box is picked up or put down: centre, m, and yaw, rad."""
+    facing: Tensor
+    """[V, 2]: heading (cosine, sine) in the frame of the grip or release."""
     half: Tensor
     """[V, 3]: half edges of the box, m."""
     stand: Tensor
@@ -187,7 +192,7 @@ class AlignedTracker:
         turns = (-torch.round(off / _QUARTER)).long() % 4
         cost = torch.stack([_misfit(half, stand, variants, t) for t in range(4)], dim=1)
         number = cost[torch.arange(len(rows)), turns].argmin(dim=1)
-        theirs = variants.reference.heading[variants.low[number]]
+        theirs = variants.facing[number]
         self._stage[rows], self._variant[rows], self._turns[rows] = _PUTTING, number, turns
         self._yaw[rows] = torch.atan2(heading[:, 1], heading[:, 0]) - torch.atan2(
             theirs[:, 1], theirs[:, 0]
@@ -233,7 +238,7 @@ class AlignedTracker:
         strayed = away[:, 0, 0, :2].norm(dim=1) > _LEAVES_M
         done = (frame >= variants.high[number]) | strayed
         self._stage[rows[done]] = _FREE
-        return label
+        return torch.where((least > _LOST_M2)[:, None], torch.nan, label)
 
     def state_dict(self) -> dict[str, Tensor]:
         """Which variants the scenes follow, and where in them."""
@@ -297,7 +302,7 @@ def _variants(
 ) -> _Variants | None:
     """Return the variants for a bank's boxes; None without a clip for them."""
     made: list[Clip] = []
-    cut: list[tuple[int, int, float]] = []
+    cut: list[tuple[int, int, int, float]] = []
     for clip in _originals(clips):
         assert clip.box is not None
         for edges in _sizes(bank):
@@ -309,18 +314,17 @@ def _variants(
                 held = np.flatnonzero(found.box.held)
                 at = int(held[0]) if picks else int(held[-1]) + 1
                 low, high = max(0, at - _BEFORE), min(found.frames - 1, at + _AFTER)
-                handled = held[0] > 0 if picks else at < found.frames
-                speed = np.linalg.norm(found.qvel()[low, :2])
-                if handled and speed < _STANDS_M_S:
+                stands = float(np.linalg.norm(found.qvel()[low, :2])) < _STANDS_M_S
+                if (at > 0 and stands) if picks else at < found.frames:
                     made.append(found)
-                    cut.append((low, high, stand))
+                    cut.append((low, min(at, high), high, stand))
     if not made:
         return None
     known = reference(made)
-    low, high, stand = (torch.tensor(column) for column in zip(*cut, strict=True))
-    anchor = known.picked if picks else known.put
+    low, at, high, stand = (torch.tensor(column) for column in zip(*cut, strict=True))
+    anchor, facing = known.picked if picks else known.put, known.heading[known.first + at]
     low, high = known.first + low, torch.minimum(known.first + high, known.stop - 1)
-    return _Variants(known, low, high, anchor, 0.5 * known.size, stand.float())
+    return _Variants(known, low, high, anchor, facing, 0.5 * known.size, stand.float())
 
 
 def _originals(clips: Sequence[Clip]) -> list[Clip]:

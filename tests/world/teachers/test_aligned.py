@@ -1,0 +1,172 @@
+"""The tracker that is laid over a box: labels do not depend on where the box stands and how it is
+turned, the reference goes on with time and is set back where the character is not, and other
+sizes and stands have variants of their own."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from torch import Tensor
+
+from world import rotations
+from world.character import model as character
+from world.config import CarryConfig, InitialStates, WorldConfig
+from world.episodes.shard import Shard
+from world.errors import ClipError
+from world.motions.clip import Clip
+from world.motions.library import MotionLibrary
+from world.motions.synthetic.carries import carrying
+from world.motions.synthetic.library import walking
+from world.motions.uses.box import BOX
+from world.motions.variants import variant
+from world.objects.box_bank import BoxBank, boxes
+from world.teachers import aligned
+from world.teachers.aligned import AlignedTracker
+
+N = 8
+CONFIG = WorldConfig(
+    task="carry",
+    initial=InitialStates(0, 1, 0, near_m=(1.0, 1.5), standing_fraction=1.0),
+    carry=CarryConfig(sizes=4, scale=(0.6, 0.9), stand_m=(0.5, 0.6)),
+    episode_s=20.0,
+)
+
+
+def nothing(state: Tensor, _goal: Tensor) -> Tensor:
+    """A tracker that adds nothing to the reference's set-points."""
+    return torch.zeros(len(state), character.NU)
+
+
+@pytest.fixture(scope="module")
+def clip() -> Clip:
+    """Someone stands before a box, takes it, walks, puts it down and stands."""
+    whole = carrying(np.random.default_rng(3), (0.25, 0.36, 0.22), (0.25, 0.25), 1.5, 0.6)
+    assert whole.box is not None
+    held = np.flatnonzero(whole.box.held)
+    slow = np.linalg.norm(whole.qvel()[:, :2], axis=1) < 0.1
+    first = next(t for t in range(held[0] - 90, held[0]) if slow[t : held[0] - 45].all())
+    return whole.part(int(first), whole.frames)
+
+
+def made(clip: Clip, teacher: AlignedTracker | None = None) -> Shard:
+    library = MotionLibrary([clip, walking(np.random.default_rng(0), 1.0)], use=BOX)
+    return Shard(CONFIG, library, BoxBank(boxes(CONFIG.carry)), range(N), 3, teacher)
+
+
+def teacher(clip: Clip) -> AlignedTracker:
+    bank = BoxBank(boxes(CONFIG.carry))
+    return AlignedTracker(nothing, True, [clip], bank, CONFIG.carry.stand_m, N)
+
+
+def lay(one: AlignedTracker, shard: Shard, at: int, quarter: int) -> tuple[Tensor, Tensor]:
+    """Put the characters where the first variant's person is, `at` frames after its beginning, with
+    boxes that are turned by quarter turns; returns the variants and their frames [n]."""
+    target = shard._target()
+    assert target.box is not None and one._pick is not None
+    known, number = one._pick, torch.zeros(N, dtype=torch.int64)
+    frame = known.low[number] + at
+    box_yaw = torch.linspace(-2.0, 2.0, N) + quarter * np.pi / 2
+    turn = torch.linspace(-2.0, 2.0, N) - known.anchor[number, 3]
+    unit = torch.stack((turn.cos(), turn.sin()), dim=1)
+    qpos, qvel = known.reference.qpos[frame].clone(), known.reference.qvel[frame].clone()
+    off = rotations.turn(unit, qpos[:, :2] - known.anchor[number, :2])
+    qpos[:, :2] = target.box.start[:, :2] + off
+    qpos[:, 3:7] = rotations.multiply(rotations.from_heading(unit), qpos[:, 3:7])
+    qvel[:, :2] = rotations.turn(unit, qvel[:, :2])
+    shard._scenes._qpos.copy_(qpos.double())
+    shard._scenes._qvel.copy_(qvel.double())
+    facing = torch.stack((box_yaw.cos(), box_yaw.sin()), dim=1)
+    pose = torch.cat((target.box.start, rotations.from_heading(facing)), dim=1)
+    shard._scenes.set_free(torch.arange(N), 0, pose, torch.zeros(N, 6))
+    return number, frame
+
+
+def test_the_label_is_the_clip_s_own_wherever_the_box_stands(clip: Clip) -> None:
+    """A tracker that adds nothing gives the set-points of the variant's next frame. The boxes are
+    square from above here, so that every quarter turn is the same box."""
+    one = teacher(clip)
+    assert one._pick is not None
+    one._pick = replace(one._pick, half=one._pick.half[:, [1, 1, 2]])
+    shard = made(clip)
+    for quarter in (0, 1, 3):
+        one.reset(torch.arange(N), shard._target())
+        _, frame = lay(one, shard, 0, quarter)
+        target = shard._target()
+        assert target.box is not None
+        square = replace(target, box=replace(target.box, half=target.box.half[:, [1, 1, 2]]))
+        label = one.label(shard._scenes, square, shard._variant, 0)
+        assert (one._stage == 1).all()
+        known = one._pick.reference
+        # which variant fits depends on the box of each scene; where it begins, on its frames
+        started = one._pick.low[one._variant]
+        assert ((one._frame - started).abs() <= 3).all()
+        expected = known.set_point[one._frame + 1].double()
+        torch.testing.assert_close(
+            shard._scenes.set_points(label.double()), expected, atol=1e-5, rtol=0
+        )
+        assert frame.shape == (N,)
+
+
+def test_the_reference_goes_on_and_is_set_back(clip: Clip) -> None:
+    one, shard = teacher(clip), made(clip)
+    lay(one, shard, 0, 0)
+    target = shard._target()
+    one.label(shard._scenes, target, shard._variant, 0)
+    following = one._stage == 1
+    assert following.sum() >= N // 2
+    first = one._frame.clone()
+    one.label(shard._scenes, target, shard._variant, 1)
+    assert torch.equal(one._frame[following], first[following] + 1)
+    # the reference is far ahead of a character that still stands: it comes back to it
+    one._frame[following] = one._pick.high[one._variant[following]] - 2
+    one.label(shard._scenes, target, shard._variant, 2)
+    assert ((one._frame - first).abs()[following] <= 3).all()
+
+
+def test_nothing_is_labelled_away_from_the_box_and_once_it_is_taken(clip: Clip) -> None:
+    one, shard = teacher(clip), made(clip)
+    assert one.label(shard._scenes, shard._target(), shard._variant, 0).isnan().all()
+    lay(one, shard, 0, 0)
+    pose = shard._scenes.free_qpos[:, :7].float()
+    pose[:, 2] += 0.2
+    shard._scenes.set_free(torch.arange(N), 0, pose, torch.zeros(N, 6))
+    assert one.label(shard._scenes, shard._target(), shard._variant, 0).isnan().all()
+
+
+def test_what_it_follows_is_continued(clip: Clip) -> None:
+    one, other, shard = teacher(clip), teacher(clip), made(clip)
+    lay(one, shard, 0, 0)
+    one.label(shard._scenes, shard._target(), shard._variant, 0)
+    other.load_state_dict({name: value.clone() for name, value in one.state_dict().items()})
+    again = [t.label(shard._scenes, shard._target(), shard._variant, 1) for t in (one, other)]
+    torch.testing.assert_close(again[0], again[1], rtol=0, atol=0, equal_nan=True)
+    one.reset(torch.tensor([0]), shard._target())
+    assert all(value[0] == 0 for value in one.state_dict().values())
+
+
+def test_there_are_variants_of_all_boxes_and_stands(clip: Clip) -> None:
+    """Sizes within a factor of 1.12 of the bank's, both ways round; stands 0.1 m apart; of a clip
+    and its variants one."""
+    bank = BoxBank(boxes(CONFIG.carry))
+    raised = variant(clip, 0.6, 1.0)
+    assert raised is not None
+    one = AlignedTracker(nothing, True, [clip, raised], bank, (0.5, 0.6), N)
+    assert one._pick is not None and one._put is not None
+    assert torch.equal(one._pick.stand.unique(), torch.tensor([0.5, 0.6]))
+    for half in bank.half:
+        for edges in (half, half[[1, 0, 2]]):
+            ratio = (one._pick.half / edges).log().abs().amax(dim=1)
+            assert ratio.min() < np.log(1.12)
+    count = len(one._pick.low)
+    assert count == len(teacher(clip)._pick.low), "a variant adds none"
+    steps = one._pick.high - one._pick.low
+    assert (steps <= aligned._BEFORE + aligned._AFTER).all() and (steps > 20).all()
+
+
+def test_clips_that_pick_nothing_up_are_refused(clip: Clip) -> None:
+    assert clip.box is not None
+    held = np.flatnonzero(clip.box.held)
+    inside = clip.part(int(held[0]), int(held[-1]) + 1)
+    with pytest.raises(ClipError, match="picks up a box"):
+        teacher(inside)
