@@ -100,7 +100,7 @@ def test_the_label_is_the_clip_s_own_wherever_the_box_stands(clip: Clip) -> None
         known = one._pick.reference
         # which variant fits depends on the box of each scene; where it begins, on its frames
         started = one._pick.low[one._variant]
-        assert ((one._frame - started).abs() <= 3).all()
+        assert ((one._frame - started).abs() <= 10).all()
         expected = known.set_point[one._frame + 1].double()
         torch.testing.assert_close(
             shard._scenes.set_points(label.double()), expected, atol=1e-5, rtol=0
