@@ -39,6 +39,8 @@ _BEFORE, _AFTER = 70, 40
 #: In the first of these the person stands: slower than this, m/s. A clip that is still walking
 #: there cannot be laid over a character that has just arrived.
 _STANDS_M_S = 0.15
+#: Who has moved no key body by more than this, m, waits.
+_WAITS_M = 0.08
 #: Bodies by which a state is compared with a frame, and their weights.
 _KEYS = [
     BODIES.index(name)
@@ -324,7 +326,22 @@ def _variants(
     low, at, high, stand = (torch.tensor(column) for column in zip(*cut, strict=True))
     anchor, facing = known.picked if picks else known.put, known.heading[known.first + at]
     low, high = known.first + low, torch.minimum(known.first + high, known.stop - 1)
+    low = _moving(known, low, known.first + at)
     return _Variants(known, low, high, anchor, facing, 0.5 * known.size, stand.float())
+
+
+def _moving(known: Reference, low: Tensor, at: Tensor) -> Tensor:
+    """Return the last frames [V] before `at` [V] in which the person still stands as at `low` [V].
+
+    Labels of a person who stands and waits would teach to stand and wait: a student that does not
+    see the reference cannot tell when to begin.
+    """
+    found = low.clone()
+    for number, (first, last) in enumerate(zip(low.tolist(), at.tolist(), strict=True)):
+        keys = known.position[first : last + 1, _KEYS]
+        stands = (keys - keys[0]).norm(dim=2).amax(dim=1) < _WAITS_M
+        found[number] = first + int(torch.nonzero(stands)[-1])
+    return found
 
 
 def _originals(clips: Sequence[Clip]) -> list[Clip]:
