@@ -51,9 +51,9 @@ _KEYS = [
 _WEIGHT = torch.tensor([1.0, 1.0, 1.0, 1.0, 1.0, 1.5, 1.5])
 #: Weight of the box's squared displacement in this comparison.
 _BOX_WEIGHT = 8.0
-#: The reference waits for nobody, but is set back to the nearest frame where the present one is so
-#: much farther away, m² (weighted, over all key bodies): a factor, and a constant.
-_FACTOR, _OFF_M2 = 2.0, 0.6
+#: The reference is at most so many frames ahead of the one that is nearest to the state. Were it not
+#: bound to the state, who stands still would see it pass, and learn the mean of what it shows.
+_AHEAD = 10
 #: Nothing is labelled in states that are this far from every frame, m²: 0.4 m for each key body. A
 #: tracker has never seen them, and what it does there would outweigh all that it knows.
 _LOST_M2 = 1.2
@@ -224,10 +224,8 @@ class AlignedTracker:
         least, nearest = distance.min(dim=1)
         nearest = frames.gather(1, nearest[:, None])[:, 0]
         now = self._frame[rows]
-        here = (now - variants.low[number]).clamp(0, frames.shape[1] - 1)
-        astray = distance.gather(1, here[:, None])[:, 0] > _FACTOR * least + _OFF_M2
-        following = torch.minimum(now + 1, variants.high[number])
-        frame = torch.where((now < 0) | astray, nearest, following)
+        following = torch.maximum(torch.minimum(now + 1, nearest + _AHEAD), nearest)
+        frame = torch.minimum(following, variants.high[number])
         there = TrackTarget(
             origin, back, seen.corners(), origin, seen,
             reference=known, residual=self._residual, frame=frame, origin=origin,
