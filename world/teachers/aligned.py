@@ -51,8 +51,8 @@ _KEYS = [
 _WEIGHT = torch.tensor([1.0, 1.0, 1.0, 1.0, 1.0, 1.5, 1.5])
 #: Weight of the box's squared displacement in this comparison.
 _BOX_WEIGHT = 8.0
-#: The reference is at most so many frames ahead of the one that is nearest to the state. Were it not
-#: bound to the state, who stands still would see it pass, and learn the mean of what it shows.
+#: The reference is at most so many frames ahead of the one that is nearest to the state. Were it
+#: not bound to the state, who stands still would see it pass, and learn the mean of what it shows.
 _AHEAD = 10
 #: Nothing is labelled in states that are this far from every frame, m²: 0.4 m for each key body. A
 #: tracker has never seen them, and what it does there would outweigh all that it knows.
