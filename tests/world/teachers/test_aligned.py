@@ -9,6 +9,7 @@ import pytest
 import torch
 from torch import Tensor
 
+from tests.support.standing_clip import standing_clip
 from world import rotations
 from world.character import model as character
 from world.config import CarryConfig, InitialStates, WorldConfig
@@ -16,7 +17,6 @@ from world.episodes.shard import Shard
 from world.errors import ClipError
 from world.motions.clip import Clip
 from world.motions.library import MotionLibrary
-from world.motions.synthetic.carries import carrying
 from world.motions.synthetic.library import walking
 from world.motions.uses.box import BOX
 from world.motions.variants import variant
@@ -40,13 +40,7 @@ def nothing(state: Tensor, _goal: Tensor) -> Tensor:
 
 @pytest.fixture(scope="module")
 def clip() -> Clip:
-    """Someone stands before a box, takes it, walks, puts it down and stands."""
-    whole = carrying(np.random.default_rng(3), (0.25, 0.36, 0.22), (0.25, 0.25), 1.5, 0.6)
-    assert whole.box is not None
-    held = np.flatnonzero(whole.box.held)
-    slow = np.linalg.norm(whole.qvel()[:, :2], axis=1) < 0.1
-    first = next(t for t in range(held[0] - 90, held[0]) if slow[t : held[0] - 45].all())
-    return whole.part(int(first), whole.frames)
+    return standing_clip()
 
 
 def made(clip: Clip, teacher: AlignedTracker | None = None) -> Shard:
@@ -121,6 +115,7 @@ def test_the_reference_goes_on_and_waits(clip: Clip) -> None:
     # who stands still does not see it pass: it waits some frames ahead of the nearest one
     for clock in range(2, aligned._AHEAD + 4):
         one.label(shard._scenes, target, shard._variant, clock)
+    assert one._pick is not None
     bound = torch.minimum(first + aligned._AHEAD, one._pick.high[one._variant])
     assert torch.equal(one._frame[following], bound[following])
 
@@ -159,8 +154,8 @@ def test_there_are_variants_of_all_boxes_and_stands(clip: Clip) -> None:
         for edges in (half, half[[1, 0, 2]]):
             ratio = (one._pick.half / edges).log().abs().amax(dim=1)
             assert ratio.min() < np.log(1.12)
-    count = len(one._pick.low)
-    assert count == len(teacher(clip)._pick.low), "a variant adds none"
+    alone = teacher(clip)._pick
+    assert alone is not None and len(one._pick.low) == len(alone.low), "a variant adds none"
     steps = one._pick.high - one._pick.low
     assert (steps <= aligned._BEFORE + aligned._AFTER).all() and (steps > 20).all()
 
