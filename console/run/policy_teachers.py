@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, cast
 
 from torch import Tensor
 
@@ -14,8 +14,7 @@ from world.config import WorldConfig
 from world.errors import ConfigError
 from world.motions.library import MotionLibrary
 from world.objects.bank import ObjectBank
-from world.objects.box_bank import BoxBank
-from world.teachers.aligned import AlignedTracker
+from world.teachers.aligned import AlignedTracker, Boxes
 from world.teachers.teacher import Teacher
 from world.teachers.tracker import TrackerTeacher
 from world.teachers.walker import WalkerTeacher
@@ -46,7 +45,8 @@ class Weights:
 
 @dataclass(frozen=True)
 class PolicyTeacher:
-    """Trained policies that label the scenes of one task, by the flags that name them."""
+    """Trained policies that label the scenes of one task, by what they teach: to follow a reference
+    (tracker), to walk to an object (walker), to handle it as in a clip (handler)."""
 
     policies: Mapping[str, Weights]
 
@@ -57,16 +57,16 @@ class PolicyTeacher:
 
         Raises ClipError where the library's clips do not show what a tracker is to teach.
         """
-        tracker, walker = self.policies.get("tracker"), self.policies.get("walker")
+        if (tracker := self.policies.get("tracker")) is not None:
+            return TrackerTeacher(tracker.policy(), tracker.world.track.residual)
+        walker = self.policies.get("walker")
         walks = None if walker is None else WalkerTeacher(walker.policy())
-        if tracker is None:
-            assert walks is not None, "a teacher has a policy"
-            return walks
-        act, residual = tracker.policy(), tracker.world.track.residual
-        if not isinstance(bank, BoxBank):
-            return TrackerTeacher(act, residual)
-        clips, stands = library.clips, world.carry.stand_m
-        return AlignedTracker(act, residual, clips, bank, stands, scenes, walks)
+        if (handler := self.policies.get("handler")) is not None:
+            act, residual = handler.policy(), handler.world.track.residual
+            laid, stands = cast("Boxes", bank), world.carry.stand_m
+            return AlignedTracker(act, residual, library.clips, laid, stands, scenes, walks)
+        assert walks is not None, "a teacher has a policy"
+        return walks
 
 
 def policy_teachers(
@@ -82,7 +82,7 @@ def policy_teachers(
     for flag, task, source, wanted, name in (
         ("--world.track.teacher", "track", world.track.teacher, "track", "tracker"),
         ("--world.carry.walker", "carry", world.carry.walker, "walk", "walker"),
-        ("--world.carry.tracker", "carry", world.carry.tracker, "track", "tracker"),
+        ("--world.carry.tracker", "carry", world.carry.tracker, "track", "handler"),
     ):
         if not source:
             continue

@@ -9,6 +9,7 @@ references to the scene too, before training; here it is done while the student 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 import torch
@@ -22,7 +23,6 @@ from world.errors import ClipError
 from world.motions.clip import Clip
 from world.motions.objects import BoxTrack
 from world.motions.variants import variant
-from world.objects.box_bank import BoxBank
 from world.scene.batch import Scenes
 from world.scene.target import BoxState, Target
 from world.tasks.carry import grips
@@ -69,6 +69,15 @@ _FREE, _PICKING, _PUTTING = 0, 1, 2
 _QUARTER = 0.5 * np.pi
 
 
+class Boxes(Protocol):
+    """The boxes of a bank of scenes."""
+
+    half: Tensor
+    """[V, 3]: half edges, m."""
+    mass: Tensor
+    """[V]: kg."""
+
+
 @dataclass(frozen=True)
 class _Variants:
     """V variants of one kind of handling."""
@@ -97,7 +106,7 @@ class AlignedTracker:
         act: Act,
         residual: bool,
         clips: Sequence[Clip],
-        bank: BoxBank,
+        bank: Boxes,
         stands_m: tuple[float, float],
         scenes: int,
         walker: WalkerTeacher | None = None,
@@ -298,7 +307,7 @@ def _half(half: Tensor, turns: Tensor) -> Tensor:
 
 
 def _variants(
-    clips: Sequence[Clip], bank: BoxBank, stands_m: tuple[float, float], picks: bool
+    clips: Sequence[Clip], bank: Boxes, stands_m: tuple[float, float], picks: bool
 ) -> _Variants | None:
     """Return the variants for a bank's boxes; None without a clip for them."""
     made: list[Clip] = []
@@ -361,7 +370,7 @@ def _rest_m(box: BoxTrack) -> float:
     return float(box.pose[:, 2].min()) - 0.5 * box.size_m[2]
 
 
-def _sizes(bank: BoxBank) -> list[np.ndarray]:
+def _sizes(bank: Boxes) -> list[np.ndarray]:
     """Edges [3] of boxes, m, of which one is like each of the bank's, held by either pair of
     faces."""
     edges = 2.0 * bank.half.double().numpy()

@@ -10,7 +10,7 @@ from console.run import assembly
 from console.run.experiment import Experiment
 from console.run.policy_teachers import policy_teachers
 from tests.support.paths import ROOT
-from tests.support.standing_clip import standing_clip
+from tests.support.world.standing_clip import standing_clip
 from world.config import CarryConfig, TrackConfig, WorldConfig
 from world.errors import ConfigError
 from world.motions.library import MotionLibrary
@@ -55,6 +55,6 @@ def test_what_cannot_teach_is_refused() -> None:
         with pytest.raises(ConfigError, match=said):
             policy_teachers(experiment(world), assembly.trained)
     other = experiment(replace(WORLD, carry=CarryConfig(walker=WALKER)))
-    with pytest.raises(ConfigError, match="was trained with --world.action-scale"):
+    with pytest.raises(ConfigError, match=r"was trained with --world\.action-scale"):
         scaled = replace(other.world, action_scale=0.5 * other.world.action_scale)
         policy_teachers(replace(other, world=scaled), assembly.trained)

@@ -9,7 +9,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from tests.support.standing_clip import standing_clip
+from tests.support.world.standing_clip import standing_clip
 from world import rotations
 from world.character import model as character
 from world.config import CarryConfig, InitialStates, WorldConfig
