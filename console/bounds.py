@@ -101,7 +101,8 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
     "Publish": {"average": ((1, 1000),)},
     "Video": {
         "trials": ((1, 1000),), "seconds": ((0.1, 3600),), "near_m": (_LENGTH_M,),
-        "far_m": (_LENGTH_M,), "seed": (_SEED,), "width": ((16, 8192),), "height": ((16, 8192),),
+        "far_m": (_LENGTH_M,), "seed": (_SEED,), "threads": (_THREADS,),
+        "width": ((16, 8192),), "height": ((16, 8192),),
     },
     "Serve": {"drain_s": ((0, 3600),), "max_message_mb": ((0.01, 1000),)},
     "BatchConfig": {

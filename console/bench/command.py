@@ -66,6 +66,7 @@ def bench_command(command: Bench) -> int:
         "fuzz": fuzz,
         "peers": peers,
         "profile": profile,
+        "films": films,
     }
     with doing(f"measuring {command.part}"):
         found = measure[command.part](command, experiment, threads)
@@ -266,6 +267,13 @@ def profile(command: Bench, _experiment: Experiment, threads: int) -> dict[str, 
     from console.bench import profile as bench_profile
 
     return bench_profile.measure(command.policy, command.seconds, threads)
+
+
+def films(command: Bench, _experiment: Experiment, threads: int) -> dict[str, float]:
+    """Measure the writing of a film in one drawing process and in several."""
+    from console.bench import films as bench_films  # needs OpenGL
+
+    return bench_films.measure(command.policy, command.seconds, threads)
 
 
 def limits(command: Bench, experiment: Experiment, threads: int) -> dict[str, float]:

@@ -48,6 +48,21 @@ MEANINGS = (
             " the scenes alone; 1 is the limit"),
     Meaning(r"inhabit_to_(\w+)_processor_ratio", r"samples per processor second over those of \1"),
     Meaning(r"inhabit_to_(\w+)_ratio", r"samples per second over those of \1"),
+    Meaning(r"goal_images_per_s", "goal of a film of 640 x 480 pixels on two quiet cores"),
+    Meaning(r"quiet_images_per_s", "images per second of as many cores without other work, by the"
+            " processor time of an image", "at least", "goal_images_per_s"),
+    Meaning(r"images_per_s", "images per second of a film, drawn in several processes and encoded,"
+            " beside whatever else runs"),
+    Meaning(r"one_process_images_per_s", "images per second of a film drawn in one process"),
+    Meaning(r"to_one_process_ratio", "images per second over those of one process, alternating"),
+    Meaning(r"processor_ms_per_image", "processor time of an image of a film with all processes,"
+            " the encoder's and their start"),
+    Meaning(r"one_process_processor_ms_per_image", "processor time of an image of a film, drawn in"
+            " one process"),
+    Meaning(r"draw_processor_ms_per_image", "processor time to draw an image"),
+    Meaning(r"differing_films", "films of several processes that differ from that of one",
+            "at most", 0.0),
+    Meaning(r"film_resident_gb", "memory of all processes while they draw and encode"),
     Meaning(r"samples_per_core_s", "samples of whole iterations per second of processor time"),
     Meaning(r"processor_us_per_sample", "processor time of a sample"),
     Meaning(r"(\w+)_of_iteration_ratio", r"share of \1 in the processor time of an iteration"),

@@ -28,6 +28,7 @@ class Bench:
             "fuzz",
             "peers",
             "profile",
+            "films",
         ]
     ]
     """Part to measure."""
@@ -60,7 +61,8 @@ class Bench:
     fleet_actors: tuple[int, ...] = (1, 2, 4)
     """Numbers of Ray actors with which bench peers compares ours and RLlib's."""
     policy: Path = Path("sit")
-    """Policy of bench profile, a name, a run or a checkpoint: its own training is measured."""
+    """Policy of bench profile and bench films, a name, a run or a checkpoint: its own training, or
+    films of its trials, are measured."""
     motions: tuple[Path, ...] = ()
     """Motion clips, files or folders; default: the package's own clips."""
     json: Path | None = None

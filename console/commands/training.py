@@ -245,6 +245,9 @@ class Video:
     """Largest of these distances, m."""
     seed: int = 0
     """Seed of the trials."""
+    threads: int | None = None
+    """Number of threads of the trials, and of processes that draw a film; default: the number of
+    cores. Neither changes the film."""
     width: int = 640
     """Width of the video, pixels."""
     height: int = 480

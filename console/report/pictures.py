@@ -9,8 +9,9 @@ import mujoco
 import numpy as np
 
 from console.evaluation.stepping import Track
-from console.video import rendering, stage
-from console.video.rendering import STILL, Image
+from console.video import drawing, rendering, stage
+from console.video.canvas import Canvas, Image
+from console.video.drawing import STILL
 from world.furniture.piece import Piece
 from world.scene.model import compile_scene
 
@@ -40,12 +41,9 @@ def of_piece(piece: Piece, width: int = 200, height: int = 160) -> str:
     camera.lookat[:] = centre
     camera.distance = 1.6 * float(np.linalg.norm(high - low))
     camera.azimuth, camera.elevation = 215.0, -22.0
-    renderer = stage.renderer(model, height, width, STILL.samples)
-    try:
-        renderer.update_scene(data, camera, stage.options())
-        return data_uri(renderer.render())
-    finally:
-        renderer.close()
+    with Canvas(height, width, STILL.samples) as canvas:
+        canvas.show(model)
+        return data_uri(canvas.image(data, camera, stage.options()))
 
 
 def filmstrip(track: Track, columns: int = 8, size: int = 200) -> str:
@@ -53,7 +51,7 @@ def filmstrip(track: Track, columns: int = 8, size: int = 200) -> str:
     look = replace(STILL, width=size, height=size, captions=False)
     last = min(len(track.take), track.steps + 15) - 1
     moments = np.linspace(0, last, columns).round().astype(int).tolist()
-    images = list(rendering.draw(track.take, look, moments, track.model))
+    images = list(drawing.draw(track.take, look, moments, track.model))
     return data_uri(np.concatenate(images, axis=1))
 
 

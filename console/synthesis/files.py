@@ -10,6 +10,7 @@ from console.animation.objects import Shape
 from console.commands.animation import AnimationFlags
 from console.recording import format as recording
 from console.recording.format import Recording
+from console.run import machine
 from console.run.directory import write_text
 from console.synthesis import replay
 from console.synthesis.motion import Motion
@@ -37,7 +38,7 @@ def _page(path: Path, motion: Motion) -> None:
 
 
 def _video(path: Path, motion: Motion) -> None:
-    rendering.write_video(recorded(motion), path, model=motion.track.model)
+    rendering.write_video(recorded(motion), path, model=motion.track.model, threads=machine.cores())
 
 
 def _states(path: Path, motion: Motion) -> None:

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
 
 from console.recording.format import Take, pose
 from console.video.stage import OBJECTS
@@ -152,6 +151,9 @@ def _best(costs: Array) -> NDArray[np.int64]:
 
 def _smoothed(values: Array) -> Array:
     """Return values [T, k] smoothed over time."""
+    # a quarter of a second, which the processes that draw planned paths do not need
+    from scipy.ndimage import gaussian_filter1d
+
     return gaussian_filter1d(values, _SMOOTH_S * CONTROL_HZ, axis=0, mode="nearest")
 
 

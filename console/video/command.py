@@ -12,6 +12,7 @@ from console.run import assembly, machine
 from console.run.directory import checkpoint_folder
 from console.terminal import progress
 from console.video import rendering
+from console.video.drawing import Look
 from policy.checkpoints import lineage
 from policy.checkpoints.format import read_manifest
 from world import tasks
@@ -34,9 +35,15 @@ def video_command(command: Video) -> int:
     else:
         found = with_terms(played(command), command.source)
     if command.out is not None:
-        look = rendering.Look(command.width, command.height, command.look, command.captions)
+        look = Look(command.width, command.height, command.look, command.captions)
         with progress("images", rendering.image_count(found)) as update:
-            frames = rendering.write_video(found, command.out, look, progress=update)
+            frames = rendering.write_video(
+                found,
+                command.out,
+                look,
+                progress=update,
+                threads=command.threads or machine.cores(),
+            )
         print(f"{command.out}: {frames} frames, {len(found.takes)} trials")
     if command.sheet is not None:
         rendering.write_filmstrip(found, command.sheet)
@@ -54,8 +61,9 @@ def with_terms(found: Recording, source: Path) -> Recording:
 def played(command: Video) -> Recording:
     """Return a recording of a policy in the trials of a seed."""
     source = assembly.trained(command.source)
+    threads = command.threads or machine.cores()
     if tasks.make(source.task).affordance.follows_clips:
-        return tracking.shown(source, command.trials, machine.cores())
+        return tracking.shown(source, command.trials, threads)
     limit_s = command.seconds or tasks.make(source.task).evaluation.limit_s
     chosen = trials.manifest(
         objects_of(source, command.objects, command.trials, command.seed),
@@ -70,7 +78,7 @@ def played(command: Video) -> Recording:
         source.weights,
         chosen,
         round(limit_s * CONTROL_HZ),
-        machine.cores(),
+        threads,
         record=command.trials,
     )
     return trials.recording(results, {"task": source.task, "checkpoint": str(source.path)})

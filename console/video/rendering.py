@@ -4,29 +4,30 @@ import importlib
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Generator
+from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
-from console.recording.format import Recording, Take, model_of, pose
-from console.video import camera, caption, stage
-from console.video.stage import Shapes
+from console.recording.format import Recording
+from console.video import camera, processes
+from console.video.canvas import Image
+from console.video.drawing import FILM, STILL, Artist, Look, draw
 from world import surroundings
 from world.character.model import CONTROL_HZ
 from world.errors import InhabitError
 from world.partial_files import replacing
 
-Image = NDArray[np.uint8]
 #: Endings of animated pictures, drawn at every second control step; their quality, of 100.
 _COPYRIGHT = 0x8298  # tag of EXIF
 ANIMATED, _HALF, _WEBP_QUALITY = (".webp", ".gif"), 2, 60
-#: Colour of a reference.
-GHOST_RGBA = (0.95, 0.75, 0.35, 0.35)
+#: Images for which another process is worth its start, a second; most processes, each of a fifth of
+#: a gigabyte.
+_IMAGES_A_PROCESS, _PROCESSES = 100, 8
 
 _PROBE = (
     "import mujoco; m = mujoco.MjModel.from_xml_string('<mujoco/>'); "
@@ -36,24 +37,6 @@ _PROBE = (
 
 class VideoError(InhabitError):
     """A video that cannot be rendered or written."""
-
-
-@dataclass(frozen=True)
-class Look:
-    """Size and appearance of a film or picture."""
-
-    width: int = 640
-    height: int = 480
-    shapes: Shapes = "body"
-    """body: a rounded character; shapes: its collision shapes."""
-    captions: bool = True
-    """Write task, piece, time and stage on each image."""
-    samples: int = 0
-    """Samples of a pixel, against jagged edges; each doubles the time of an image."""
-
-
-STILL = Look(samples=4)
-"""Appearance of single pictures."""
 
 
 def choose_gl() -> str | None:
@@ -97,75 +80,20 @@ def require_gl() -> None:
     importlib.reload(importlib.import_module("mujoco.rendering.classic.gl_context"))
 
 
-def draw(
-    take: Take,
-    look: Look,
-    frames: Sequence[int],
-    model: mujoco.MjModel | None = None,
-    task: str = "",
-) -> Iterator[Image]:
-    """Yield images [height, width, 3] of the given control steps of one take.
-
-    model: of the take's scene, if available. task: name in the captions.
-    """
-    shown = stage.stage(model_of(take) if model is None else model, take.piece, look.shapes)
-    data = mujoco.MjData(shown)
-    ghost = _Ghost(look.shapes) if len(take.ghost) else None
-    path = camera.plan(take, shown)
-    view, options = mujoco.MjvCamera(), stage.options()
-    renderer = stage.renderer(shown, look.height, look.width, look.samples)
-    try:
-        for frame in frames:
-            pose(shown, data, take, frame)
-            stage.light_at(shown, path.lookat[frame])
-            mujoco.mj_camlight(shown, data)
-            path.apply(view, frame)
-            renderer.update_scene(data, view, options)
-            if ghost is not None:
-                ghost.add(renderer.scene, take.ghost[frame])
-            image = renderer.render()
-            yield caption.drawn(image, caption.text_of(take, frame, task) if look.captions else "")
-    finally:
-        renderer.close()
-
-
-class _Ghost:
-    """The reference character, translucent."""
-
-    def __init__(self, shapes: Shapes) -> None:
-        self._model = stage.character_alone(shapes)
-        self._data = mujoco.MjData(self._model)
-        self._options = stage.options()
-
-    def add(self, scene: mujoco.MjvScene, qpos: NDArray[np.float64]) -> None:
-        """Add it to a scene, in the pose qpos [43]."""
-        self._data.qpos[:] = qpos
-        mujoco.mj_kinematics(self._model, self._data)
-        before = scene.ngeom
-        mujoco.mjv_addGeoms(
-            self._model,
-            self._data,
-            self._options,
-            mujoco.MjvPerturb(),
-            int(mujoco.mjtCatBit.mjCAT_DYNAMIC),
-            scene,
-        )
-        for index in range(before, scene.ngeom):
-            scene.geoms[index].rgba[:] = GHOST_RGBA
-
-
 def write_video(
     recording: Recording,
     out: Path,
-    look: Look = Look(),
+    look: Look = FILM,
     model: mujoco.MjModel | None = None,
     progress: Callable[[int], None] = lambda done: None,
+    threads: int = 1,
 ) -> int:
     """Write all takes in turn as a film at the control rate; return the number of frames.
 
     The ending of `out` gives the form: .mp4, or .webp and .gif at half the rate, without sound of
     course. A take ends two seconds after its success. model: of the takes' scene, if available.
-    progress: called with the number of finished images.
+    progress: called with the number of finished images. threads: most processes that draw.
+    The film does not depend on it.
     """
     require_gl()
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -173,12 +101,12 @@ def write_video(
     try:
         with replacing(out, out.suffix or ".mp4") as partial:
             if out.suffix.lower() in ANIMATED:
-                return _animate(recording, partial, rate, look, model, progress)
+                return _animate(recording, partial, rate, look, model, progress, threads)
             try:
-                return _encode(recording, partial, rate, look, model, progress)
+                return _encode(recording, partial, rate, look, model, progress, threads)
             except _EncoderError:
                 # On a machine under load the encoder once ended without an error: try once more.
-                return _encode(recording, partial, rate, look, model, progress)
+                return _encode(recording, partial, rate, look, model, progress, threads)
     except OSError as error:
         raise VideoError(f"cannot write {out}: {error}") from error
 
@@ -188,12 +116,36 @@ class _EncoderError(OSError):
 
 
 def images(
-    recording: Recording, look: Look, model: mujoco.MjModel | None = None, every: int = 1
-) -> Iterator[Image]:
-    """Yield every so many images of all takes in turn."""
-    task = str(recording.meta.get("task", ""))
-    for take in recording.takes:
-        yield from draw(take, look, camera.frames_of(take)[::every], model, task)
+    recording: Recording,
+    look: Look,
+    model: mujoco.MjModel | None = None,
+    every: int = 1,
+    threads: int = 1,
+) -> Generator[Image]:
+    """Yield every so many images of all takes in turn.
+
+    threads: most processes that draw. A short film, whose processes would take longer to start than
+    to draw, is drawn in this one. A script that gives more than 1 needs `if __name__ ==
+    "__main__":`, since each process imports it.
+    """
+    task, takes = str(recording.meta.get("task", "")), recording.takes
+    wanted = [
+        (number, frame)
+        for number, take in enumerate(takes)
+        for frame in camera.frames_of(take)[::every]
+    ]
+    count = processes_for(len(wanted), threads)
+    if count > 1:
+        yield from processes.images(takes, wanted, look, model, task, count)
+        return
+    with closing(Artist(takes, look, model, task)) as artist:
+        for number, frame in wanted:
+            yield artist.image(number, frame)
+
+
+def processes_for(images: int, threads: int) -> int:
+    """Return the number of processes that draw so many images on so many cores."""
+    return max(1, min(threads, images // _IMAGES_A_PROCESS, _PROCESSES))
 
 
 def image_count(recording: Recording) -> int:
@@ -208,14 +160,16 @@ def _animate(
     look: Look,
     model: mujoco.MjModel | None,
     progress: Callable[[int], None],
+    threads: int,
 ) -> int:
     """Write an animated picture at half the rate; return the number of images."""
     from PIL import Image as pictures
 
     found = []
-    for image in images(recording, look, model, _HALF):
-        found.append(pictures.fromarray(image))
-        progress(_HALF * len(found))
+    with closing(images(recording, look, model, _HALF, threads)) as drawn:
+        for image in drawn:
+            found.append(pictures.fromarray(image))
+            progress(_HALF * len(found))
     found[0].save(
         out,
         format=out.suffix[1:].upper(),
@@ -237,6 +191,7 @@ def _encode(
     look: Look,
     model: mujoco.MjModel | None,
     progress: Callable[[int], None],
+    threads: int,
 ) -> int:
     """Draw and encode all takes; return the number of images."""
     import imageio_ffmpeg
@@ -254,13 +209,14 @@ def _encode(
     )
     writer.send(None)
     count = 0
-    for image in images(recording, look, model):
-        try:
-            writer.send(np.ascontiguousarray(image))
-        except OSError as error:
-            raise _EncoderError(*error.args) from error
-        count += 1
-        progress(count)
+    with closing(images(recording, look, model, threads=threads)) as drawn:
+        for image in drawn:
+            try:
+                writer.send(np.ascontiguousarray(image))
+            except OSError as error:
+                raise _EncoderError(*error.args) from error
+            count += 1
+            progress(count)
     writer.close()
     return count
 

@@ -5,7 +5,6 @@ setting it. It is never stepped.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Literal
 
 import mujoco
@@ -18,6 +17,8 @@ Shapes = Literal["body", "shapes"]
 Rgba = tuple[float, float, float, float]
 Point = tuple[float, float, float]
 
+#: Name of the floor's geom.
+FLOOR = "floor"
 #: Groups of geoms that are drawn: character and floor; furniture, boxes and balls.
 SHOWN, OBJECTS = 0, 1
 #: Group of the character's collision shapes behind a rounded body.
@@ -28,24 +29,8 @@ _FLOOR, _LINES = (0.80, 0.82, 0.83), (0.70, 0.725, 0.745)
 #: that can be seen lies in front of it.
 _SUN, _SUN_M = (0.35, 0.42, -0.84), 16.0
 #: Unit of the distances of fog, planes and shadows, m.
-_EXTENT_M = 4.0
+EXTENT_M = 4.0
 
-
-@dataclass(frozen=True)
-class Detail:
-    """What the time of an image goes to."""
-
-    shadow_texels: int
-    """Width of the shadow map."""
-    shadow_m: float
-    """Half of the width that it covers, m. Near its corner towards the light the floor is speckled:
-    that must lie in the fog."""
-    faces: tuple[int, int]
-    """Slices and stacks of rounded shapes."""
-
-
-FILM, PICTURE = Detail(1280, 8.8, (16, 10)), Detail(2048, 11.6, (20, 14))
-"""Of films, in seven tenths of the time, and of single pictures."""
 
 _SKIN: Rgba = (0.82, 0.66, 0.56, 1.0)
 _SHIRT: Rgba = (0.27, 0.45, 0.62, 1.0)
@@ -138,7 +123,7 @@ def stage(simulated: mujoco.MjModel, piece: str = "", shapes: Shapes = "body") -
     model.vis.headlight.diffuse[:] = 0.24
     model.vis.headlight.specular[:] = 0.0
     # the region that the shadow map covers, and the planes of the camera
-    model.stat.extent, model.stat.center[:] = _EXTENT_M, 0.0
+    model.stat.extent, model.stat.center[:] = EXTENT_M, 0.0
     model.vis.map.znear, model.vis.map.zfar = 0.02, 12.0
     model.vis.map.fogstart, model.vis.map.fogend = 1.3, 2.7
     model.vis.rgba.fog[:] = model.vis.rgba.haze[:] = (*_SKY_BOTTOM, 1.0)
@@ -162,43 +147,6 @@ def _character(shapes: Shapes) -> mujoco.MjSpec:
 def light_at(model: mujoco.MjModel, centre: np.ndarray) -> None:
     """Move the light, whose shadows reach a few metres, to a point [3] that is looked at, m."""
     model.light("sun").pos[:] = centre - _SUN_M * np.array(_SUN)
-
-
-def renderer(model: mujoco.MjModel, height: int, width: int, samples: int) -> mujoco.Renderer:
-    """Return a renderer of a display model, with fog and `samples` of each pixel; to be closed."""
-    model.vis.quality.offsamples = samples
-    detail = PICTURE if samples else FILM
-    model.vis.quality.numslices, model.vis.quality.numstacks = detail.faces
-    model.vis.quality.shadowsize = detail.shadow_texels
-    model.vis.map.shadowclip = detail.shadow_m / _EXTENT_M
-    model.vis.global_.offwidth = max(width, model.vis.global_.offwidth)
-    model.vis.global_.offheight = max(height, model.vis.global_.offheight)
-    found = mujoco.Renderer(model, height, width)
-    found.scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = 1
-    _filter_textures(found)
-    return found
-
-
-def _filter_textures(found: mujoco.Renderer) -> None:
-    """Set how the textures of a new renderer, whose context is the current one, are read."""
-    from OpenGL import GL  # after MuJoCo has chosen its platform
-
-    context = found._mjr_context
-    assert context is not None
-    # What lies outside the shadow map is lit: MuJoCo repeats the texels at the map's edge.
-    GL.glBindTexture(GL.GL_TEXTURE_2D, context.shadowTex)
-    for axis in (GL.GL_TEXTURE_WRAP_S, GL.GL_TEXTURE_WRAP_T):
-        GL.glTexParameteri(GL.GL_TEXTURE_2D, axis, GL.GL_CLAMP_TO_BORDER)
-    # its depths are reversed: 0 is the farthest
-    GL.glTexParameterfv(GL.GL_TEXTURE_2D, GL.GL_TEXTURE_BORDER_COLOR, [0.0, 0.0, 0.0, 0.0])
-    # One mipmap of the grid instead of a blend of two: a twentieth of the time of an image.
-    for number in range(context.ntexture):
-        if context.textureType[number] == mujoco.mjtTexture.mjTEXTURE_2D:
-            GL.glBindTexture(GL.GL_TEXTURE_2D, int(context.texture[number]))
-            GL.glTexParameteri(
-                GL.GL_TEXTURE_2D, GL.GL_TEXTURE_MIN_FILTER, GL.GL_LINEAR_MIPMAP_NEAREST
-            )
-    GL.glBindTexture(GL.GL_TEXTURE_2D, 0)
 
 
 def options() -> mujoco.MjvOption:
@@ -233,7 +181,7 @@ def _surroundings(spec: mujoco.MjSpec) -> None:
     floor = spec.add_material(name="floor", texrepeat=[2.0, 2.0], texuniform=True, specular=0.0)
     floor.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "grid"
     spec.worldbody.add_geom(
-        name="floor",
+        name=FLOOR,
         type=mujoco.mjtGeom.mjGEOM_PLANE,
         size=[0, 0, 0.05],
         material="floor",

@@ -9,7 +9,7 @@ import pytest
 
 from console.recording import format as recording
 from console.synthesis import files as motion_files
-from console.video import rendering
+from console.video import drawing, rendering
 from tests.support.console.syntheses import command, made
 from tests.support.policy_cases import make
 from world.motions import load
@@ -27,10 +27,10 @@ def test_a_film_has_every_frame_and_its_balls(tmp_path: Path) -> None:
     take = recording.read(states).takes[0]
     there = np.isfinite(take.balls[-1, :, 0])
     assert motion.summary.balls_thrown == 15 and there.any()
-    look = rendering.Look(width=320, height=240, captions=False)
+    look = drawing.Look(width=320, height=240, captions=False)
 
     def red(shown: recording.Take) -> int:
-        (image,) = rendering.draw(shown, look, [len(take) - 1])
+        (image,) = drawing.draw(shown, look, [len(take) - 1])
         r, g, b = np.moveaxis(image.astype(int), -1, 0)
         return int(((r > 90) & (r > 2 * g) & (r > 2 * b)).sum())
 

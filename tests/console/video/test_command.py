@@ -27,13 +27,13 @@ def test_a_recording_is_drawn_up_to_the_trials_asked_for(
     recording.write(path, Recording([take()] * 3, {}))
     drawn = []
 
-    def film(found: Recording, out: Path, look: Any, progress: Any) -> int:
-        drawn.append((len(found.takes), out, look.width, look.shapes))
+    def film(found: Recording, out: Path, look: Any, progress: Any, threads: int | None) -> int:
+        drawn.append((len(found.takes), out, look.width, look.shapes, threads))
         return 7
 
     monkeypatch.setattr(rendering, "require_gl", lambda: None)
     monkeypatch.setattr(rendering, "write_video", film)
-    words = Video(path, tmp_path / "a.mp4", trials=2, width=320, look="shapes")
+    words = Video(path, tmp_path / "a.mp4", trials=2, width=320, look="shapes", threads=3)
     assert command.video_command(words) == 0
-    assert drawn == [(2, tmp_path / "a.mp4", 320, "shapes")]
+    assert drawn == [(2, tmp_path / "a.mp4", 320, "shapes", 3)]
     assert "7 frames, 2 trials" in capsys.readouterr().out

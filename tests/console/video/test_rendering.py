@@ -9,13 +9,14 @@ import pytest
 
 from console.recording.format import Recording, Take
 from console.video import rendering
+from console.video.drawing import Look
 from tests.support.console.recordings import take
 
 
 @pytest.mark.skipif(rendering.choose_gl() is None, reason="nothing draws offscreen here")
 def test_a_video_shows_a_chair_and_a_character(tmp_path: Path) -> None:
     film, strip = tmp_path / "a.mp4", tmp_path / "a.png"
-    look = rendering.Look(width=160, height=128)
+    look = Look(width=160, height=128)
     assert rendering.write_video(Recording([take(5)], {}), film, look) == 5
     assert imageio.imread(film, index=0).shape == (128, 160, 3)
     rendering.write_filmstrip(Recording([take(5)], {}), strip, 3)
@@ -28,7 +29,7 @@ def test_a_video_shows_a_chair_and_a_character(tmp_path: Path) -> None:
 def test_an_animated_picture_has_every_second_step_and_repeats(tmp_path: Path) -> None:
     from PIL import Image
 
-    look, counted = rendering.Look(width=160, height=128), []
+    look, counted = Look(width=160, height=128), []
     for name, kind in (("a.webp", "WEBP"), ("a.gif", "GIF")):
         film = tmp_path / name
         count = rendering.write_video(
@@ -38,22 +39,6 @@ def test_an_animated_picture_has_every_second_step_and_repeats(tmp_path: Path) -
             assert (found.format, getattr(found, "n_frames", 1)) == (kind, count) == (kind, 3)
             assert found.size == (160, 128) and found.info["loop"] == 0
     assert counted == [2, 4, 6] * 2
-
-
-@pytest.mark.skipif(rendering.choose_gl() is None, reason="nothing draws offscreen here")
-def test_both_looks_show_the_character_and_captions_cover_their_corner() -> None:
-    one = take(2)
-    size = {"width": 160, "height": 120, "captions": False}
-    (body,), (shapes,) = (
-        rendering.draw(one, rendering.Look(**size, shapes=shape), [0])  # pyright: ignore
-        for shape in ("body", "shapes")
-    )
-    assert (body != shapes).any(axis=2).mean() > 0.01
-    (captioned,) = rendering.draw(one, rendering.Look(160, 120), [0], task="sit")
-    rows, columns = np.nonzero((captioned != body).any(axis=2))
-    assert len(rows) and rows.min() > 90 and columns.min() < 10
-    # the sky is light and the floor is not black: no part of a picture is unlit
-    assert body[:20].mean() > 180 and body.min(axis=2).max() > 150 and (body.max(axis=2) > 20).all()
 
 
 def moving(steps: int) -> Take:
@@ -76,7 +61,7 @@ def test_an_encoder_that_is_gone_is_started_once_more(
         yield from encode(*args, **kwargs)
 
     monkeypatch.setattr(imageio_ffmpeg, "write_frames", write_frames)
-    out, look = tmp_path / "a.mp4", rendering.Look(width=160, height=128)
+    out, look = tmp_path / "a.mp4", Look(width=160, height=128)
     if broken == 1:
         assert rendering.write_video(Recording([take(5)], {}), out, look) == 5
         assert len(list(imageio.imiter(out))) == 5
@@ -85,3 +70,10 @@ def test_an_encoder_that_is_gone_is_started_once_more(
             rendering.write_video(Recording([take(5)], {}), out, look)
         assert not list(tmp_path.iterdir())
     assert len(begun) == 2
+
+
+def test_a_process_more_is_started_for_every_hundred_images_up_to_the_threads() -> None:
+    assert [rendering.processes_for(count, 4) for count in (0, 199, 200, 399, 10_000)] == [
+        1, 1, 2, 3, 4,
+    ]  # fmt: skip
+    assert rendering.processes_for(10_000, 1) == 1 and rendering.processes_for(10_000, 64) == 8

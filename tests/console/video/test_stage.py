@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from console.recording.format import model_of, pose
-from console.video import rendering, stage
+from console.video import stage
 from tests.support.console.recordings import take
 from world.character import model as character
 from world.furniture.catalogue import catalogue
@@ -90,26 +90,3 @@ def test_a_take_is_posed_on_it() -> None:
     data = mujoco.MjData(shown)
     pose(shown, data, one, 1)
     np.testing.assert_allclose(data.mocap_pos[0], one.mocap_pos[1])
-
-
-@pytest.mark.skipif(rendering.choose_gl() is None, reason="nothing draws offscreen here")
-def test_the_floor_beyond_the_shadow_map_is_lit() -> None:
-    """With the light 30 m aside the map covers nothing of what is seen."""
-    rendering.require_gl()
-    shown = stage.stage(model_of(take(1)), "chair-1")
-    data, view, options = mujoco.MjData(shown), mujoco.MjvCamera(), stage.options()
-    options.geomgroup[stage.OBJECTS] = 0
-    view.lookat[:], view.distance, view.elevation = (20.0, 0.0, 0.0), 4.0, -30.0
-    images = []
-    renderer = stage.renderer(shown, 96, 128, 0)
-    try:
-        for aside_m in (0.0, 30.0):
-            stage.light_at(shown, np.array([20.0, aside_m, 0.0]))
-            mujoco.mj_forward(shown, data)
-            renderer.update_scene(data, view, options)
-            images.append(renderer.render().astype(int))
-    finally:
-        renderer.close()
-    inside, outside = images
-    assert inside[48:].mean() > 150  # the floor, in the light
-    assert np.abs(inside - outside).max() <= 2
