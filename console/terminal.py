@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from types import FrameType
 from typing import IO, Any
 
@@ -21,12 +22,25 @@ FILE_WIDTH = 150
 #: Width from which there is room for a bar beside the figures of progress.
 WIDE = 80
 #: Silence after which a command says what it does, s: on a terminal, where the line is replaced,
-#: and in a file or pipe, where one follows another.
-SILENCE_S, IN_FILE_S = 1.0, 1.6
+#: and in a file or pipe, where one follows another. Half of the 2 s that are promised, since imports
+#: of libraries keep the thread that writes waiting, on a busy machine for the better part of 1 s.
+SILENCE_S = 1.0
 _TICK_S = 0.1
+_STAT = Path("/proc/self/stat")
 #: Time after Ctrl-C in which a command leaves, s.
 LEAVE_S = 4.0
 INTERRUPTED = 130
+
+
+def age_s() -> float:
+    """Return the time since this process began, s: imports that precede a command are silent. Where
+    the system does not tell it, the processor time."""
+    try:
+        began_ticks = int(_STAT.read_text().rpartition(")")[2].split()[19])
+        began_s = began_ticks / os.sysconf("SC_CLK_TCK")
+        return max(0.0, time.clock_gettime(time.CLOCK_BOOTTIME) - began_s)
+    except (OSError, ValueError, IndexError, AttributeError):
+        return time.process_time()
 
 
 def plain(file: IO[str] | None = None, width: int | None = None, record: bool = False) -> Console:
@@ -123,8 +137,8 @@ class Watch:
     now: a clock, s.
     """
 
-    def __init__(self, name: str, terminal: bool, now: float) -> None:
-        self._name, self._terminal = name, terminal
+    def __init__(self, name: str, now: float) -> None:
+        self._name = name
         self._began = self._last = self._said = now
 
     def written(self, now: float) -> None:
@@ -137,8 +151,7 @@ class Watch:
         It states the stage, the seconds so far, and of counted work how much is done and the time
         that the rest takes.
         """
-        interval = SILENCE_S if self._terminal else IN_FILE_S
-        if now - max(self._last, self._said) < interval:
+        if now - max(self._last, self._said) < SILENCE_S:
             return None
         self._said = now
         work = f", {_works[-1].text(now)}" if _works else ""
@@ -157,7 +170,7 @@ def signs_of_life(name: str, serves: bool = False, silent_s: float = 0.0) -> Ite
     """
     stream, lock, ended = sys.stderr, threading.Lock(), threading.Event()
     terminal = stream.isatty()
-    watch = Watch(name, terminal, time.monotonic() - silent_s)
+    watch = Watch(name, time.monotonic() - silent_s)
     shown = False
 
     def clear() -> None:
