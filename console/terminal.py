@@ -22,8 +22,8 @@ FILE_WIDTH = 150
 #: Width from which there is room for a bar beside the figures of progress.
 WIDE = 80
 #: Silence after which a command says what it does, s: on a terminal, where the line is replaced,
-#: and in a file or pipe, where one follows another. Half of the 2 s that are promised, since imports
-#: of libraries keep the thread that writes waiting, on a busy machine for the better part of 1 s.
+#: and in a file or pipe, where one follows another. Half of the 2 s that are promised: imports of
+#: libraries keep the thread that writes waiting, on a busy machine for the better part of 1 s.
 SILENCE_S = 1.0
 _TICK_S = 0.1
 _STAT = Path("/proc/self/stat")
@@ -181,11 +181,12 @@ def signs_of_life(name: str, serves: bool = False, silent_s: float = 0.0) -> Ite
 
     def watched(write: Callable[[str], int]) -> Callable[[str], int]:
         def wrapped(text: str) -> int:
-            with lock:
-                clear()
-                watch.written(time.monotonic())
-                if serves:
-                    ended.set()
+            if text:
+                with lock:
+                    clear()
+                    watch.written(time.monotonic())
+                    if serves:
+                        ended.set()
             return write(text)
 
         return wrapped

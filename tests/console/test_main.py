@@ -29,10 +29,9 @@ class Loud:
     def __del__(self):
         print("torn down")
 kept = Loud()
-atexit.register(print, "registered function")
-sys.argv = ["inhabit", *sys.argv[1:]]
-if __name__ == "__main__":
-    sys.exit(main())
+code = main()
+atexit.register(print, "registered function")  # as modules do that a command imports
+sys.exit(code)
 """
 
 

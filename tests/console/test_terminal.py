@@ -7,6 +7,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -26,8 +27,6 @@ from console.terminal import (
     screen,
     signs_of_life,
 )
-
-
 from tests.support.paths import ROOT
 
 
@@ -122,6 +121,30 @@ def test_streams_are_as_before(capsys: pytest.CaptureFixture[str]) -> None:
         assert sys.stdout.write != before
         print("words")
     assert sys.stdout.write == before and capsys.readouterr().out == "words\n"
+
+
+def test_a_service_speaks_until_it_has_written_something(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """An empty text, as libraries write, is no output."""
+    due, said = iter(["first", "second"]), threading.Event()
+
+    def line(_watch: Watch, _now: float) -> str | None:
+        following = next(due, None)
+        if following is None:
+            said.set()
+        return following
+
+    monkeypatch.setattr(Watch, "due", line)
+    with signs_of_life("x", serves=True):
+        sys.stderr.write("")
+        assert said.wait(60)
+        print("ready")
+        threads = [t for t in threading.enumerate() if t.name == "signs of life"]
+        for thread in threads:
+            thread.join(60)
+        assert not any(thread.is_alive() for thread in threads)
+    assert capfd.readouterr().err == "first\nsecond\n"
 
 
 def test_the_first_interrupt_is_answered(
