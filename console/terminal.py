@@ -1,9 +1,11 @@
 """Standard output and standard error: widths, progress, signs of life, and Ctrl-C."""
 
+import contextlib
 import itertools
 import os
 import shutil
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -18,6 +20,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
 from rich.text import Text
 
+from console import standby
+
 FILE_WIDTH = 150
 #: Width from which there is room for a bar beside the figures of progress.
 WIDE = 80
@@ -26,6 +30,7 @@ WIDE = 80
 #: libraries keep the thread that writes waiting, on a busy machine for the better part of 1 s.
 SILENCE_S = 1.0
 _TICK_S = 0.1
+_STANDBY_AFTER_S = 0.3
 _STAT = Path("/proc/self/stat")
 #: Time after Ctrl-C in which a command leaves, s.
 LEAVE_S = 4.0
@@ -154,9 +159,52 @@ class Watch:
         if now - max(self._last, self._said) < SILENCE_S:
             return None
         self._said = now
-        work = f", {_works[-1].text(now)}" if _works else ""
-        stage = _stages[-1]() if _stages else "working"
-        return f"{self._name}: {stage}, {now - self._began:.0f} s{work}"
+        head, tail = self._parts(now)
+        return f"{head}, {now - self._began:.0f} s{tail}"
+
+    def told(self, now: float) -> bytes:
+        """Return the line as the process on standby is told it."""
+        return standby.told(max(self._last, self._said), self._began, *self._parts(now))
+
+    def _parts(self, now: float) -> tuple[str, str]:
+        """Return what a line says before and after the seconds so far."""
+        stages, works = list(_stages), list(_works)  # the command may end one meanwhile
+        stage = stages[-1]() if stages else "working"
+        return f"{self._name}: {stage}", f", {works[-1].text(now)}" if works else ""
+
+
+class _Standby:
+    """The process that speaks while a library holds the interpreter; see `standby`."""
+
+    def __init__(self, terminal: bool) -> None:
+        words = (str(SILENCE_S), str(standby.HELD_S), "terminal" if terminal else "file")
+        try:
+            self._process: subprocess.Popen[bytes] | None = subprocess.Popen(
+                [sys.executable, "-I", "-S", standby.__file__, *words],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,
+            )
+        except OSError:
+            self._process = None  # signs of life come when the interpreter is free
+            return
+        assert self._process.stdin is not None
+        os.set_blocking(self._process.stdin.fileno(), False)
+
+    def tell(self, line: bytes) -> None:
+        """Tell the line of now."""
+        if self._process is None or self._process.stdin is None:
+            return
+        # a full pipe, or a process that has ended
+        with contextlib.suppress(OSError):
+            os.write(self._process.stdin.fileno(), line)
+
+    def close(self) -> None:
+        """End the process."""
+        if self._process is None or self._process.stdin is None:
+            return
+        self._process.kill()
+        self._process.wait()
+        self._process.stdin.close()
 
 
 @contextmanager
@@ -193,12 +241,21 @@ def signs_of_life(name: str, serves: bool = False, silent_s: float = 0.0) -> Ite
 
     def work() -> None:
         nonlocal shown
+        # a shorter command needs none
+        if ended.wait(_STANDBY_AFTER_S):
+            return
+        other, before = _Standby(terminal), time.monotonic()
         while not ended.wait(_TICK_S):
             with lock:
-                line = watch.due(time.monotonic())
+                now = time.monotonic()
+                # the process on standby may have written in between
+                shown = shown or (terminal and now - before > standby.HELD_S)
+                line, before = watch.due(now), now
                 if line is not None:
                     _raw(f"\r\x1b[K{fitted(line)}" if terminal else f"{line}\n")
                     shown = terminal
+                other.tell(watch.told(now))
+        other.close()
 
     streams: list[Any] = [sys.stdout, sys.stderr]
     for one in streams:
