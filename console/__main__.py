@@ -1,8 +1,35 @@
-"""`python -m console`: the same as the `inhabit` command."""
+"""`inhabit`, also `python -m console`: runs the command line and ends the process."""
 
+import atexit
+import contextlib
+import os
 import sys
 
-from console.app import main
+_codes: list[int] = []
+
+
+def main() -> int:
+    """Run the command line; return the exit code, with which the process then ends.
+
+    It ends after the functions registered with atexit, without the teardown of modules: torch's
+    alone takes a second, in which the command would be silent.
+    """
+    # registered before the imports that register others, and so called after all of them
+    atexit.register(_end)
+    from console import app
+
+    _codes.append(app.main())
+    return _codes[-1]
+
+
+def _end() -> None:
+    if not _codes:
+        return  # an exception ends the process
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError, ValueError):
+            stream.flush()
+    os._exit(_codes[-1])
+
 
 if __name__ == "__main__":
     sys.exit(main())

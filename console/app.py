@@ -5,7 +5,6 @@ import importlib
 import io
 import os
 import sys
-import time
 import traceback
 from collections.abc import Sequence
 from functools import reduce
@@ -277,8 +276,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
         serves = words[:1] in SERVICES or words[:2] == ["motions", "play"]
         name = " ".join(["inhabit", *words[:1]])
-        silent_s = time.process_time()  # imports so far
-        with terminal.answering(), terminal.signs_of_life(name, serves, silent_s):
+        with terminal.answering(), terminal.signs_of_life(name, serves, terminal.age_s()):
             with terminal.doing("starting"):
                 command = parse(words)
             return execute(command, words)

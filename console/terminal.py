@@ -1,15 +1,18 @@
 """Standard output and standard error: widths, progress, signs of life, and Ctrl-C."""
 
+import contextlib
 import itertools
 import os
 import shutil
 import signal
+import subprocess
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from types import FrameType
 from typing import IO, Any
 
@@ -17,16 +20,32 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
 from rich.text import Text
 
+from console import standby
+
 FILE_WIDTH = 150
 #: Width from which there is room for a bar beside the figures of progress.
 WIDE = 80
 #: Silence after which a command says what it does, s: on a terminal, where the line is replaced,
-#: and in a file or pipe, where one follows another.
-SILENCE_S, IN_FILE_S = 1.0, 1.6
+#: and in a file or pipe, where one follows another. Half of the 2 s that are promised: imports of
+#: libraries keep the thread that writes waiting, on a busy machine for the better part of 1 s.
+SILENCE_S = 1.0
 _TICK_S = 0.1
+_STANDBY_AFTER_S = 0.3
+_STAT = Path("/proc/self/stat")
 #: Time after Ctrl-C in which a command leaves, s.
 LEAVE_S = 4.0
 INTERRUPTED = 130
+
+
+def age_s() -> float:
+    """Return the time since this process began, s: imports that precede a command are silent. Where
+    the system does not tell it, the processor time."""
+    try:
+        began_ticks = int(_STAT.read_text().rpartition(")")[2].split()[19])
+        began_s = began_ticks / os.sysconf("SC_CLK_TCK")
+        return max(0.0, time.clock_gettime(time.CLOCK_BOOTTIME) - began_s)
+    except (OSError, ValueError, IndexError, AttributeError):
+        return time.process_time()
 
 
 def plain(file: IO[str] | None = None, width: int | None = None, record: bool = False) -> Console:
@@ -123,8 +142,8 @@ class Watch:
     now: a clock, s.
     """
 
-    def __init__(self, name: str, terminal: bool, now: float) -> None:
-        self._name, self._terminal = name, terminal
+    def __init__(self, name: str, now: float) -> None:
+        self._name = name
         self._began = self._last = self._said = now
 
     def written(self, now: float) -> None:
@@ -137,13 +156,55 @@ class Watch:
         It states the stage, the seconds so far, and of counted work how much is done and the time
         that the rest takes.
         """
-        interval = SILENCE_S if self._terminal else IN_FILE_S
-        if now - max(self._last, self._said) < interval:
+        if now - max(self._last, self._said) < SILENCE_S:
             return None
         self._said = now
-        work = f", {_works[-1].text(now)}" if _works else ""
-        stage = _stages[-1]() if _stages else "working"
-        return f"{self._name}: {stage}, {now - self._began:.0f} s{work}"
+        head, tail = self._parts(now)
+        return f"{head}, {now - self._began:.0f} s{tail}"
+
+    def told(self, now: float) -> bytes:
+        """Return the line as the process on standby is told it."""
+        return standby.told(max(self._last, self._said), self._began, *self._parts(now))
+
+    def _parts(self, now: float) -> tuple[str, str]:
+        """Return what a line says before and after the seconds so far."""
+        stages, works = list(_stages), list(_works)  # the command may end one meanwhile
+        stage = stages[-1]() if stages else "working"
+        return f"{self._name}: {stage}", f", {works[-1].text(now)}" if works else ""
+
+
+class _Standby:
+    """The process that speaks while a library holds the interpreter; see `standby`."""
+
+    def __init__(self, terminal: bool) -> None:
+        words = (str(SILENCE_S), str(standby.HELD_S), "terminal" if terminal else "file")
+        try:
+            self._process: subprocess.Popen[bytes] | None = subprocess.Popen(
+                [sys.executable, "-I", "-S", standby.__file__, *words],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,
+            )
+        except OSError:
+            self._process = None  # signs of life come when the interpreter is free
+            return
+        assert self._process.stdin is not None
+        os.set_blocking(self._process.stdin.fileno(), False)
+
+    def tell(self, line: bytes) -> None:
+        """Tell the line of now."""
+        if self._process is None or self._process.stdin is None:
+            return
+        # a full pipe, or a process that has ended
+        with contextlib.suppress(OSError):
+            os.write(self._process.stdin.fileno(), line)
+
+    def close(self) -> None:
+        """End the process."""
+        if self._process is None or self._process.stdin is None:
+            return
+        self._process.kill()
+        self._process.wait()
+        self._process.stdin.close()
 
 
 @contextmanager
@@ -157,7 +218,7 @@ def signs_of_life(name: str, serves: bool = False, silent_s: float = 0.0) -> Ite
     """
     stream, lock, ended = sys.stderr, threading.Lock(), threading.Event()
     terminal = stream.isatty()
-    watch = Watch(name, terminal, time.monotonic() - silent_s)
+    watch = Watch(name, time.monotonic() - silent_s)
     shown = False
 
     def clear() -> None:
@@ -168,23 +229,33 @@ def signs_of_life(name: str, serves: bool = False, silent_s: float = 0.0) -> Ite
 
     def watched(write: Callable[[str], int]) -> Callable[[str], int]:
         def wrapped(text: str) -> int:
-            with lock:
-                clear()
-                watch.written(time.monotonic())
-                if serves:
-                    ended.set()
+            if text:
+                with lock:
+                    clear()
+                    watch.written(time.monotonic())
+                    if serves:
+                        ended.set()
             return write(text)
 
         return wrapped
 
     def work() -> None:
         nonlocal shown
+        # a shorter command needs none
+        if ended.wait(_STANDBY_AFTER_S):
+            return
+        other, before = _Standby(terminal), time.monotonic()
         while not ended.wait(_TICK_S):
             with lock:
-                line = watch.due(time.monotonic())
+                now = time.monotonic()
+                # the process on standby may have written in between
+                shown = shown or (terminal and now - before > standby.HELD_S)
+                line, before = watch.due(now), now
                 if line is not None:
                     _raw(f"\r\x1b[K{fitted(line)}" if terminal else f"{line}\n")
                     shown = terminal
+                other.tell(watch.told(now))
+        other.close()
 
     streams: list[Any] = [sys.stdout, sys.stderr]
     for one in streams:

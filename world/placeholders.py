@@ -1,6 +1,7 @@
 """Files that stand in place of data: pointers of version control, web pages, archives."""
 
 import errno
+import os
 import stat
 from pathlib import Path
 
@@ -29,7 +30,9 @@ def read_bounded(path: Path, most: int) -> bytes:
     if what:
         raise OSError(errno.EINVAL, what, str(path))
     with path.open("rb") as file:
-        data = file.read(most + 1)
+        # a read of `most` would reserve that much memory for any file
+        size = os.fstat(file.fileno()).st_size
+        data = file.read(min(size, most) + 1)
     if len(data) > most:
         raise OSError(errno.EFBIG, f"more than {most / 1e6:.0f} MB", str(path))
     return data

@@ -24,7 +24,7 @@ from console.commands import Bench, Train
 from console.run import assembly, machine
 from console.run.directory import RunDirectory, write_json
 from console.run.experiment import PRESETS, Experiment, check, with_learner_threads
-from console.terminal import doing, screen
+from console.terminal import doing, progress, screen
 from console.training.runners import open_runner, style_client
 from discriminator.protocols import StyleScores
 from learner.config import LoopConfig
@@ -127,7 +127,8 @@ def fuzz(command: Bench, _experiment: Experiment, threads: int) -> dict[str, flo
     line."""
     from console.bench.fuzzing import survey as bench_fuzz
 
-    figures, faults = bench_fuzz.survey(command.mutations, threads)
+    with progress("mutations", command.mutations) as note:
+        figures, faults = bench_fuzz.survey(command.mutations, threads, note=note)
     for line in bench_fuzz.shown(faults):
         print(line, file=sys.stderr)
     return figures

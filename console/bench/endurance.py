@@ -14,6 +14,7 @@ from console.run import machine
 from console.run.directory import RunDirectory
 from console.run.experiment import Experiment
 from console.run.metrics import read_metrics
+from console.terminal import INTERRUPTED
 from console.training.command import train
 
 #: Time in which memory may settle, s; a third of a shorter measurement.
@@ -49,9 +50,11 @@ def measure(experiment: Experiment, runner: str, threads: int, seconds: float) -
         )
         watch = Watch(max(0.2, min(5.0, seconds / 60)))
         try:
-            train(command)
+            code = train(command)
         finally:
             samples = watch.stop()
+        if code == INTERRUPTED:
+            raise KeyboardInterrupt  # training has answered it; there is nothing to measure
         lines = read_metrics(run.metrics)
     counts = {"iterations": float(len(lines)), "samples": float(lines[-1]["samples"])}
     return counts | figures(samples, watch.names)

@@ -21,6 +21,30 @@ def test_the_exit_code_is_the_commands() -> None:
     assert done.returncode == 2 and done.stderr.startswith("inhabit: ")
 
 
+#: Runs the command in a process with a module whose teardown is seen.
+ENDING = """
+import atexit, sys
+from console.__main__ import main
+class Loud:
+    def __del__(self):
+        print("torn down")
+kept = Loud()
+code = main()
+atexit.register(print, "registered function")  # as modules do that a command imports
+sys.exit(code)
+"""
+
+
+@pytest.mark.parametrize(("words", "code"), [(["--version"], 0), (["motions", "fly"], 2)])
+def test_the_process_ends_without_the_teardown_of_modules(words: list[str], code: int) -> None:
+    """Functions registered with atexit run, what was printed is written, and the code is kept."""
+    done = subprocess.run(
+        [sys.executable, "-c", ENDING, *words], env=environment(), capture_output=True, text=True
+    )
+    assert done.returncode == code
+    assert "registered function" in done.stdout and "torn down" not in done.stdout
+
+
 #: Prints the heavy packages that a command has imported when its first line can be printed.
 IMPORTED = """
 import importlib, sys

@@ -5,7 +5,11 @@ import itertools
 import os
 import re
 import signal
+import subprocess
 import sys
+import threading
+import time
+from pathlib import Path
 
 import pytest
 from rich.console import Console
@@ -23,6 +27,7 @@ from console.terminal import (
     screen,
     signs_of_life,
 )
+from tests.support.paths import ROOT
 
 
 def test_a_file_is_as_wide_as_it_should_be(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -58,7 +63,7 @@ def test_the_remaining_time_is_that_of_the_work_done() -> None:
 
 
 def test_progress_is_told_while_it_lasts() -> None:
-    watch = Watch("inhabit evaluate", False, 0.0)
+    watch = Watch("inhabit evaluate", 0.0)
     with progress("trials", 4) as update:
         update(1)
         assert "inhabit evaluate: working, 2 s, trials 1 of 4, to go" in str(watch.due(2.0))
@@ -71,16 +76,29 @@ def said_at(watch: Watch, seconds: int) -> list[int]:
 
 
 def test_a_silent_command_speaks_within_two_seconds() -> None:
-    """Each second on a terminal, where the line is replaced; within 2 s in a pipe, however long."""
-    for terminal_, seconds in ((True, 10), (False, 400)):
-        times = said_at(Watch("x", terminal_, 0.0), seconds)
-        assert times[0] < 20
-        gaps = [b - a for a, b in itertools.pairwise(times)]
-        assert min(gaps) >= 10 and max(gaps) < 20
+    """Each second, however long; a thread that waits as long for its turn still keeps the 2 s."""
+    times = said_at(Watch("x", 0.0), 400)
+    assert times[0] == 10 and {b - a for a, b in itertools.pairwise(times)} == {10}
+
+
+def test_the_age_of_the_process_counts_from_its_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the clock of the process that starts it."""
+    code = "import time; from console.terminal import age_s; print(age_s(), time.monotonic())"
+    before = time.monotonic()
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, cwd=ROOT
+    ) as process:
+        after = time.monotonic()
+        told, _ = process.communicate()
+    age, now = (float(word) for word in told.split())
+    tick = 1 / os.sysconf("SC_CLK_TCK")
+    assert now - after - tick <= age <= now - before + tick
+    monkeypatch.setattr(terminal, "_STAT", Path("/nowhere"))
+    assert terminal.age_s() == pytest.approx(time.process_time(), abs=1.0)
 
 
 def test_it_says_what_it_does() -> None:
-    watch = Watch("inhabit train", False, 0.0)
+    watch = Watch("inhabit train", 0.0)
     steps = iter(["iteration 1", "iteration 2"])
     with doing("starting"):
         assert watch.due(2.0) == "inhabit train: starting, 2 s"
@@ -92,7 +110,7 @@ def test_it_says_what_it_does() -> None:
 
 
 def test_output_of_its_own_is_a_sign_of_life() -> None:
-    watch = Watch("x", True, 0.0)
+    watch = Watch("x", 0.0)
     watch.written(1.5)
     assert watch.due(2.4) is None and watch.due(2.6) == "x: working, 3 s"
 
@@ -103,6 +121,30 @@ def test_streams_are_as_before(capsys: pytest.CaptureFixture[str]) -> None:
         assert sys.stdout.write != before
         print("words")
     assert sys.stdout.write == before and capsys.readouterr().out == "words\n"
+
+
+def test_a_service_speaks_until_it_has_written_something(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """An empty text, as libraries write, is no output."""
+    due, said = iter(["first", "second"]), threading.Event()
+
+    def line(_watch: Watch, _now: float) -> str | None:
+        following = next(due, None)
+        if following is None:
+            said.set()
+        return following
+
+    monkeypatch.setattr(Watch, "due", line)
+    with signs_of_life("x", serves=True):
+        sys.stderr.write("")
+        assert said.wait(60)
+        print("ready")
+        threads = [t for t in threading.enumerate() if t.name == "signs of life"]
+        for thread in threads:
+            thread.join(60)
+        assert not any(thread.is_alive() for thread in threads)
+    assert capfd.readouterr().err == "first\nsecond\n"
 
 
 def test_the_first_interrupt_is_answered(

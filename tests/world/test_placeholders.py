@@ -1,6 +1,7 @@
 """What stands in place of data is called by its name."""
 
 import os
+import tracemalloc
 from pathlib import Path
 
 import pytest
@@ -69,3 +70,14 @@ def test_content_is_bounded_and_a_files(tmp_path: Path) -> None:
     ):
         with pytest.raises(OSError, match=said):
             read_bounded(tmp_path / name, most)
+
+
+def test_a_short_file_takes_little_memory_whatever_the_limit(tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_bytes(b"12345")
+    tracemalloc.start()
+    try:
+        assert read_bounded(tmp_path / "a.json", 1 << 31) == b"12345"
+        _, peak_bytes = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert peak_bytes < 1 << 20

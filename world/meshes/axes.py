@@ -52,6 +52,7 @@ def resolved(source: Source, frame: Frame, force: bool = False) -> tuple[Frame, 
         if (found := _score(source, frame, axis, most)) is not None:
             better, most = axis, found
     if better != up:
+        _require_unit(source, frame, better)
         # upside down alone is too much like upright to be refused, but may be nearer than a side
         if usual == "+z" and _score(source, frame, "-z", most) is not None:
             better = "-z"
@@ -64,6 +65,23 @@ def resolved(source: Source, frame: Frame, force: bool = False) -> tuple[Frame, 
     return replace(frame, up=up), (
         f"taken with {up[1]} up, as it stands so; --up {usual} and --up {up} state it",
     )
+
+
+def _require_unit(source: Source, frame: Frame, up: Axis) -> None:
+    """Raise PieceError where another unit explains an odd size that no axis makes ordinary."""
+    if frame.unit is not None or frame.height_m is not None:
+        return
+    triangles = _turned(source, replace(frame, up=up))
+    if triangles is None or hints.unlikeness(triangles) < hints.ODD:
+        return
+    flags = hints.flags(source, frame, within=hints.ORDINARY)
+    if "--unit" in flags:
+        usual = source.triangles() @ frames.turn(source.suffix, frame).T
+        size = " x ".join(f"{x:.2f}" for x in np.ptp(usual.reshape(-1, 3), axis=0))
+        raise PieceError(
+            f"{source.name}: {size} m (x, y, z) is odd, and with {flags} it is ordinary furniture;"
+            " give that, or --force to keep it"
+        )
 
 
 def _score(source: Source, frame: Frame, up: Axis, above: float) -> float | None:

@@ -13,7 +13,7 @@ from world.furniture.affordance.relief import Relief, relief, sheltered
 from world.furniture.affordance.seats import Zone, zone_heights
 from world.furniture.piece import Hull, Lying, Piece, SeatTarget
 from world.meshes import axes, decompose, hints, resting
-from world.meshes.classes import CLASSES, DENSITY_KG_M3, category_of, shape_of
+from world.meshes.classes import CLASSES, DENSITY_KG_M3, LEAST_KG, category_of, shape_of
 from world.meshes.frame import Frame
 from world.meshes.source import Source
 from world.meshes.upright import placed
@@ -111,8 +111,8 @@ def build(source: Source, options: ImportOptions) -> Built:
         piece, error = min(cuts, key=lambda cut: (_faults(*cut), abs(cut[1] or 0.0)))
     if not options.force:
         piece = resting.required(piece)
-    density = DENSITY_KG_M3[piece.category]
-    mass, centre, inertia = decompose.mass_properties(piece.hulls, density)
+    density, least_kg = DENSITY_KG_M3[piece.category], LEAST_KG[piece.category]
+    mass, centre, inertia = decompose.mass_properties(piece.hulls, density, least_kg)
     said = [*turned, *notes, *found.notes]
     if error is not None and abs(error) > COARSE_M:
         where = "above" if error > 0.0 else "below"

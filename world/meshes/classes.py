@@ -90,6 +90,17 @@ DENSITY_KG_M3 = {
 """Mean density of the hulls by class, ours: ordinary pieces then have the mass of the package's
 own; upholstery and frames are mostly air."""
 
+LEAST_KG = {
+    "chair": 4.0,
+    "armchair": 9.0,
+    "low-stool": 3.0,
+    "high-stool": 4.0,
+    "sofa": 30.0,
+    "bed": 35.0,
+    "table": 8.0,
+}
+"""Least mass by class, about that of the package's own: a bare frame is of no foam."""
+
 
 @dataclass(frozen=True)
 class Shape:

@@ -120,8 +120,11 @@ def vector(array: Points) -> Vector:
     return x, y, z
 
 
-def mass_properties(hulls: tuple[Hull, ...], density_kg_m3: float) -> tuple[float, Points, Points]:
-    """Mass in kg, centre of mass [3] m and inertia about it [3, 3] kg m² of uniform hulls.
+def mass_properties(
+    hulls: tuple[Hull, ...], density_kg_m3: float, least_kg: float = 0.0
+) -> tuple[float, Points, Points]:
+    """Mass in kg, centre of mass [3] m and inertia about it [3, 3] kg m² of uniform hulls, which
+    are denser where their mass would be below `least_kg`.
 
     Overlaps count twice. By the covariance of each hull's tetrahedra (Blow and Binstock 2004).
     """
@@ -133,6 +136,7 @@ def mass_properties(hulls: tuple[Hull, ...], density_kg_m3: float) -> tuple[floa
         mass += float(volume.sum())
         first += (volume[:, None] * corners.mean(axis=1) * 0.75).sum(axis=0)
         second += np.einsum("n,nki,kl,nlj->ij", 6.0 * volume, corners, canonical, corners)
+    density_kg_m3 = max(density_kg_m3, least_kg / mass)
     mass *= density_kg_m3
     centre = density_kg_m3 * first / mass
     covariance = density_kg_m3 * second - mass * np.outer(centre, centre)

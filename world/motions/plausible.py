@@ -42,8 +42,9 @@ _WALK_HZ, _MOST_HZ = 2.9, 5.2
 #: Nor more slowly than this with steps of this length, Hz, m.
 _LEAST_HZ, _LONG_M = 0.8, 0.4
 #: Travel over the length of the steps: walkers do not fly, runners do.
-_WALKS, _TRAVEL, _ON_THE_SPOT = 1.3, 3.0, 0.2
-_SPOT_STEPS = 6
+_WALKS, _TRAVEL = 1.3, 3.0
+#: Walks on the spot: at less of the steps' speed than the first over as many steps as the second.
+_ON_THE_SPOT = ((0.2, 6), (0.05, 3))
 #: Least step length of a walk whose travel is judged, m.
 _STRIDES_M = 0.25
 #: Greatest sustained speed of the pelvis, and of hands and feet relative to it, m/s.
@@ -203,8 +204,8 @@ def _gait(walk: Walk, source_fps: float) -> str:
         if factor > 2 * _TRAVEL:
             return f"{said}: is its travel in {unit}? (--unit {unit})"
         return f"{said}: the travel does not fit the steps"
-    still = walk.speed_m_s < _ON_THE_SPOT * walk.hz * walk.step_m
-    if far and still and walk.steps >= _SPOT_STEPS:
+    travelled = walk.speed_m_s / (walk.hz * walk.step_m)
+    if far and any(travelled < least and walk.steps >= steps for least, steps in _ON_THE_SPOT):
         return f"{said}: it walks on the spot; is the travel of the root lost, or in another unit?"
     factor = walk.rate_factor
     sure = walk.steps >= _SURE_STEPS

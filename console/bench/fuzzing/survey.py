@@ -38,9 +38,12 @@ def survey(
     workers: int,
     formats: tuple[str, ...] = (),
     first: int = 0,
-    note: Callable[[str], None] = lambda line: None,
+    note: Callable[[float], None] = lambda done: None,
 ) -> tuple[dict[str, float], list[str]]:
-    """Return the counts of `measure`, and a line on every fault: format, seed, error."""
+    """Return the counts of `measure`, and a line on every fault: format, seed, error.
+
+    note: called with the mutations so far.
+    """
     names = formats or names_of()
     each = -(-mutations // len(names))
     work = [
@@ -66,7 +69,7 @@ def survey(
             else:
                 _count(total, name, result.value["counts"])
                 faults += result.value["faults"]
-            note(f"{total['mutations']} of {each * len(names)}")
+            note(total["mutations"])
         work = again
     kinds = ("mutations", "reads", "refusals", "exceptions", "crashes")
     figures = {kind: float(total[kind]) for kind in kinds}

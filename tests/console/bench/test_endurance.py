@@ -4,7 +4,10 @@ import os
 
 import pytest
 
+from console.bench import endurance
 from console.bench.endurance import Sample, Watch, figures
+from console.run.experiment import PRESETS
+from console.terminal import INTERRUPTED
 
 
 def test_growth_is_between_the_medians_of_two_tenths() -> None:
@@ -35,3 +38,10 @@ def test_a_watch_sees_this_process() -> None:
     samples = watch.stop()
     assert samples[0].resident_mb[os.getpid()] > 10.0
     assert watch.names[os.getpid()].endswith("_0")
+
+
+def test_an_interrupted_training_is_no_measurement(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Training answers Ctrl-C itself and returns; it may have no iteration to measure by then."""
+    monkeypatch.setattr(endurance, "train", lambda _command: INTERRUPTED)
+    with pytest.raises(KeyboardInterrupt):
+        endurance.measure(PRESETS["fast"], "local", 1, 1.0)

@@ -96,6 +96,18 @@ def test_a_piece_on_its_back_is_refused_with_its_axis(name: str) -> None:
     assert axes.resolved(lying, Frame(), force=True)[0] == Frame()
 
 
+def test_another_unit_is_named_before_another_axis() -> None:
+    """A chair in feet, read as metres, is too high for furniture where it stands upright."""
+    chair_m = boxes(
+        (-0.22, 0.22, -0.22, 0.22, 0.41, 0.45), (-0.22, -0.18, -0.22, 0.22, 0.45, 0.9),
+        *legs(0.2, 0.2, 0.41, 0.04),
+    )  # fmt: skip
+    found = source(chair_m / 0.3048)
+    with pytest.raises(PieceError, match=r"is odd, and with --unit ft it is ordinary furniture"):
+        axes.resolved(found, Frame())
+    assert axes.resolved(found, Frame(unit="ft")) == (Frame(unit="ft"), ())
+
+
 def test_an_upside_down_chair_is_named_as_such() -> None:
     with pytest.raises(PieceError, match="stands with --up -z; give"):
         axes.resolved(source(CHAIR * [1.0, -1.0, -1.0]), Frame())

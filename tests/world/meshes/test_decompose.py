@@ -23,6 +23,10 @@ def test_a_box_by_hand_has_its_mass_and_inertia() -> None:
     assert np.allclose(centre, (0.2, 0.3, 0.5))
     expected = 24.0 / 12 * np.array([y * y + z * z, x * x + z * z, x * x + y * y])
     assert np.allclose(inertia, np.diag(expected))
+    assert decompose.mass_properties((hull,), 100.0, 20.0)[0] == mass
+    heavier, centre, inertia = decompose.mass_properties((hull,), 100.0, 48.0)
+    assert heavier == pytest.approx(48.0) and np.allclose(centre, (0.2, 0.3, 0.5))
+    assert np.allclose(inertia, 2 * np.diag(expected))
     box = decompose.around(hull)
     assert np.allclose(sorted(box.half_m), (0.2, 0.3, 0.5))
 

@@ -99,6 +99,13 @@ def test_a_travel_that_does_not_fit_the_steps(travel: float, said: str) -> None:
     assert said in plausible.judged(pendulum(1.8, 0.6, travel), FPS, FPS)
 
 
+def test_a_short_walk_without_any_travel_is_on_the_spot() -> None:
+    """Four steps suffice where the hips stay; a person who turns or sways moves them."""
+    still = plausible.judged(pendulum(1.8, 0.6, 0.01, seconds=3.0), FPS, FPS)
+    assert "it walks on the spot" in still
+    assert plausible.judged(pendulum(1.8, 0.6, 0.15, seconds=3.0), FPS, FPS) == ""
+
+
 def test_joints_of_another_part_are_told_by_their_lengths() -> None:
     right = pendulum(1.8, 0.6)
     for role, of, said in (
