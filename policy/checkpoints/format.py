@@ -16,7 +16,7 @@ from torch import Tensor
 
 from policy.errors import CheckpointError, LayoutError
 from world.partial_files import replacing_folder
-from world.placeholders import read_bounded
+from world.placeholders import pointer, read_bounded
 from world.refusals import refusing
 
 FORMAT = 2
@@ -177,6 +177,8 @@ def _read(path: Path, sections: Sequence[str], layout: Layout | None) -> Checkpo
             raise CheckpointError(f"{path} has no {file.name}; it holds {held}")
         try:
             if _digest(file) != raw["files"][file.name]["sha256"]:
+                if what := pointer(file):
+                    raise CheckpointError(f"{file}: {what}")
                 raise CheckpointError(
                     f"{file} is damaged: not the bytes that were written; use an older checkpoint"
                 )

@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from world.placeholders import placeholder, read_bounded
+from world.errors import ClipError
+from world.motions import npz
+from world.placeholders import placeholder, pointer, read_bounded
 
 LFS = b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 12345\n"
 
@@ -54,6 +56,23 @@ def test_what_is_no_file_is_not_opened(tmp_path: Path) -> None:
     assert placeholder(tmp_path) == "a folder, not a file"
     with pytest.raises(FileNotFoundError):
         placeholder(tmp_path / "absent.npz")
+
+
+@pytest.mark.parametrize("content", [LFS, b"<html>Sign in</html>"])
+def test_bounded_reads_and_archives_name_what_lies_in_place_of_data(
+    tmp_path: Path, content: bytes
+) -> None:
+    """So do all readers of recordings, pieces, manifests, configurations, clips and caches."""
+    path = tmp_path / "a.npz"
+    path.write_bytes(content)
+    with pytest.raises(OSError, match=r"not the data"):
+        read_bounded(path, 1000)
+    with pytest.raises(ClipError, match=r"a\.npz: a .*, not the data"), npz.opened(path):
+        pass
+    assert "not the data" in (pointer(path) or "")
+    path.write_bytes(b"PK\x03\x04")
+    assert pointer(path) is None and read_bounded(path, 1000) == b"PK\x03\x04"
+    assert pointer(tmp_path) is None and pointer(tmp_path / "absent") is None
 
 
 def test_content_is_bounded_and_a_files(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from typing import BinaryIO
 import numpy as np
 
 from world.errors import ClipError
+from world.placeholders import pointer
 
 MAX_ARRAY_BYTES = 1 << 28
 """Greatest size of an unpacked array."""
@@ -101,6 +102,8 @@ def array_of(file: BinaryIO, size: int, name: str) -> np.ndarray:
 @contextmanager
 def opened(path: Path) -> Iterator[Arrays]:
     """Context with the arrays of a `.npz` file. A damaged file raises exceptions of zipfile and
-    numpy, one that is out of bounds ClipError."""
+    numpy, one that is out of bounds and a pointer in its place ClipError."""
+    if what := pointer(path):
+        raise ClipError(f"{path}: {what}")
     with zipfile.ZipFile(path) as archive:
         yield Arrays(archive, path)

@@ -54,6 +54,15 @@ def test_damage_is_found_and_named(tmp_path, name, damage):
     assert "\n" not in str(caught.value)
 
 
+def test_a_pointer_in_place_of_weights_is_called_that(tmp_path):
+    """As a clone without Git LFS has it."""
+    path = write(tmp_path / "1", state(), MANIFEST)
+    pointer = b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 12345\n"
+    (path / "policy.safetensors").write_bytes(pointer)
+    with pytest.raises(CheckpointError, match=r"policy\.safetensors: a Git LFS pointer"):
+        read(path)
+
+
 def test_damaged_manifest(tmp_path):
     path = write(tmp_path / "1", state(), MANIFEST)
     text = (path / "manifest.json").read_text()

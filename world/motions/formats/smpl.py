@@ -39,6 +39,8 @@ _OFFSET_MM = {
 }
 #: Position of the root joint before the translation, m.
 ROOT_M = np.array([-0.002, -0.241, 0.029])
+#: Greatest difference of the rows of poses and translations.
+_ROWS_FEW = 3
 APPROXIMATED = (
     "joints of the mean SMPL body (1.7 m): the person's own shape (betas, gender) is left out",
 )
@@ -55,9 +57,17 @@ def offsets() -> np.ndarray:
 
 
 def recording(path: Path, fps: float, translation: np.ndarray, poses: np.ndarray) -> Recording:
-    """A recording of translations [T, 3] m and rotation vectors [T, 66 or more] rad, body first."""
+    """A recording of translations [T, 3] m and rotation vectors [T, 66 or more] rad, body first.
+
+    Where one of them has a few rows more, the rows that both have are read, which is remarked.
+    """
+    remarks = APPROXIMATED
     if poses.ndim == 3 and poses.shape[2] == 3:
         poses = poses.reshape(len(poses), -1)
+    if poses.ndim == translation.ndim == 2 and 0 < abs(len(poses) - len(translation)) <= _ROWS_FEW:
+        both = min(len(poses), len(translation))
+        remarks += (f"{both} frames of {len(poses)} poses and {len(translation)} translations",)
+        poses, translation = poses[:both], translation[:both]
     if poses.ndim != 2 or poses.shape[1] < 66 or translation.shape != (len(poses), 3):
         raise ClipError(
             f"{path}: poses are {list(poses.shape)} and translations {list(translation.shape)};"
@@ -81,5 +91,5 @@ def recording(path: Path, fps: float, translation: np.ndarray, poses: np.ndarray
         unit_m=1.0,
         bones_known=True,
         likely_up="z",
-        approximated=APPROXIMATED,
+        approximated=remarks,
     )

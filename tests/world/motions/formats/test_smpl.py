@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from world.motions.formats import registry
+from world.errors import ClipError
+from world.motions.formats import registry, smpl
 
 
 def amass(path: Path, **fields: Any) -> Path:
@@ -48,3 +49,14 @@ def test_smpl_poses_by_hand(tmp_path: Path) -> None:
     }
     pickled.write_bytes(pickle.dumps(fields, protocol=2))
     np.testing.assert_array_equal(registry.read(pickled).position, read.position)
+
+
+@pytest.mark.parametrize(("poses", "translations"), [(9, 8), (8, 10)])
+def test_a_few_rows_more_of_either_are_left_out(poses: int, translations: int) -> None:
+    travel = np.zeros((translations, 3))
+    travel[:, 0] = np.arange(translations)
+    found = smpl.recording(Path("a.npz"), 30.0, travel, np.zeros((poses, 66)))
+    assert found.frames == 8 and np.ptp(found.position[:, 0, 0]) == pytest.approx(7.0)
+    assert found.remarks[-1] == f"8 frames of {poses} poses and {translations} translations"
+    with pytest.raises(ClipError, match=r"expected \[T, 66 or more\]"):
+        smpl.recording(Path("a.npz"), 30.0, np.zeros((translations + 4, 3)), np.zeros((8, 66)))
