@@ -191,6 +191,9 @@ def test_standalone_style_service(begun: Path) -> None:
             process.send_signal(signal.SIGTERM)
             rest, errors = process.communicate(timeout=30)
             assert process.returncode == 0 and not rest
-            assert errors == "stopping: calls in progress have 10 s to end\n"
+            # signs of life may come before, on a busy machine
+            *before, last = errors.splitlines()
+            assert last == "stopping: calls in progress have 10 s to end"
+            assert all(line.startswith("inhabit style: ") for line in before), errors
         finally:
             process.kill()

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from console.__main__ import main
+from console.app import main
 from console.motions import play
 from tests.support.console.clip_pages import data_of
 from world.errors import ClipError, ConfigError
