@@ -62,6 +62,16 @@ def heading(q: Tensor) -> Tensor:
     return torch.stack((cos, sin), dim=-1)
 
 
+def cos_sin(angle: Tensor) -> Tensor:
+    """[..., 2]: cosines and sines of angles [...], rad."""
+    return torch.stack((angle.cos(), angle.sin()), dim=-1)
+
+
+def yaw(cos_sin: Tensor) -> Tensor:
+    """[...]: angles of cosines and sines [..., 2], rad."""
+    return torch.atan2(cos_sin[..., 1], cos_sin[..., 0])
+
+
 def from_heading(cos_sin: Tensor) -> Tensor:
     """Rotations [..., 4] about z by the angle of the given cosine and sine [..., 2], by half-angle
     formulas, exact without trigonometry."""

@@ -56,3 +56,11 @@ def test_turn_and_back() -> None:
     v = torch.tensor([[1.0, 0.0, 5.0]])
     assert rotations.turn(cs, v)[0].tolist() == [0.6000000238418579, 0.800000011920929, 5.0]
     torch.testing.assert_close(rotations.turn_back(cs, rotations.turn(cs, v)), v)
+
+
+def test_angles_and_their_cosines_and_sines() -> None:
+    angle = torch.tensor([[0.0, 0.5], [-3.0, 2.5]], dtype=torch.float64)
+    found = rotations.cos_sin(angle)
+    expected = np.stack((np.cos(angle.numpy()), np.sin(angle.numpy())), axis=-1)
+    np.testing.assert_allclose(found.numpy(), expected)
+    torch.testing.assert_close(rotations.yaw(found), angle)

@@ -192,7 +192,7 @@ def launch(how: Throwing, u: Tensor, body: Body, scene: Tensor) -> tuple[Tensor,
     root, angle = body.root[scene], 2 * torch.pi * u[:, 0]
     distance = how.distance_m[0] + (how.distance_m[1] - how.distance_m[0]) * u[:, 1]
     height = how.height_m[0] + (how.height_m[1] - how.height_m[0]) * u[:, 2]
-    xy = root[:, :2] + distance[:, None] * _unit(angle)
+    xy = root[:, :2] + distance[:, None] * rotations.cos_sin(angle)
     position = torch.cat((xy, height[:, None]), dim=1)
     which = (u[:, 3] * body.position.shape[1]).long().clamp_max(body.position.shape[1] - 1)
     aim = body.position[scene, which] - position
@@ -256,7 +256,7 @@ class Mover:
         begin = (self.elapsed_s < 0) & (away.norm(dim=1) <= self._near_m)
         if begin.any():
             away = away / away.norm(dim=1, keepdim=True).clamp_min(1e-6)
-            self._direction[begin] = rotations.turn(_unit(self._sideways), away)[begin]
+            self._direction[begin] = rotations.turn(rotations.cos_sin(self._sideways), away)[begin]
         moving = begin | (self.elapsed_s >= 0) & (self.elapsed_s < self._how.seconds)
         if not moving.any():
             return None
@@ -265,10 +265,6 @@ class Mover:
         part = (self.elapsed_s / self._how.seconds).clamp(0.0, 1.0)
         part = part.square() * (3 - 2 * part)
         point = self._point + (part * self._shift_m)[:, None] * self._direction
-        facing = rotations.turn(_unit(part * self._turn), self._facing)
+        facing = rotations.turn(rotations.cos_sin(part * self._turn), self._facing)
         ids = torch.nonzero(moving).flatten()
         return ids, point[ids], facing[ids]
-
-
-def _unit(angle: Tensor) -> Tensor:
-    return torch.stack((angle.cos(), angle.sin()), dim=1)

@@ -18,7 +18,7 @@ from torch import Tensor
 from world import rotations, tasks
 from world.character import features
 from world.character.features import Body
-from world.character.model import BODIES
+from world.character.model import BODIES, NU
 from world.errors import ClipError
 from world.motions.clip import Clip
 from world.motions.objects import BoxTrack
@@ -83,6 +83,8 @@ class _Variants:
     """V variants of one kind of handling."""
 
     reference: Reference
+    keys: Tensor
+    """[F, K, 3]: positions of the key bodies, the pelvis first, m."""
     low: Tensor
     """[V] int64: the first frame that is followed."""
     high: Tensor
@@ -143,30 +145,31 @@ class AlignedTracker:
         """Teacher actions [n, 28] float32, in the student's units; NaN on the way with the box."""
         assert target.box is not None
         body, box = scenes.body(), target.box
-        found = torch.full((len(box.half), 28), torch.nan)
-        free = ~((box.position - box.start).norm(dim=1) > TAKEN_M)
-        if self._walker is not None:
+        taken = (box.position - box.start).norm(dim=1) > TAKEN_M
+        if self._walker is None:
+            found = torch.full((len(taken), NU), torch.nan)
+            stands = body.root_velocity[:, :2].norm(dim=1) < _SLOW_M_S
+        else:
             found = self._walker.label(scenes, target, variant, clock)
-            free &= found.isnan().any(dim=1)
-        self._begin(body, box, free)
+            stands = found.isnan().any(dim=1)
+        self._begin(body, box, stands & ~taken, taken)
         for stage, variants in ((_PICKING, self._pick), (_PUTTING, self._put)):
             rows = torch.nonzero(self._stage == stage).flatten()
             if variants is not None and len(rows):
                 found[rows] = self._follow(scenes, rows, variants, box, self._mass[variant[rows]])
         return found
 
-    def _begin(self, body: Body, box: BoxState, free: Tensor) -> None:
-        """Choose variants for scenes that stand before a box, or come to its target."""
-        slow = body.root_velocity[:, :2].norm(dim=1) < _SLOW_M_S
-        ready = free & (self._stage == _FREE) & (slow if self._walker is None else True)
-        rows = torch.nonzero(ready).flatten()
+    def _begin(self, body: Body, box: BoxState, stands: Tensor, taken: Tensor) -> None:
+        """Choose variants for scenes whose character `stands` [n] before a box, or comes to the
+        target with one that is `taken` [n]."""
+        free = self._stage == _FREE
+        rows = torch.nonzero(free & stands).flatten()
         if len(rows):
             self._choose_pick(rows, body, box)
         if self._put is None:
             return
         near = (box.position - box.target)[:, :2].norm(dim=1) < _PUTS_M
-        held = grips(body, box) & ((box.position - box.start).norm(dim=1) > TAKEN_M)
-        rows = torch.nonzero(held & near & (self._stage == _FREE)).flatten()
+        rows = torch.nonzero(free & taken & near & grips(body, box)).flatten()
         if len(rows):
             self._choose_put(rows, body, box, self._put)
 
@@ -176,12 +179,12 @@ class AlignedTracker:
         assert variants is not None
         half, stand = box.half[rows], box.start[rows, 2] - box.half[rows, 2]
         here = body.root[rows, :2] - box.start[rows, :2]
-        yaw = _yaw(box.rotation[rows])
-        first = variants.reference.position[variants.low, 0, :2] - variants.anchor[:, :2]
-        place = rotations.turn_back(_unit(variants.anchor[:, 3]), first)
+        yaw = rotations.yaw(rotations.heading(box.rotation[rows]))
+        first = variants.keys[variants.low, 0, :2] - variants.anchor[:, :2]
+        place = rotations.turn_back(rotations.cos_sin(variants.anchor[:, 3]), first)
         costs = []
         for turn in range(4):
-            local = rotations.turn_back(_unit(yaw + turn * _QUARTER), here)
+            local = rotations.turn_back(rotations.cos_sin(yaw + turn * _QUARTER), here)
             off = (local[:, None] - place).norm(dim=2)
             costs.append(torch.where(off < _BEGINS_M, off, torch.inf))
         cost = torch.stack(costs, dim=1)
@@ -199,15 +202,13 @@ class AlignedTracker:
         clip's person faces where it does."""
         half, stand = box.half[rows], box.target[rows, 2] - box.half[rows, 2]
         heading = body.heading[rows]
-        off = _yaw(box.rotation[rows]) - torch.atan2(heading[:, 1], heading[:, 0])
+        off = rotations.yaw(rotations.heading(box.rotation[rows])) - rotations.yaw(heading)
         turns = (-torch.round(off / _QUARTER)).long() % 4
         cost = torch.stack([_misfit(half, stand, variants, t) for t in range(4)], dim=1)
         number = cost[torch.arange(len(rows)), turns].argmin(dim=1)
         theirs = variants.facing[number]
         self._stage[rows], self._variant[rows], self._turns[rows] = _PUTTING, number, turns
-        self._yaw[rows] = torch.atan2(heading[:, 1], heading[:, 0]) - torch.atan2(
-            theirs[:, 1], theirs[:, 0]
-        )
+        self._yaw[rows] = rotations.yaw(heading) - rotations.yaw(theirs)
         self._frame[rows] = -1
 
     def _follow(
@@ -215,7 +216,7 @@ class AlignedTracker:
     ) -> Tensor:
         """Labels [m, 28] of the scenes `rows`, and their next frames."""
         known, number = variants.reference, self._variant[rows]
-        turns, back = self._turns[rows], _unit(-self._yaw[rows])
+        turns, back = self._turns[rows], rotations.cos_sin(-self._yaw[rows])
         box = box.rows(rows)
         body, seen = _seen(scenes, rows, box, back, turns)
         anchor = seen.start if variants is self._pick else seen.target
@@ -224,9 +225,8 @@ class AlignedTracker:
         )
         frames = variants.low[number, None] + torch.arange(_BEFORE + _AFTER + 1)
         frames = torch.minimum(frames, variants.high[number, None])
-        away = (body.position[:, _KEYS] - origin[:, None])[:, None] - known.position[frames][
-            :, :, _KEYS
-        ]
+        here = body.position[:, _KEYS] - origin[:, None]
+        away = here[:, None] - variants.keys[frames]
         moved = (seen.position - origin)[:, None] - known.box[frames, :3]
         distance = (away.square().sum(dim=3) * _WEIGHT).sum(dim=2)
         distance = distance + _BOX_WEIGHT * moved.square().sum(dim=2)
@@ -279,7 +279,7 @@ def _seen(
     def turned(value: Tensor) -> Tensor:
         return torch.cat((rotations.turn(back, value[:, :2]), value[:, 2:]), dim=1)
 
-    own = rotations.from_heading(_unit(turns * _QUARTER))
+    own = rotations.from_heading(rotations.cos_sin(turns * _QUARTER))
     seen = replace(
         box,
         position=turned(box.position),
@@ -334,7 +334,8 @@ def _variants(
     anchor, facing = known.picked if picks else known.put, known.heading[known.first + at]
     low, high = known.first + low, torch.minimum(known.first + high, known.stop - 1)
     low = _moving(known, low, known.first + at)
-    return _Variants(known, low, high, anchor, facing, 0.5 * known.size, stand.float())
+    keys = known.position[:, _KEYS]
+    return _Variants(known, keys, low, high, anchor, facing, 0.5 * known.size, stand.float())
 
 
 def _moving(known: Reference, low: Tensor, at: Tensor) -> Tensor:
@@ -387,14 +388,3 @@ def _steps(stands_m: tuple[float, float]) -> list[float]:
     low, high = stands_m
     count = max(1, round((high - low) / _STANDS_M)) + 1
     return [float(height) for height in np.linspace(low, high, count)]
-
-
-def _yaw(rotation: Tensor) -> Tensor:
-    """[n]: yaw of rotations [n, 4], rad."""
-    heading = rotations.heading(rotation)
-    return torch.atan2(heading[:, 1], heading[:, 0])
-
-
-def _unit(angle: Tensor) -> Tensor:
-    """[n, 2]: cosines and sines of angles [n], rad."""
-    return torch.stack((angle.cos(), angle.sin()), dim=1)

@@ -84,12 +84,14 @@ class TrackSampler:
         free &= hands.amin(dim=1) > 0.5 * size + _CLEAR_M
         moved = torch.where(free, self._displaced_m * u[:, 0].sqrt(), 0.0)
         back = -to_box / to_box.norm(dim=1, keepdim=True).clamp_min(1e-6)
-        step = moved[:, None] * rotations.turn(back, _unit(_ASIDE_RAD * (2.0 * u[:, 1] - 1.0)))
+        step = moved[:, None] * rotations.turn(
+            back, rotations.cos_sin(_ASIDE_RAD * (2.0 * u[:, 1] - 1.0))
+        )
         turn = moved * (2.0 * u[:, 2] - 1.0)
         qpos, qvel = states.qpos.clone(), states.qvel.clone()
         # the origin is below the reference: the scene is where it was
         qpos[:, :2] += step
-        about = _unit(turn)
+        about = rotations.cos_sin(turn)
         qpos[:, 3:7] = rotations.multiply(rotations.from_heading(about), qpos[:, 3:7])
         qvel[:, :2] = rotations.turn(about, qvel[:, :2])
         return replace(states, qpos=qpos, qvel=qvel)
@@ -194,8 +196,3 @@ def _aims(reference: Reference) -> Tensor:
     )
     onwards = reference.box[last, :3] + _ONWARDS_M * ahead
     return torch.where(reference.has_put[:, None], reference.put[:, :3], onwards)
-
-
-def _unit(angle: Tensor) -> Tensor:
-    """[n, 2]: cosines and sines of angles [n], rad."""
-    return torch.stack((angle.cos(), angle.sin()), dim=1)

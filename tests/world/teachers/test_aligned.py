@@ -62,7 +62,7 @@ def lay(one: AlignedTracker, shard: Shard, at: int, quarter: int) -> tuple[Tenso
     frame = known.low[number] + at
     box_yaw = torch.linspace(-2.0, 2.0, N) + quarter * np.pi / 2
     turn = torch.linspace(-2.0, 2.0, N) - known.anchor[number, 3]
-    unit = torch.stack((turn.cos(), turn.sin()), dim=1)
+    unit = rotations.cos_sin(turn)
     qpos, qvel = known.reference.qpos[frame].clone(), known.reference.qvel[frame].clone()
     off = rotations.turn(unit, qpos[:, :2] - known.anchor[number, :2])
     qpos[:, :2] = target.box.start[:, :2] + off
@@ -70,7 +70,7 @@ def lay(one: AlignedTracker, shard: Shard, at: int, quarter: int) -> tuple[Tenso
     qvel[:, :2] = rotations.turn(unit, qvel[:, :2])
     shard._scenes._qpos.copy_(qpos.double())
     shard._scenes._qvel.copy_(qvel.double())
-    facing = torch.stack((box_yaw.cos(), box_yaw.sin()), dim=1)
+    facing = rotations.cos_sin(box_yaw)
     pose = torch.cat((target.box.start, rotations.from_heading(facing)), dim=1)
     shard._scenes.set_free(torch.arange(N), 0, pose, torch.zeros(N, 6))
     return number, frame
@@ -128,6 +128,48 @@ def test_nothing_is_labelled_away_from_the_box_and_once_it_is_taken(clip: Clip) 
     pose[:, 2] += 0.2
     shard._scenes.set_free(torch.arange(N), 0, pose, torch.zeros(N, 6))
     assert one.label(shard._scenes, shard._target(), shard._variant, 0).isnan().all()
+
+
+def test_a_box_at_its_target_is_put_down_as_in_the_clip(clip: Clip) -> None:
+    """Someone who holds a box over its target, facing anywhere: the label is the variant's own."""
+    one, shard = teacher(clip), made(clip)
+    assert one._put is not None
+    known, target = one._put, shard._target()
+    assert target.box is not None
+    wanted = known.half - target.box.half[:, None]
+    number = wanted.abs().sum(dim=2).argmin(dim=1)
+    frame = known.low[number] + 55
+    turn = torch.linspace(-2.5, 2.5, N)
+    unit = rotations.cos_sin(turn)
+    here = target.box.target.clone()
+    here[:, 2] = 0.0
+    qpos, qvel = known.reference.qpos[frame].clone(), known.reference.qvel[frame].clone()
+    level = torch.cat((known.anchor[number, :2], torch.zeros(N, 1)), dim=1)
+
+    def placed(point: Tensor) -> Tensor:
+        off = point - level
+        return torch.cat((rotations.turn(unit, off[:, :2]), off[:, 2:]), dim=1) + here
+
+    qpos[:, :3] = placed(qpos[:, :3])
+    qpos[:, 3:7] = rotations.multiply(rotations.from_heading(unit), qpos[:, 3:7])
+    qvel[:, :2] = rotations.turn(unit, qvel[:, :2])
+    shard._scenes._qpos.copy_(qpos.double())
+    shard._scenes._qvel.copy_(qvel.double())
+    box = known.reference.box[frame]
+    turned = rotations.multiply(rotations.from_heading(unit), box[:, 3:])
+    pose = torch.cat((placed(box[:, :3]), turned), dim=1)
+    shard._scenes.set_free(torch.arange(N), 0, pose, torch.zeros(N, 6))
+    held = known.reference.held[frame]
+    now = shard._target()
+    assert now.box is not None
+    now = replace(now, box=replace(now.box, half=known.half[number]))
+    label = one.label(shard._scenes, now, shard._variant, 0)
+    putting = one._stage == 2
+    assert held.all() and putting.sum() >= N // 2
+    expected = known.reference.set_point[one._frame + 1].double()
+    found = shard._scenes.set_points(label.double())
+    torch.testing.assert_close(found[putting], expected[putting], atol=1e-5, rtol=0)
+    assert ((one._frame - known.low[one._variant] - 55).abs()[putting] <= 12).all()
 
 
 def test_what_it_follows_is_continued(clip: Clip) -> None:
