@@ -19,6 +19,7 @@ from rpc.address import is_local, split_address
 from rpc.credentials import read_token, server_credentials
 from rpc.errors import RpcError
 from rpc.first_message import FirstMessageInterceptor
+from rpc.health import HealthServicer
 from rpc.interceptors import CallInterceptor, TokenInterceptor
 from rpc.stream_guard import StreamGuard
 
@@ -104,11 +105,7 @@ class Server:
             options=options(config),
         )
         self.address = bind(self.grpc, config)
-        # non-blocking: a Watch call occupies no worker
-        self.health = health.HealthServicer(
-            experimental_non_blocking=True,
-            experimental_thread_pool=ThreadPoolExecutor(_HEALTH_WORKERS, "health"),
-        )
+        self.health = HealthServicer()
         self._services: tuple[str, ...] = ()
         self.stopping = threading.Event()
         self._metrics: WSGIServer | None = None
