@@ -25,9 +25,13 @@ class _Context:
 
     def add_callback(self, callback: Callable[[], None]) -> bool:
         """Call `callback` after the call has ended, at once if it already has."""
-        later = self._context.add_callback(lambda: self._told.submit(callback))
-        if not later:
+
+        def tell() -> None:
             self._told.submit(callback)
+
+        later = self._context.add_callback(tell)
+        if not later:
+            tell()
         return later
 
 
@@ -59,10 +63,11 @@ class HealthServicer(health.HealthServicer):
         self,
         request: health_pb2.HealthCheckRequest,
         context: grpc.ServicerContext,
-        send_response_callback: Callable[[Any], None] | None = None,
+        send_response_callback: Any = None,
     ) -> Any:
         """The status of a service, and each change of it."""
-        return super().Watch(request, _Context(context, self._ended), send_response_callback)
+        told: Any = _Context(context, self._ended)
+        return super().Watch(request, told, send_response_callback)
 
     def set(self, service: str, status: health_pb2.HealthCheckResponse.ServingStatus) -> None:
         """Set the status of a service; ignored once the server shuts down."""
