@@ -69,6 +69,7 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "critic_rate": (_FRACTION,), "actor_grad_norm": ((0, 1e6),),
         "critic_grad_norm": ((0, 1e6),),
         "bound_weight": ((0, 1e6),), "mirror_weight": ((0, 1e6),), "imitation_weight": ((0, 1e6),),
+        "imitation_samples": ((0, 1e12),),
         "average": (_FRACTION,), "warmup_iterations": ((0, 1e6),),
         "observation_clip": ((0.1, 1e6),),
         "observation_std_floor": ((0, 10),), "threads": (_THREADS,),

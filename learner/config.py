@@ -73,8 +73,11 @@ class LearnerConfig:
     task whose observations show one side alone (lie)."""
     imitation_weight: float = 0.0
     """Weight of the imitation loss, which draws the mean action to the teacher's action where the
-    teacher (world.teacher, world.track.teacher,
-    world.carry.walker) labels the state; 0: none."""
+    teacher (world.teacher, world.walker, world.track.teacher, world.carry.tracker) labels the
+    state; 0: none."""
+    imitation_samples: int = 0
+    """Number of samples over which the weight of the imitation loss falls linearly to 0
+    (kickstarting, arXiv:1803.03835); 0: it stays as it is."""
     average: float = 0.98
     """Decay of the averaged actor in an iteration; evaluation and serving use this average; 0: the
     last actor."""
@@ -91,6 +94,12 @@ class LearnerConfig:
     record: bool = True
     """On a GPU, record the kernels of the gradient steps of actor, critic and discriminator and
     replay them (CUDA graphs); off: start each kernel by itself. Nothing changes on the CPU."""
+
+    def imitation(self, samples: float) -> float:
+        """Return the weight of the imitation loss at a number of samples of the stage."""
+        if not self.imitation_samples:
+            return self.imitation_weight
+        return self.imitation_weight * max(0.0, 1.0 - samples / self.imitation_samples)
 
 
 @dataclass(frozen=True)

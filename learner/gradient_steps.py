@@ -126,11 +126,12 @@ class ActorStep:
     ) -> Tensor:
         """Take it on rows [m, ..] (Batch.rows); NUMBERS [7] float64.
 
-        settings: [4] float64: sigma, clip range, the KL beyond which the weights stay, learning
-        rate. Mirror images are of every other row, which halves their cost.
+        settings: [5] float64: sigma, clip range, the KL beyond which the weights stay, learning
+        rate, weight of the imitation. Mirror images are of every other row, which halves their
+        cost.
         """
         config = self.config
-        sigma, clip, limit, rate = settings.unbind()
+        sigma, clip, limit, rate, drawn = settings.unbind()
         with self.precision.context():
             means = self.actor(observations)
         kl = kl_fixed_sigma(means.detach(), old_means, sigma)
@@ -151,7 +152,7 @@ class ActorStep:
             surrogate
             + config.bound_weight * bound
             + config.mirror_weight * mirror
-            + config.imitation_weight * imitation
+            + drawn * imitation
         )
         descend(self.actor, self.optimiser, loss, config.actor_grad_norm, skip=far)
         outside = ((log_ratio.detach().exp() - 1.0).abs() > clip).float().mean()

@@ -326,7 +326,8 @@ class Learner:
         config = self.config
         target = piecewise(config.kl_target, self.stage_samples)
         clip = piecewise(config.clip, self.stage_samples)
-        numbers = [sigma, clip, config.kl_skip * target, self.actor_rate]
+        drawn = config.imitation(self.stage_samples)
+        numbers = [sigma, clip, config.kl_skip * target, self.actor_rate, drawn]
         settings = put(torch.tensor(numbers, dtype=torch.float64), self.device)
         epochs = [] if self.warmup_left else self._minibatches(len(batch.targets), 1)
         queued = [

@@ -62,9 +62,6 @@ class CarryConfig:
     """Least and greatest distance from the character to the target in these, m."""
     in_hand: float = 0.0
     """Of the near and far initial states: fraction with the box in hand, in front of the body."""
-    walker: str = ""
-    """Run, checkpoint or name of a policy of the task walk that labels the way to the box with its
-    actions; see ppo.imitation-weight. Empty: no teacher."""
     tracker: str = ""
     """Run or checkpoint of the task track, without a mixture, whose policy labels picking the box
     up and putting it down: variants of the clips are laid over the box, and it follows them. Empty:
@@ -174,6 +171,9 @@ class WorldConfig:
     teacher: str | None = None
     """Name of a scripted teacher that labels training states with its actions (carry); none: no
     teacher. See ppo.imitation-weight, and track.teacher. Evaluation uses no teacher."""
+    walker: str = ""
+    """Run, checkpoint or name of a policy of the task walk that labels the way to the seat, the bed
+    or the box with its actions; see ppo.imitation-weight. Empty: no such teacher."""
     seed: int = 0
     """Seed of the furniture catalogue."""
     perturb: PerturbConfig = field(default_factory=PerturbConfig)

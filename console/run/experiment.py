@@ -223,7 +223,7 @@ def check(experiment: Experiment) -> Experiment:
     carry = experiment.world.carry
     for flag, named in (
         ("track.teacher", track.teacher),
-        ("carry.walker", carry.walker),
+        ("walker", experiment.world.walker),
         ("carry.tracker", carry.tracker),
     ):
         if named and experiment.ppo.imitation_weight <= 0.0:
@@ -231,8 +231,10 @@ def check(experiment: Experiment) -> Experiment:
                 f"--world.{flag} {named} teaches nothing at --ppo.imitation-weight 0: raise it,"
                 " for instance to 0.1"
             )
-        if named and flag.startswith("carry") and experiment.world.teacher:
-            raise ConfigError(f"--world.teacher and --world.{flag} both label carry: choose one")
+        if named and flag != "track.teacher" and experiment.world.teacher:
+            raise ConfigError(
+                f"--world.teacher and --world.{flag} both label the way to the object: choose one"
+            )
     disturbances.check(experiment.world, experiment.simulator)
     return experiment
 

@@ -70,15 +70,20 @@ def of_one_task(experiment: Experiment, state: State, task: str = "") -> tuple[E
         return experiment, state
     wanted = task or mixed.names[0]
     found = folding(mixed, wanted)
-    world = mixed.worlds(experiment.world)[mixed.number(wanted)]
-    world = replace(
-        world,
-        track=replace(world.track, goal="", teacher=""),
-        carry=replace(world.carry, walker="", tracker=""),
-    )
+    world = untaught(mixed.worlds(experiment.world)[mixed.number(wanted)])
     ppo = experiment.ppo
     limits = NormaliserConfig(ppo.observation_clip, ppo.observation_std_floor)
     return replace(experiment, world=world, mix=()), folded(state, found, limits)
+
+
+def untaught(world: WorldConfig) -> WorldConfig:
+    """Return a world without the policies that teach, which training alone has."""
+    return replace(
+        world,
+        walker="",
+        track=replace(world.track, goal="", teacher=""),
+        carry=replace(world.carry, tracker=""),
+    )
 
 
 def division(experiment: Experiment) -> Division | None:

@@ -79,15 +79,19 @@ def policy_teachers(
     """
     found: dict[str, dict[str, Weights]] = {}
     world = experiment.world
-    for flag, task, source, wanted, name in (
-        ("--world.track.teacher", "track", world.track.teacher, "track", "tracker"),
-        ("--world.carry.walker", "carry", world.carry.walker, "walk", "walker"),
-        ("--world.carry.tracker", "carry", world.carry.tracker, "track", "handler"),
+    here = {part.task for part in mixing.worlds(experiment)}
+    for flag, tasks, source, wanted, name in (
+        ("--world.track.teacher", ("track",), world.track.teacher, "track", "tracker"),
+        ("--world.walker", ("sit", "lie", "carry"), world.walker, "walk", "walker"),
+        ("--world.carry.tracker", ("carry",), world.carry.tracker, "track", "handler"),
     ):
         if not source:
             continue
-        if all(part.task != task for part in mixing.worlds(experiment)):
-            raise ConfigError(f"{flag} {source}: no scene here has the task {task}: leave it out")
+        taught = [task for task in tasks if task in here]
+        if not taught:
+            raise ConfigError(
+                f"{flag} {source}: no scene here has the task {' or '.join(tasks)}: leave it out"
+            )
         one = trained(Path(source))
         if one.task != wanted:
             raise ConfigError(
@@ -100,5 +104,6 @@ def policy_teachers(
                 f"{flag} {source} was trained with --world.action-scale {theirs.action_scale:g}"
                 f" --world.action-clip {theirs.action_clip:g}: give the same"
             )
-        found.setdefault(task, {})[name] = Weights(theirs, one.weights)
+        for task in taught:
+            found.setdefault(task, {})[name] = Weights(theirs, one.weights)
     return {task: PolicyTeacher(policies) for task, policies in found.items()}

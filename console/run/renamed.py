@@ -32,6 +32,7 @@ RENAMED: Table = {
     "max_style_lag": "lag.max_style",
     "world.paces": "world.playback_speeds",
     "world.patience_s": "world.stall_s",
+    "world.carry.walker": "world.walker",
     "world.starts.clip": "world.initial.reference",
     "world.starts.near": "world.initial.near",
     "world.starts.far": "world.initial.far",

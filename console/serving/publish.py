@@ -56,7 +56,7 @@ def publish_command(command: Publish) -> int:
         experiment, found.state["policy"], command.task
     )
     # paths of clips and pieces on this machine are not published: the notes name the data
-    world = replace(single.world, motions=(), objects=())
+    world = mixing.untaught(replace(single.world, motions=(), objects=()))
     notes = terms_of(command, found.manifest.notes) | {
         "experiment": json.dumps(to_json(replace(single, world=world))),
     }

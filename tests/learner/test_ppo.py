@@ -6,6 +6,7 @@ import pytest
 import torch
 
 from actors.local import LocalFleet
+from learner.config import LearnerConfig
 from learner.ppo import Learner
 from learner.returns import advantages
 from policy.model.acting import Policy
@@ -235,6 +236,20 @@ def test_the_imitation_loss_draws_the_policy_to_the_teacher():
     assert "ppo/imitation" in one.update(labelled, rollout.rewards, 0.3)
     assert "ppo/imitation" not in other.update(rollout, rollout.rewards, 0.3)
     assert same(one.policy_state(), other.policy_state())
+
+
+def test_the_weight_of_the_imitation_falls_to_nothing():
+    """Kickstarting: halfway half of it counts, afterwards labels change nothing."""
+    config = LearnerConfig(imitation_weight=0.3, imitation_samples=1000)
+    assert [config.imitation(n) for n in (0, 500, 1000, 5000)] == pytest.approx([0.3, 0.15, 0, 0])
+    assert LearnerConfig(imitation_weight=0.3).imitation(5000) == 0.3
+    spent, plain = learner(imitation_weight=3.0, imitation_samples=1), learner()
+    rollout = collect(plain)
+    labels = torch.full_like(rollout.actions, 0.4)
+    spent.samples = plain.samples = 1
+    spent.update(replace(rollout, teacher_action=labels), rollout.rewards, 0.3)
+    plain.update(rollout, rollout.rewards, 0.3)
+    assert same(spent.policy_state(), plain.policy_state())
 
 
 def test_networks_say_the_same_while_their_normaliser_moves():

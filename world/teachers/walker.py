@@ -1,18 +1,22 @@
-"""A trained walking policy as the teacher of the approach to a box.
+"""A trained walking policy as the teacher of the approach to a box, a seat or a bed.
 
-While the box rests where it was, the walker's goal is to stand before the box's nearest face. What
-comes then, others teach.
+While the box rests where it was, the walker's goal is to stand before the box's nearest face. With
+furniture it is to stand at the access side, the back to it; the way there is round the furniture.
+What comes then, rewards or others teach.
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 
 from world import tasks
+from world.character.features import Body
 from world.scene.batch import Scenes
 from world.scene.target import BoxState, Target
 from world.tasks.carry import DEPTH_COST, MIN_HALF_DEPTH_M, half_depths, stand_poses
+from world.tasks.route import entry, footprint, offset, way
 from world.tasks.walk import Walk
 from world.teachers.tracker import Act
 
@@ -25,10 +29,32 @@ _THERE_M, _NEAR_M, _SLOW_M_S = 0.08, 0.2, 0.05
 _SHORT_M = 0.2
 #: A box this far from where it was has been taken, m.
 TAKEN_M = 0.05
+#: On the way round furniture the goal is this far ahead, m. With the shipped walker from 1-5 m,
+#: 35 % of 128 stand before the seat within 12 s at 0.6 m, 95 % at 1.2 and 1.6 m, 94 % at 2.2 m.
+_AHEAD_M = 1.6
+#: A route this much longer than the straight line leads round the furniture, m.
+_ROUND_M = 0.01
+#: The approach to furniture ends in front of it, this near to the centre line and no further out
+#: than this beyond the place, m, where the heading has at least this cosine with the facing.
+_BESIDE_M, _BEYOND_M, _TURNED = 0.25, 0.2, 0.8
+#: Who is in front of the furniture and lower than this has begun to sit down, m.
+_LOW_M = 0.8
+
+
+@dataclass(frozen=True)
+class Lead:
+    """Where n characters are to walk."""
+
+    aim: Tensor
+    """[n, 2]: goal of the walker, world, m."""
+    facing: Tensor
+    """[n, 2]: unit vectors to face there, world."""
+    over: Tensor
+    """[n] bool: the approach is over."""
 
 
 class WalkerTeacher:
-    """Labels scenes of carry in which the box is not reached yet; a
+    """Labels scenes in which the box or the furniture is not reached yet; a
     world.teachers.teacher.Teacher without state of its own."""
 
     def __init__(self, act: Act) -> None:
@@ -39,21 +65,14 @@ class WalkerTeacher:
         """Nothing: a walker acts on the present state alone."""
 
     def label(self, scenes: Scenes, target: Target, variant: Tensor, clock: int) -> Tensor:
-        """Teacher actions [n, 28] float32; NaN where the box is reached or taken."""
-        assert target.box is not None
-        body, box = scenes.body(), target.box
-        point, ahead = standing_place(body.root[:, :2], box)
-        beyond = point - body.root[:, :2]
-        far = beyond.norm(dim=1, keepdim=True).clamp_min(1e-6)
-        aim = point + beyond / far * far.clamp_max(_SHORT_M)
-        walk = Target(torch.cat((aim, torch.zeros_like(aim[:, :1])), 1), ahead, target.corners)
+        """Teacher actions [n, 28] float32; NaN where the approach is over."""
+        body = scenes.body()
+        lead = to_furniture(body, target) if target.box is None else to_box(body, target.box)
+        point = torch.cat((lead.aim, torch.zeros_like(lead.aim[:, :1])), 1)
+        walk = Target(point, lead.facing, target.corners)
         goal = self._task.goal_features(body, walk)
         action = self._act(tasks.state(body, walk), goal).to(torch.float32)
-        away = (point - body.root[:, :2]).norm(dim=1)
-        stands = body.root_velocity[:, :2].norm(dim=1) < _SLOW_M_S
-        there = (away < _THERE_M) | (stands & (away < _NEAR_M))
-        taken = (box.position - box.start).norm(dim=1) > TAKEN_M
-        return torch.where((there | taken)[:, None], torch.nan, action)
+        return torch.where(lead.over[:, None], torch.nan, action)
 
     def state_dict(self) -> dict[str, Tensor]:
         """Nothing."""
@@ -61,6 +80,40 @@ class WalkerTeacher:
 
     def load_state_dict(self, state: Mapping[str, Tensor]) -> None:
         """Nothing."""
+
+
+def to_box(body: Body, box: BoxState) -> Lead:
+    """Up to the box's face; over where the character stands there, or the box is taken."""
+    here = body.root[:, :2]
+    point, ahead = standing_place(here, box)
+    beyond = point - here
+    far = beyond.norm(dim=1, keepdim=True).clamp_min(1e-6)
+    aim = point + beyond / far * far.clamp_max(_SHORT_M)
+    away = beyond.norm(dim=1)
+    stands = body.root_velocity[:, :2].norm(dim=1) < _SLOW_M_S
+    there = (away < _THERE_M) | (stands & (away < _NEAR_M))
+    taken = (box.position - box.start).norm(dim=1) > TAKEN_M
+    return Lead(aim, ahead, there | taken)
+
+
+def to_furniture(body: Body, target: Target) -> Lead:
+    """Round the furniture to its access side; over where the character has its back to it there, or
+    is on it."""
+    here, ground = body.root[:, :2], footprint(target)
+    local, place = offset(here, target), entry(ground)
+    direction, length = way(here, body.heading, target)
+    away = (place - local).norm(dim=1)
+    straight = (length - away < _ROUND_M) & (away < _AHEAD_M)
+    reach = torch.where(straight, away + away.clamp_max(_SHORT_M), _AHEAD_M)
+    facing = torch.where(straight[:, None], target.facing, direction)
+    turned = (body.heading * target.facing).sum(dim=1) > _TURNED
+    in_front = (
+        (local[:, 0] > ground.low[:, 0])
+        & (local[:, 0] < place[:, 0] + _BEYOND_M)
+        & (local[:, 1].abs() < _BESIDE_M)
+    )
+    over = in_front & (turned | (body.root[:, 2] < _LOW_M))
+    return Lead(here + direction * reach[:, None], facing, over)
 
 
 def standing_place(here: Tensor, box: BoxState) -> tuple[Tensor, Tensor]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from console.run import assembly
+from console.run import assembly, renamed
 from console.run.experiment import Experiment
 from console.run.policy_teachers import policy_teachers
 from tests.support.paths import ROOT
@@ -30,31 +30,43 @@ def experiment(world: WorldConfig) -> Experiment:
 
 def test_the_flags_make_the_teachers() -> None:
     library, bank = MotionLibrary([standing_clip()], use=BOX), BoxBank(boxes(WORLD.carry))
-    walks = replace(WORLD.carry, walker=WALKER)
-    for carry, kind in (
-        (walks, WalkerTeacher),
-        (replace(WORLD.carry, tracker=TRACKER), AlignedTracker),
-        (replace(walks, tracker=TRACKER), AlignedTracker),
+    tracks = replace(WORLD, carry=replace(WORLD.carry, tracker=TRACKER))
+    for world, kind in (
+        (replace(WORLD, walker=WALKER), WalkerTeacher),
+        (tracks, AlignedTracker),
+        (replace(tracks, walker=WALKER), AlignedTracker),
     ):
-        world = replace(WORLD, carry=carry)
         found = policy_teachers(experiment(world), assembly.trained)
         assert list(found) == ["carry"]
         sent = pickle.loads(pickle.dumps(found["carry"]))
         teacher = sent.teacher(world, library, bank, 4)
         assert type(teacher) is kind
         if isinstance(teacher, AlignedTracker):
-            assert (teacher._walker is not None) == bool(carry.walker)
+            assert (teacher._walker is not None) == bool(world.walker)
+
+
+@pytest.mark.parametrize("task", ["sit", "lie"])
+def test_a_walker_teaches_what_has_furniture(task: str) -> None:
+    found = policy_teachers(experiment(WorldConfig(task=task, walker=WALKER)), assembly.trained)
+    assert list(found) == [task]
+    assert set(found[task].policies) == {"walker"}
+
+
+def test_a_renamed_flag_of_an_earlier_version_is_read() -> None:
+    old = {"world": {"task": "carry", "carry": {"walker": "walk"}}}
+    assert renamed.current(old)["world"]["walker"] == "walk"
 
 
 def test_what_cannot_teach_is_refused() -> None:
     for world, said in (
         (replace(WORLD, carry=CarryConfig(tracker=WALKER)), "is a policy of the task walk"),
-        (replace(WORLD, carry=CarryConfig(walker=TRACKER)), "is a policy of the task track"),
+        (replace(WORLD, walker=TRACKER), "is a policy of the task track"),
+        (replace(WORLD, task="walk", walker=WALKER), "no scene here has the task sit or lie or"),
         (replace(WORLD, track=TrackConfig(teacher=TRACKER)), "no scene here has the task track"),
     ):
         with pytest.raises(ConfigError, match=said):
             policy_teachers(experiment(world), assembly.trained)
-    other = experiment(replace(WORLD, carry=CarryConfig(walker=WALKER)))
+    other = experiment(replace(WORLD, walker=WALKER))
     with pytest.raises(ConfigError, match=r"was trained with --world\.action-scale"):
         scaled = replace(other.world, action_scale=0.5 * other.world.action_scale)
         policy_teachers(replace(other, world=scaled), assembly.trained)

@@ -1,11 +1,14 @@
 """Published folders say what they are."""
 
 import json
+import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from console.app import main
+from policy.checkpoints.format import read, write
 from tests.support.paths import ROOT
 
 
@@ -40,6 +43,21 @@ def test_a_published_folder_describes_itself_and_acts(tmp_path: Path) -> None:
     assert json.loads((out / "evaluation-moved.json").read_text())["perturbation"] == "moved"
     assert (out / "policy.safetensors").read_bytes() == (source / "policy.safetensors").read_bytes()
     assert main([*words]) == 1  # it exists
+
+
+def test_no_path_of_a_teacher_is_published(tmp_path: Path) -> None:
+    """A checkpoint taught by policies of this machine; what it learned needs none of them."""
+    taught, out = tmp_path / "taught", tmp_path / "mine"
+    shutil.copytree(ROOT / "pretrained" / "walk", taught)
+    found = read(taught, ("policy",))
+    settings = json.loads(found.manifest.notes["experiment"])
+    settings["world"] |= {"walker": str(tmp_path), "motions": [str(tmp_path)]}
+    settings["world"]["carry"]["tracker"] = settings["world"]["track"]["teacher"] = str(tmp_path)
+    notes = found.manifest.notes | {"experiment": json.dumps(settings)}
+    shutil.rmtree(taught)
+    write(taught, found.state, replace(found.manifest, notes=notes))
+    assert main(["publish", str(taught), str(out)]) == 0
+    assert str(tmp_path) not in (out / "manifest.json").read_text()
 
 
 def test_two_evaluations_of_a_kind_or_none_at_all_are_refused(

@@ -125,7 +125,6 @@ def test_a_tracker_teaches_scenes_that_hide_its_reference(
         ([*WORDS.split(), "--world.track.teacher", "walk", *taught[2:]], "policy of the task walk"),
         ([*WORDS.split(), "--world.track.teacher", "nobody", *taught[2:]], "nobody does not exist"),
         ([*WORDS.split(), *taught, "--world.action-scale", "0.2"], "--world.action-scale 0.35"),
-        (["--world.carry.walker", "walk", *taught[2:]], "no scene here has the task carry"),
     ):
         assert main(["train", "sit", "--dry-run", "--motions", motions, *words]) != 0, words
         error = capsys.readouterr().err
