@@ -1,6 +1,9 @@
 """The client's channel: it waits for a service that is away, and gives up in the end."""
 
+import os
 import socket
+import subprocess
+import sys
 import threading
 
 import pytest
@@ -41,3 +44,14 @@ def test_a_client_waits_for_a_service_and_gives_up_in_the_end() -> None:
     servers[0].drain()
     with pytest.raises(UnreachableError, match=f"service at {address} did not answer"):
         status(ChannelConfig(address, retry_s=0.5))
+
+
+def test_fork_support_is_off_unless_the_environment_sets_it() -> None:
+    code = "import os, rpc; print(os.environ['GRPC_ENABLE_FORK_SUPPORT'])"
+    for given, found in (({}, "0"), ({"GRPC_ENABLE_FORK_SUPPORT": "1"}, "1")):
+        environment = {k: v for k, v in os.environ.items() if not k.startswith("GRPC_")} | given
+        environment["PYTHONPATH"] = os.pathsep.join(sys.path)
+        done = subprocess.run(
+            [sys.executable, "-c", code], env=environment, capture_output=True, text=True
+        )
+        assert done.stdout.strip() == found
