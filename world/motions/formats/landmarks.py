@@ -15,6 +15,7 @@ from world.errors import ClipError
 from world.motions.formats import joint_names
 from world.motions.formats.recording import RATES_HZ, Recording
 from world.placeholders import read_bounded
+from world.refusals import reason
 
 SIDES = ("right", "left")
 _LEG, _ARM = ("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist")
@@ -60,7 +61,7 @@ def read_map(path: Path) -> Map:
     try:
         content = json.loads(read_bounded(path, MAX_MAP_BYTES))
     except (OSError, ValueError, RecursionError) as error:
-        raise ClipError(f"{path}: not a readable map file ({error})") from error
+        raise ClipError(f"{path}: not a readable map file ({reason(error)})") from error
     if not isinstance(content, dict):
         raise ClipError(f'{path}: a map file is an object such as {{"left_knee": "LeftLeg"}}')
     valid = (*ROLES, _UNIT, _UP, _FPS)
