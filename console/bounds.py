@@ -153,7 +153,7 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
     "MotionsCheck": {"fps": ((1, 1000),)},
     "MotionsVary": {"stand_m": ((0, 2),), "size": ((0.3, 3),)},
     "Meshes": {"height": ((0.01, 100),), "threads": (_THREADS,)},
-    "ObjectsCheck": {"drop": ((0, 3600),)},
+    "ObjectsCheck": {"drop": ((0, 60),)},
     "ObjectsShow": {"limit": ((1, 1e5),)},
 }  # fmt: skip
 

@@ -208,8 +208,8 @@ def test_checkpoints_that_cannot_be_read(
     (folder / "manifest.json").write_text(json.dumps(manifest))
     assert main(["evaluate", str(folder), "--trials", "1"]) == 1
     assert "damaged" in said(capsys)
-    assert main(["evaluate", str(tmp_path / "none")]) == 1
-    assert "does not exist" in said(capsys)
+    assert main(["evaluate", str(tmp_path / "none")]) == 2
+    assert "none: no such run" in said(capsys)
     assert main(["train", "sit", "--run", str(tmp_path / "no"), "--resume"]) == 1
     assert "no run to resume" in said(capsys)
 
