@@ -83,4 +83,5 @@ def server(listen: str, text: str) -> ThreadingHTTPServer:
     try:
         return Server((host, port), Page)
     except (OSError, ValueError, OverflowError) as error:
-        raise ConfigError(f"cannot listen on '{listen}' (HOST:PORT): {error}") from error
+        why = getattr(error, "strerror", None) or error
+        raise ConfigError(f"cannot listen on '{listen}': {str(why).partition(' (while')[0]}") from error

@@ -34,7 +34,8 @@ def start(listen: str, allow_remote: bool = False) -> Server:
         with socket.create_server((host, port), family=family(host)):
             pass
     except (OSError, OverflowError) as error:
-        raise ConfigError(f"cannot listen on '{listen}' (HOST:PORT): {error}") from error
+        why = getattr(error, "strerror", None) or error
+        raise ConfigError(f"cannot listen on '{listen}': {str(why).partition(' (while')[0]}") from error
     # viser's own banners are suppressed
     rich.get_console().quiet = True
     server = Server(host=host, port=port, label="inhabit", verbose=False)
