@@ -83,5 +83,6 @@ def server(listen: str, text: str) -> ThreadingHTTPServer:
     try:
         return Server((host, port), Page)
     except (OSError, ValueError, OverflowError) as error:
-        why = getattr(error, "strerror", None) or error
-        raise ConfigError(f"cannot listen on '{listen}': {str(why).partition(' (while')[0]}") from error
+        # asyncio adds the address in Python's form
+        why = str(getattr(error, "strerror", None) or error).partition(" (while")[0]
+        raise ConfigError(f"cannot listen on '{listen}': {why}") from error

@@ -84,7 +84,6 @@ class Recorded:
             word = "**success**"
         return f"{100 * error[frame]:.0f} cm from the goal" + (f", {word}" if word else "")
 
-
     def origins(self) -> dict[str, str]:
         """See Source."""
         return self._origins

@@ -62,9 +62,7 @@ def origins(notes: Sequence[Mapping[str, str]]) -> dict[str, str]:
     `licence`; the texts of several policies are joined."""
     return {
         "trained_on": "; ".join(dict.fromkeys(data(one) for one in notes)),
-        "licence": "; ".join(
-            sorted(dict.fromkeys(licence(one) for one in notes), key=strictness)
-        ),
+        "licence": "; ".join(sorted(dict.fromkeys(licence(one) for one in notes), key=strictness)),
     }
 
 
