@@ -14,6 +14,8 @@ _FOLDERS = {
     ("Train", "run"), ("Style", "state"), ("Publish", "out"), ("MotionsImport", "out"),
     ("MotionsVary", "out"), ("ObjectsImport", "out"), ("TeachCarry", "out"), ("TeachRecord", "out"),
 }  # fmt: skip
+_SUFFIXES = {"html": (".html", ".htm"), "sheet": (".png",), "record": (".msgpack",)}
+"""Suffixes of files by field, where they are the same for all commands"""
 _WORDS = {(kind, "out") for kind in ("Publish", "Video", "Export", "TeachCarry", "TeachRecord")}
 """Commands whose output is a word, without a flag"""
 
@@ -44,6 +46,9 @@ def require(command: Any) -> None:
         flag = "" if (kind, field.name) in _WORDS else f"--{field.name} "
         for path in value if isinstance(value, tuple) else (value,):
             if isinstance(path, Path):
+                suffixes = _SUFFIXES.get(field.name, (path.suffix.lower(),))
+                if path.suffix.lower() not in suffixes:
+                    raise ConfigError(f"{flag}{path}: choose {' or '.join(suffixes)}")
                 if path.is_file() and (kind, field.name) in _FOLDERS:
                     raise ConfigError(f"{flag}{path}: a file; name a folder")
                 _writable(path, flag)

@@ -16,7 +16,7 @@ def turns(
 
     The progress is what is further from its end: the time or the number of turns.
     """
-    with progress("% of the measurement", 100.0) as note:
+    with progress("per cent measured", 100.0) as note:
         began, done = clock(), 0
         while (most is None or done < most) and (done < least or clock() - began < seconds):
             yield done

@@ -40,17 +40,19 @@ def test_outputs_of_every_command_are_checked_before_it_runs(tmp_path: Path) -> 
     below = file / "a.json"
     commands_of_files = [
         ("--json ", commands.Evaluate(Path("sit"), json=below)),
-        ("--record ", commands.Evaluate(Path("sit"), record=below)),
+        ("--record ", commands.Evaluate(Path("sit"), record=file / "a.msgpack")),
         ("--out ", commands.Report(Path("sit"), out=below)),
         ("", commands.Video(Path("sit"), out=below)),
         ("", commands.Export(Path("sit"), below)),
-        ("--html ", commands.ObjectsShow(html=below)),
-        ("--html ", commands.MotionsPlay(html=below)),
+        ("--html ", commands.ObjectsShow(html=file / "a.html")),
+        ("--html ", commands.MotionsPlay(html=file / "a.html")),
         ("--json ", commands.Plan(json=below)),
         ("--json ", commands.Bench("world", json=below)),
     ]
     for flag, command in commands_of_files:
-        with pytest.raises(ConfigError, match=f"^{flag}{below}: {file} is not a writable folder$"):
+        with pytest.raises(
+            ConfigError, match=rf"^{flag}{file}/a\.\w+: {file} is not a writable folder$"
+        ):
             outputs.require(command)
     commands_of_folders = [
         ("--out ", commands.MotionsImport((tmp_path,), file)),
@@ -61,6 +63,13 @@ def test_outputs_of_every_command_are_checked_before_it_runs(tmp_path: Path) -> 
     ]
     for flag, command in commands_of_folders:
         with pytest.raises(ConfigError, match=f"^{flag}{file}: a file; name a folder$"):
+            outputs.require(command)
+    for flag, command, wanted in (
+        ("--html", commands.ObjectsShow(html=Path("a.txt")), ".html or .htm"),
+        ("--sheet", commands.ObjectsShow(sheet=Path("a.txt")), ".png"),
+        ("--record", commands.Evaluate(Path("sit"), record=Path("a.txt")), ".msgpack"),
+    ):
+        with pytest.raises(ConfigError, match=f"^{flag} a.txt: choose {wanted}$"):
             outputs.require(command)
     outputs.require(commands.MotionsList(json=True))
     outputs.require(commands.Publish(Path("sit"), tmp_path / "new" / "deep"))

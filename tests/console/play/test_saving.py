@@ -32,7 +32,8 @@ def test_what_is_saved_plays_again(task: str, tmp_path: Path) -> None:
         np.testing.assert_allclose(theirs[body], ours[body], atol=1e-9)
         np.testing.assert_allclose(theirs[ball, :3], ours[ball, :3])
     was, now = source.curves(), again.curves()
-    assert list(was.terms) == list(now.terms) and was.error_m is not None
+    assert list(was.terms) == list(now.terms)
+    assert was.error_m is not None and now.error_m is not None
     for term in was.terms:
         np.testing.assert_allclose(now.terms[term], was.terms[term], atol=1e-4)
     np.testing.assert_allclose(now.error_m, was.error_m, atol=1e-4)
