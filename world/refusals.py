@@ -35,12 +35,21 @@ def refusing(kind: type[InhabitError], path: Path, what: str) -> Iterator[None]:
             raise
         raise type(error)(text if path.name in text else f"{path}: {text}") from error
     except Exception as error:
-        raise kind(f"{path}: not a readable {what} ({one_line(error)})") from error
+        raise kind(f"{path}: not a readable {what} ({why(error)})") from error
 
 
 def one_line(error: BaseException, longest: int = LONGEST) -> str:
-    """An exception's reason on one line, cut to `longest`; its type's name where it has none."""
-    text = " ".join(reason(error).split()) or type(error).__name__
+    """An exception's text on one line, cut to `longest`; its type's name where it has none."""
+    return _cut(str(error), error, longest)
+
+
+def why(error: BaseException, longest: int = LONGEST) -> str:
+    """The `reason` of a file's reader on one line, cut to `longest`."""
+    return _cut(reason(error), error, longest)
+
+
+def _cut(text: str, error: BaseException, longest: int) -> str:
+    text = " ".join(text.split()) or type(error).__name__
     return text if len(text) <= longest else f"{text[:longest]}..."
 
 

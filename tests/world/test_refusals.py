@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from world.errors import ChoiceError, ClipError, PieceError
-from world.refusals import LONGEST, one_line, reason, refusing
+from world.refusals import LONGEST, one_line, reason, refusing, why
 
 PATH = Path("some/folder/a.npz")
 
@@ -79,4 +79,5 @@ def test_what_a_reader_says_itself_stays() -> None:
 
 
 def test_long_texts_are_cut() -> None:
-    assert one_line(ValueError("x" * 999)) == "x" * LONGEST + "..."
+    assert one_line(ValueError("x" * 999)) == why(ValueError("x" * 999)) == "x" * LONGEST + "..."
+    assert one_line(IndexError("at\n7")) == "at 7"  # of the program, not of a file

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from world.errors import ChoiceError, PieceError
 from world.meshes.formats import gltf, obj, stl
 from world.placeholders import read_bounded
-from world.refusals import one_line, refusing
+from world.refusals import refusing, why
 
 SUFFIXES = (".obj", ".glb", ".gltf", ".stl", ".ply")
 MAX_BYTES = 256 * 1024 * 1024
@@ -103,7 +103,7 @@ def _load(
         raise  # the first is not a fault of the file
     except Exception as error:
         raise PieceError(
-            f"{file_name}: not a readable {suffix} file ({one_line(error, 120)})"
+            f"{file_name}: not a readable {suffix} file ({why(error, 120)})"
         ) from error
 
 

@@ -64,7 +64,10 @@ WRONG = [
     ("--object chair-test-000 --out there.bvh/a.bvh", "there.bvh is not a writable folder"),
     ("--object chair-test-000", "--out"),
     ("--out a.npz", "--object"),
-    ("--object chair-test-000 --perturb rain --out a.npz", "choose one of none, projectiles, moved"),
+    (
+        "--object chair-test-000 --perturb rain --out a.npz",
+        "choose one of none, projectiles, moved",
+    ),
 ]
 
 

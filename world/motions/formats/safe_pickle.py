@@ -18,7 +18,7 @@ import numpy as np
 from world.errors import ClipError
 from world.motions import npz
 from world.placeholders import read_bounded
-from world.refusals import one_line
+from world.refusals import why
 
 #: Number types of arrays and scalars, numpy's names without byte order.
 NUMBERS = frozenset(
@@ -285,7 +285,7 @@ def load_npy(path: Path) -> Any:
     except ClipError:
         raise
     except Exception as error:  # a damaged header raises any exception
-        raise ClipError(f"{path}: not a readable .npy file ({one_line(error, 120)})") from error
+        raise ClipError(f"{path}: not a readable .npy file ({why(error, 120)})") from error
     if not kind.hasobject or shape != ():
         raise ClipError(f"{path}: holds an array {list(shape)} of {kind}, not a motion")
     return _load(rest, path)
@@ -306,7 +306,7 @@ def _load(data: bytes, path: Path) -> Any:
             " arrays of numbers are read"
         ) from error
     except Exception as error:  # a damaged pickle raises any exception
-        raise ClipError(f"{path}: not a readable pickle ({one_line(error, 120)})") from error
+        raise ClipError(f"{path}: not a readable pickle ({why(error, 120)})") from error
 
 
 def _scan(data: bytes, outside: frozenset[str] = _OUTSIDE) -> None:
