@@ -14,7 +14,7 @@ from world.errors import InhabitError
 from world.furniture.piece import SLOTS, Box, Piece
 from world.partial_files import replacing
 from world.placeholders import read_bounded
-from world.refusals import one_line, reason, refusing
+from world.refusals import reason, refusing, why
 from world.scene.model import PROJECTILE_BODY, Ball, add_boxes, scene_spec
 
 FORMAT = "inhabit-recording"
@@ -145,7 +145,7 @@ def read(path: Path) -> Recording:
     try:
         value = codec.unpack(packed)
     except Exception as error:
-        raise RecordingError(f"{path} is damaged or not a recording ({one_line(error)})") from error
+        raise RecordingError(f"{path} is damaged or not a recording ({why(error)})") from error
     with refusing(RecordingError, path, "recording"):
         return _recording(value, path)
 
