@@ -23,7 +23,8 @@ def divide(scenes: int, block: int, workers: int) -> list[range]:
     if rest or blocks < workers:
         raise ConfigError(
             f"{scenes} scenes cannot be shared by {workers} actors in whole blocks of {block}:"
-            f" --scenes must be a multiple of {block}, at least {block * workers}"
+            f" --scenes must be a multiple of {block}, at least {block * workers} (--block sets the"
+            " size of a block)"
         )
     share, more = divmod(blocks, workers)
     ranges, first = [], 0

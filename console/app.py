@@ -92,13 +92,13 @@ def refuse_unknown_command(words: Sequence[str]) -> None:
     if not name.startswith("-") and name not in {entry.name for entry in entries}:
         choices = ", ".join(entry.name for entry in entries)
         raise ArgumentError(
-            f"Unrecognized command: {name}; Available subcommands: {choices}; see inhabit --help"
+            f"{name}: no command of inhabit: choose one of {choices}; see inhabit --help"
         )
     inner = next((word for word in words[1:] if not word.startswith("-")), "-")
     if name in groups and inner != "-" and inner not in groups[name]:
         raise ArgumentError(
-            f"Unrecognized command: {name} {inner}; Available subcommands:"
-            f" {', '.join(groups[name])}; see inhabit {name} --help"
+            f"{inner}: no command of inhabit {name}: choose one of {', '.join(groups[name])};"
+            f" see inhabit {name} --help"
         )
 
 
@@ -210,19 +210,23 @@ def run(command: Any) -> int:
 
 
 def execute(command: Any, words: Sequence[str]) -> int:
-    """Run one parsed command whose inputs are there, after a line on a MUJOCO_GL that is not;
-    return the exit code."""
-    from console import inputs
+    """Run one parsed command whose inputs are there and whose outputs can be, after a line on a
+    MUJOCO_GL that is not; return the exit code."""
+    from console import inputs, outputs
 
     if surroundings.missing_gl is not None and words[:1] != ["doctor"]:
         print(f"inhabit: {surroundings.missing_gl}: ignored", file=sys.stderr, flush=True)
     inputs.require(command)
+    outputs.require(command)
     return run(command)
 
 
 def exit_code(error: BaseException) -> int:
     """Return the exit code of an error: 2 for a wrong command line, 1 for a failure."""
-    return BAD_ARGUMENTS if isinstance(error, ChoiceError | ConfigError) else FAILED
+    from rpc.errors import SettingsError
+
+    wrong = isinstance(error, ChoiceError | ConfigError | SettingsError)
+    return BAD_ARGUMENTS if wrong else FAILED
 
 
 def one_line(error: BaseException) -> str:
@@ -230,6 +234,9 @@ def one_line(error: BaseException) -> str:
     text = " ".join(str(error).split()) or type(error).__name__
     if isinstance(error, EXPECTED):
         return text
+    if isinstance(error, OSError) and error.filename is not None and error.strerror:
+        name = os.fsdecode(error.filename) if isinstance(error.filename, bytes) else error.filename
+        return f"{name}: {error.strerror} (--debug shows where)"
     return f"{type(error).__name__}: {text} (--debug shows where)"
 
 

@@ -153,7 +153,7 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
     "MotionsCheck": {"fps": ((1, 1000),)},
     "MotionsVary": {"stand_m": ((0, 2),), "size": ((0.3, 3),)},
     "Meshes": {"height": ((0.01, 100),), "threads": (_THREADS,)},
-    "ObjectsCheck": {"drop": ((0, 3600),)},
+    "ObjectsCheck": {"drop": ((0, 60),)},
     "ObjectsShow": {"limit": ((1, 1e5),)},
 }  # fmt: skip
 
@@ -186,7 +186,17 @@ def text(kind: type, field: str) -> str:
     spans = BOUNDS.get(kind.__name__, {}).get(field)
     if spans is None:
         return ""
-    return ", ".join(f"{low:.6g} to {high:.10g}" for low, high in spans)
+    return ", ".join(
+        f"{low:.6g} to {high if isinstance(high, int) else f'{high:.10g}'}" for low, high in spans
+    )
+
+
+def _shown(number: float) -> str:
+    """A number as it is typed: no digit is lost, and none is there for nothing."""
+    if isinstance(number, int):
+        return str(number)
+    short = f"{number:.10g}"
+    return short if float(short) == number or number != number else repr(number)
 
 
 def require(command: Any, prefix: str = "--") -> None:
@@ -204,7 +214,7 @@ def require(command: Any, prefix: str = "--") -> None:
                 _ordered(value, f"{prefix}{name}")
 
 
-UNNAMED = ("experiment", "mesh", "practice", "service")
+UNNAMED = ("experiment", "files", "mesh", "practice", "service")
 """Fields whose flags have no prefix."""
 
 
@@ -212,8 +222,8 @@ def _ordered(value: Any, flag: str) -> None:
     low, high = value
     if low > high:
         raise ConfigError(
-            f"{flag} {low:g} {high:g}: the first is the least, the second the greatest; give"
-            f" {high:g} {low:g}"
+            f"{flag} {_shown(low)} {_shown(high)}: the first is the least, the second the"
+            f" greatest; give {_shown(high)} {_shown(low)}"
         )
 
 
@@ -225,4 +235,4 @@ def _within(value: Any, spans: tuple[Span, ...], flag: str, form: str) -> None:
         return
     low, high = spans[0]
     if not low <= value <= high:
-        raise ConfigError(f"{flag} {value:g}: must be {form}")
+        raise ConfigError(f"{flag} {_shown(value)}: must be {form}")

@@ -10,9 +10,15 @@ from console.bounds import UNNAMED
 from world.errors import ConfigError
 from world.surroundings import expanded
 
+RUNS = ("source", "sources", "policies", "policy")
+"""Fields of a run, a checkpoint folder, a policy's name, or a file of motion"""
+PATHS = ("paths",)
+"""Fields of words that name files or folders to read"""
 #: Flags whose value is a file or folder that must be there, by field; those of `doctor` are checked
-#: as findings, and a missing RUN is refused where it is read.
+#: as findings.
 FIELDS = (
+    *RUNS,
+    *PATHS,
     "motions",
     "objects",
     "init",
@@ -20,20 +26,26 @@ FIELDS = (
     "against",
     "evaluation",
     "map",
+    "rig",
+    "joint_map",
     "tls_ca",
     "tls_cert",
     "tls_key",
     "tls_client_ca",
     "token_file",
 )
-_ELSEWHERE = ("Doctor", "ObjectsList", "ObjectsShow")
-"""Commands whose own fields of these names are findings, or words without a flag"""
+_WORDS = (*RUNS[:3], *PATHS)
+"""Fields that are words of the command, without a flag"""
+_SERVED = ("sources", "policies")
+"""Fields whose words may be NAME=RUN"""
 
 
 def require(command: Any, prefix: str = "--") -> None:
     """Raise ConfigError, which names flag and value, for a path of input that is not there."""
-    if type(command).__name__ in _ELSEWHERE:
+    kind = type(command).__name__
+    if kind == "Doctor":
         return
+    words = _WORDS + (("objects",) if kind in ("ObjectsList", "ObjectsShow") else ())
     for field in dataclasses.fields(command):
         value = getattr(command, field.name)
         name = field.name.replace("_", "-")
@@ -42,8 +54,11 @@ def require(command: Any, prefix: str = "--") -> None:
                 require(value, prefix if field.name in UNNAMED else f"{prefix}{name}.")
         elif field.name in FIELDS:
             for one in _given(value):
-                if not _there(field.name, one):
-                    raise ConfigError(f"{prefix}{name} {one}: {_wanted(field.name)}")
+                pieces = field.name == "objects" or kind == "ObjectsCheck"
+                forms = {one, one.partition("=")[2] or one} if field.name in _SERVED else {one}
+                if not any(_there("objects" if pieces else field.name, form) for form in forms):
+                    flag = "" if field.name in words else f"{prefix}{name} "
+                    raise ConfigError(f"{flag}{one}: {_wanted(field.name, pieces)}")
 
 
 def _given(value: object) -> Iterator[str]:
@@ -65,7 +80,7 @@ def _splits() -> tuple[str, ...]:
 
 def _there(field: str, word: str) -> bool:
     if (field == "objects" and word in _splits()) or (
-        field == "init" and word in pretrained.names()
+        field in ("init", *RUNS) and word in pretrained.names()
     ):
         return True
     try:
@@ -74,11 +89,13 @@ def _there(field: str, word: str) -> bool:
         return False
 
 
-def _wanted(field: str) -> str:
+def _wanted(field: str, pieces: bool) -> str:
     """What the value of a flag must be."""
-    if field == "objects":
+    if pieces:
         return f"no such file or folder; choose {', '.join(_splits())} or a path of pieces"
+    names = ", ".join(pretrained.names())
     if field == "init":
-        names = ", ".join(pretrained.names())
         return f"no such run or checkpoint folder; the names of policies are {names}"
+    if field in RUNS:
+        return f"no such run, checkpoint folder or file; the names of policies are {names}"
     return "no such file or folder"

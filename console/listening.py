@@ -1,12 +1,18 @@
-"""HOST:PORT of pages that are served on this machine, and whether only this machine reaches it."""
+"""HOST:PORT of pages that are served on this machine, and whether only this machine reaches it;
+settings of services and channels that contradict one another, by the names of flags."""
 
+import re
 import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from rpc.address import is_loopback, joined, split_address
-from rpc.errors import RpcError
+from rpc.errors import RpcError, SettingsError
 from world.errors import ConfigError
 
-__all__ = ["address_of", "family", "is_loopback", "joined"]
+__all__ = ["address_of", "family", "flags_named", "is_loopback", "joined"]
+
+_FIELD = re.compile(r"\b(tls_cert|tls_key|tls_client_ca|tls_ca|token_file|allow_insecure_remote)\b")
 
 
 def address_of(listen: str) -> tuple[str, int]:
@@ -25,3 +31,14 @@ def address_of(listen: str) -> tuple[str, int]:
 def family(host: str) -> socket.AddressFamily:
     """Return the family of sockets of a host name or address."""
     return socket.AF_INET6 if ":" in host else socket.AF_INET
+
+
+@contextmanager
+def flags_named(prefix: str = "--") -> Iterator[None]:
+    """Context in which invalid settings of a server or channel are a ConfigError that names flags
+    as they are typed."""
+    try:
+        yield
+    except SettingsError as error:
+        text = _FIELD.sub(lambda found: prefix + found[0].replace("_", "-"), str(error))
+        raise ConfigError(text) from error

@@ -1,10 +1,23 @@
 """Checks of the files that a command is asked to write, before the work that they are to hold."""
 
+import dataclasses
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from world.errors import ConfigError
+
+FIELDS = ("run", "state", "out", "json", "record", "sheet", "html")
+"""Fields of files and folders that a command writes; `json` is elsewhere no path"""
+_FOLDERS = {
+    ("Train", "run"), ("Style", "state"), ("Publish", "out"), ("MotionsImport", "out"),
+    ("MotionsVary", "out"), ("ObjectsImport", "out"), ("TeachCarry", "out"), ("TeachRecord", "out"),
+}  # fmt: skip
+_SUFFIXES = {"html": (".html", ".htm"), "sheet": (".png",), "record": (".msgpack",)}
+"""Suffixes of files by field, where they are the same for all commands"""
+_WORDS = {(kind, "out") for kind in ("Publish", "Video", "Export", "TeachCarry", "TeachRecord")}
+"""Commands whose output is a word, without a flag"""
 
 
 def check(path: Path | None, flag: str, suffixes: Sequence[str]) -> None:
@@ -19,6 +32,32 @@ def check(path: Path | None, flag: str, suffixes: Sequence[str]) -> None:
         raise ConfigError(f"{flag} {path}: its suffix{named}; choose {' or '.join(suffixes)}")
     if path.is_dir():
         raise ConfigError(f"{flag} {path}: a folder; name a file")
-    folder = next(folder for folder in path.absolute().parents if folder.exists())
+    _writable(path, f"{flag} ")
+
+
+def require(command: Any) -> None:
+    """Raise ConfigError, which names flag and value, for an output whose folder cannot be written,
+    and for a file where a folder is to be written."""
+    kind = type(command).__name__
+    for field in dataclasses.fields(command):
+        if field.name not in FIELDS:
+            continue
+        value = getattr(command, field.name)
+        flag = "" if (kind, field.name) in _WORDS else f"--{field.name} "
+        for path in value if isinstance(value, tuple) else (value,):
+            if isinstance(path, Path):
+                suffixes = _SUFFIXES.get(field.name, (path.suffix.lower(),))
+                if path.suffix.lower() not in suffixes:
+                    raise ConfigError(f"{flag}{path}: choose {' or '.join(suffixes)}")
+                if path.is_file() and (kind, field.name) in _FOLDERS:
+                    raise ConfigError(f"{flag}{path}: a file; name a folder")
+                _writable(path, flag)
+
+
+def _writable(path: Path, flag: str) -> None:
+    try:
+        folder = next(folder for folder in path.absolute().parents if folder.exists())
+    except OSError as error:
+        raise ConfigError(f"{flag}{path}: {error.strerror}") from None
     if not (folder.is_dir() and os.access(folder, os.W_OK)):
-        raise ConfigError(f"{flag} {path}: {folder} is not a writable folder")
+        raise ConfigError(f"{flag}{path}: {folder} is not a writable folder")

@@ -2,18 +2,18 @@
 
 import ipaddress
 
-from rpc.errors import RpcError
+from rpc.errors import SettingsError
 
 
 def split_address(address: str) -> tuple[str, int]:
-    """Host and port of HOST:PORT ([HOST]:PORT for IPv6); RpcError for any other text."""
+    """Host and port of HOST:PORT ([HOST]:PORT for IPv6); SettingsError for any other text."""
     host, colon, port = address.rpartition(":")
     if not colon or not host or not port.isdecimal() or int(port) > 65535:
-        raise RpcError(f"address '{address}': must be HOST:PORT with a port of 0..65535")
+        raise SettingsError(f"address '{address}': must be HOST:PORT with a port of 0..65535")
     if host.startswith("[") and host.endswith("]"):
         return host[1:-1], int(port)
     if ":" in host or "[" in host or "]" in host:
-        raise RpcError(f"address '{address}': write IPv6 in brackets, as [::1]:{port}")
+        raise SettingsError(f"address '{address}': write IPv6 in brackets, as [::1]:{port}")
     return host, int(port)
 
 

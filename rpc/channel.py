@@ -9,7 +9,7 @@ import grpc
 
 from rpc.address import is_local, split_address
 from rpc.credentials import channel_credentials, read_token
-from rpc.errors import RefusedError, RpcError, UnreachableError
+from rpc.errors import RefusedError, SettingsError, UnreachableError
 
 Reply = TypeVar("Reply")
 Metadata = list[tuple[str, str]]
@@ -77,7 +77,7 @@ class Channel:
             split_address(config.address)
         if config.token_file or config.token:
             if not secure and not is_local(config.address) and not config.allow_insecure_remote:
-                raise RpcError(
+                raise SettingsError(
                     f"{config.address}: a token is not shown to another machine without TLS; "
                     "give tls_ca, or allow_insecure_remote"
                 )

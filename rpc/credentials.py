@@ -5,14 +5,14 @@ from pathlib import Path
 
 import grpc
 
-from rpc.errors import RpcError
+from rpc.errors import SettingsError
 
 
 def read_token(path: str) -> str:
-    """Token of a file, without surrounding white space; RpcError if there is none."""
+    """Token of a file, without surrounding white space; SettingsError if there is none."""
     token = _read(path, "token file").decode("utf-8", "replace").strip()
     if not token or not token.isascii() or not token.isprintable():
-        raise RpcError(f"token file {path}: must hold one line of printable ASCII")
+        raise SettingsError(f"token file {path}: must hold one line of printable ASCII")
     return token
 
 
@@ -37,18 +37,18 @@ def channel_credentials(ca: str, cert: str, key: str) -> grpc.ChannelCredentials
 
 
 def _check_pair(cert: str, key: str) -> None:
-    """Raise RpcError unless the key belongs to the certificate, which gRPC does not report."""
+    """Raise SettingsError unless the key belongs to the certificate, which gRPC does not report."""
     try:
         ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(cert, key, password="")
     except (ssl.SSLError, ValueError, OSError) as error:
         why = str(error)
         if "KEY_VALUES_MISMATCH" in why:
-            raise RpcError(f"TLS key {key}: is not that of certificate {cert}") from error
-        raise RpcError(f"TLS certificate {cert} or key {key}: not readable as PEM") from error
+            raise SettingsError(f"TLS key {key}: is not that of certificate {cert}") from error
+        raise SettingsError(f"TLS certificate {cert} or key {key}: not readable as PEM") from error
 
 
 def _read(path: str, what: str) -> bytes:
     try:
         return Path(path).read_bytes()
     except OSError as error:
-        raise RpcError(f"{what} {path}: {error.strerror}") from error
+        raise SettingsError(f"{what} {path}: {error.strerror}") from error

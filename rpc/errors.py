@@ -11,6 +11,11 @@ class CodecError(RpcError):
     """A message or array is malformed."""
 
 
+class SettingsError(RpcError):
+    """Settings of a server or channel are invalid, contradict one another, or leave an address
+    unprotected; fields have their names in `ServerConfig` and `ChannelConfig`."""
+
+
 class UnreachableError(RpcError):
     """A service is unreachable for longer than the retry time."""
 

@@ -17,7 +17,7 @@ from prometheus_client import CollectorRegistry, start_http_server
 
 from rpc.address import is_local, split_address
 from rpc.credentials import read_token, server_credentials
-from rpc.errors import RpcError
+from rpc.errors import RpcError, SettingsError
 from rpc.first_message import FirstMessageInterceptor
 from rpc.health import HealthServicer
 from rpc.interceptors import CallInterceptor, TokenInterceptor
@@ -217,15 +217,15 @@ def close_metrics(server: WSGIServer) -> None:
 
 
 def check(config: ServerConfig) -> None:
-    """Raise RpcError where settings contradict each other, or leave a remote address
+    """Raise SettingsError where settings contradict one another, or leave a remote address
     unprotected."""
     if bool(config.tls_cert) != bool(config.tls_key):
-        raise RpcError("tls_cert and tls_key: give both or neither")
+        raise SettingsError("tls_cert and tls_key: give both or neither")
     if config.tls_client_ca and not config.tls_cert:
-        raise RpcError("tls_client_ca: needs tls_cert and tls_key")
+        raise SettingsError("tls_client_ca: needs tls_cert and tls_key")
     protected = config.tls_cert and (config.token_file or config.token or config.tls_client_ca)
     if not is_local(config.listen) and not protected and not config.allow_insecure_remote:
-        raise RpcError(
+        raise SettingsError(
             f"{config.listen} is open to other machines: give tls_cert, tls_key and token_file, "
             "listen on 127.0.0.1, or allow_insecure_remote"
         )

@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from world.errors import ClipError
 from world.meshes.formats import gltf
+from world.refusals import reason
 
 Document = dict[str, Any]
 SUFFIXES = (".glb", ".gltf")
@@ -104,7 +105,7 @@ def parsed(content: bytes, path: Path) -> tuple[Document, bytes]:
         elif uri:
             raise ValueError(f"its buffer is another file ({uri[:80]}): save it as .glb")
     except (ValueError, KeyError, TypeError, AttributeError, struct.error) as error:
-        raise ClipError(f"{path}: not a readable glTF file ({error})") from error
+        raise ClipError(f"{path}: not a readable glTF file ({reason(error)})") from error
     return document, binary
 
 

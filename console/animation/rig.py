@@ -11,7 +11,7 @@ from console.animation.skeleton import Array
 from world.errors import ClipError, ConfigError
 from world.motions.formats import bvh, bvh_text, landmarks
 from world.motions.text import decoded
-from world.refusals import refusing
+from world.refusals import reason, refusing
 
 SUFFIXES = (".bvh", ".glb", ".gltf")
 _MAX_BYTES = 256 * 1024 * 1024
@@ -111,7 +111,7 @@ def of_bvh(path: Path, content: bytes) -> Rig:
     try:
         joints = bvh_text.hierarchy(decoded(content))
     except ValueError as error:
-        raise RigError(f"--rig {path}: not a readable BVH file ({error})") from error
+        raise RigError(f"--rig {path}: not a readable BVH file ({reason(error)})") from error
     position = np.zeros((len(joints), 3))
     for index, joint in enumerate(joints):
         # the root's is where it stands, or 0

@@ -8,6 +8,7 @@ from dataclasses import replace
 import mujoco
 import torch
 
+from console.bench.turns import turns
 from world import random_streams
 from world.character import model as character
 from world.config import CarryConfig, WorldConfig
@@ -43,9 +44,8 @@ def measure(scenes: int, seconds: float, threads: int = 1) -> dict[str, float]:
     taken = dict.fromkeys((*others, "ours"), 0.0)
     apart = dict.fromkeys(others, 0.0)
     steps, held = 0, 0.0
-    began = time.perf_counter()
-    while steps < 2 * _EPISODE or time.perf_counter() - began < seconds:
-        if steps % _EPISODE == 0:
+    for step in turns(seconds, 2 * _EPISODE):
+        if step % _EPISODE == 0:
             carriers.reset()
         carriers.aim()
         before = carriers.scenes.physics()
@@ -57,7 +57,7 @@ def measure(scenes: int, seconds: float, threads: int = 1) -> dict[str, float]:
             gap = (other.qvel - carriers.scenes.qvel)[:, 6:].abs()
             apart[name] = max(apart[name], float(gap.median()))
         held += carriers.held()
-        steps += 1
+        steps = step + 1
     ours = taken["ours"]
     return {
         "control_steps_per_s": steps * scenes / ours,

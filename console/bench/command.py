@@ -20,6 +20,7 @@ from console.bench import meanings
 from console.bench import servos as bench_servos
 from console.bench import warp_world as bench_warp_world
 from console.bench import world as bench_world
+from console.bench.turns import turns
 from console.commands import Bench, Train
 from console.run import assembly, machine
 from console.run.directory import RunDirectory, write_json
@@ -209,10 +210,10 @@ def train(command: Bench, experiment: Experiment, threads: int) -> dict[str, flo
             for _ in range(3):
                 loop.iterate()
             began = time.perf_counter()
-            while time.perf_counter() - began < command.seconds or count < 3:
+            for turn in turns(command.seconds, 3):
                 for name, value in loop.iterate().items():
                     sums[name] = sums.get(name, 0.0) + value
-                count += 1
+                count = turn + 1
             wall = time.perf_counter() - began
             memory, on_device = machine.process_tree_gb(), devices.memory_used(device)
             loop.close()
@@ -351,8 +352,7 @@ def repeated(once: Callable[[], Any], command: Bench) -> float:
     """Return the seconds of one call: the median of calls over a third of --seconds."""
     once()
     spent: list[float] = []
-    began = time.perf_counter()
-    while len(spent) < 5 or time.perf_counter() - began < command.seconds / 3:
+    for _ in turns(command.seconds / 3, 5):
         before = time.perf_counter()
         once()
         spent.append(time.perf_counter() - before)

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
+from console.bench.turns import turns
 from console.commands import Video
 from console.recording.format import Recording
 from console.run import machine
@@ -42,17 +43,17 @@ def of_recording(found: Recording, seconds: float, threads: int) -> dict[str, fl
         if done == images // 2:
             memory = max(memory, machine.process_tree_gb())
 
-    began, rounds = time.perf_counter(), 0
+    rounds = 0
     with tempfile.TemporaryDirectory() as folder:
         films = [Path(folder) / name for name in ("one.mp4", "several.mp4")]
-        while rounds < 2 or time.perf_counter() - began < seconds:
+        for turn in turns(seconds, 2):
             for way, film in enumerate(films):
                 processor, clock = _processor_s(), time.perf_counter()
                 rendering.write_video(found, film, progress=progress, threads=threads if way else 1)
                 wall[way] += time.perf_counter() - clock
                 spent[way] += _processor_s() - processor
             differing += films[0].read_bytes() != films[1].read_bytes()
-            rounds += 1
+            rounds = turn + 1
     count = rounds * images
     one, several = (1e3 * s / count for s in spent)
     return {

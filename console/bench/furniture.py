@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 import torch
 
+from console.bench.turns import turns
 from console.run import machine
 from world import random_streams
 from world.character.model import NU, NV
@@ -43,17 +44,16 @@ def measure(
     plain = _Seated([chair] * scenes, [compile_scene(chair)] * scenes, threads)
     taken = {"mixed": 0.0, "plain": 0.0}
     steps, broken = 0, 0
-    began = time.perf_counter()
-    while steps < 2 * _EPISODE or time.perf_counter() - began < seconds:
+    for step in turns(seconds, 2 * _EPISODE):
         for name, shard in (("mixed", mixed), ("plain", plain)):
-            if steps % _EPISODE == 0:
+            if step % _EPISODE == 0:
                 shard.reset()
             start = time.perf_counter()
-            shard.scenes.act(0.3 * random_streams.normal(0, shard.ids, steps, NU))
+            shard.scenes.act(0.3 * random_streams.normal(0, shard.ids, step, NU))
             taken[name] += time.perf_counter() - start
             if name == "mixed":
                 broken += int((~shard.scenes.finite()).sum())
-        steps += 1
+        steps = step + 1
     swap = time.perf_counter()
     mixed.scenes.set_models(range(scenes), [models[(i + 1) % len(models)] for i in every])
     swap = time.perf_counter() - swap

@@ -21,6 +21,7 @@ from torch import Tensor
 from actors.local import LocalFleet
 from actors.worker import Worker
 from console.bench.peers.ours import Nowhere
+from console.bench.turns import turns
 from console.run import assembly, mixing
 from console.run.directory import RunDirectory, checkpoint_folder
 from console.run.experiment import Experiment
@@ -145,9 +146,9 @@ def measure(source: Path, seconds: float, threads: int) -> dict[str, float]:
                 loop.iterate()
             watch.reset()
             count, began = 0, time.process_time()
-            while count == 0 or time.process_time() - began < seconds:
+            for turn in turns(seconds, 1, clock=time.process_time):
                 loop.iterate()
-                count += 1
+                count = turn + 1
             whole = time.process_time() - began
         state = fleet.workers[0].state_dict()
     samples = count * experiment.scenes * experiment.horizon

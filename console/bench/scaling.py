@@ -21,6 +21,7 @@ from console.bench.stand_in_fleet import SleepingFleet, sleepers
 from console.plan.estimate import Costs, Fleet, estimate
 from console.run import assembly
 from console.run.experiment import Experiment
+from console.terminal import progress
 from learner.config import LagConfig, LoopConfig
 from learner.loop import Loop
 from policy.rollout import Rollout
@@ -80,15 +81,18 @@ def measure(experiment: Experiment, scenes: int, seconds: float) -> dict[str, fl
     with (
         ray_session(cpus=PROCESSES, object_store_bytes=OBJECT_STORE_BYTES),
         sleepers(part, PROCESSES) as hosts,
+        # each takes `seconds`
+        progress("measurements", 2 * len(ACTORS) + 1 + len(RATIOS)) as note,
     ):
         lockstep = {actors: Spent() for actors in ACTORS}
         ahead = {actors: Spent() for actors in ACTORS}
         ready, received = Spent(), Spent()
-        for _ in range(ROUNDS):
-            for actors in ACTORS:
+        for turn in range(ROUNDS):
+            for place, actors in enumerate(ACTORS):
                 fleet = SleepingFleet(hosts, part, actors, took_s)
                 collect(fleet, weights, seconds / ROUNDS, lockstep[actors])
                 collect_ahead(fleet, weights, seconds / ROUNDS, ahead[actors])
+                note((turn * (2 * len(ACTORS) + 1) + 2 * (place + 1)) / ROUNDS)
             fleet = SleepingFleet(hosts, part, max(ACTORS), 1.0)
             take_ready(fleet, weights, seconds / ROUNDS, ready, received)
         figures = {
@@ -104,7 +108,8 @@ def measure(experiment: Experiment, scenes: int, seconds: float) -> dict[str, fl
         figures |= ingested(ahead, part, took_s, limit)
         figures |= planned(experiment, part, took_s, figures)
         update_s = updating(experiment, part)
-        for ratio in RATIOS:
+        for place, ratio in enumerate(RATIOS):
+            note(2 * len(ACTORS) + 1 + place)
             fleet = SleepingFleet(hosts, part, OVERLAPPING, ratio * update_s)
             found = overlapping(experiment, fleet, seconds)
             figures |= {f"actors_at_{ratio:g}_{name}": value for name, value in found.items()}

@@ -9,8 +9,10 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
+from console.bench.serve_client import STREAMS
 from console.run import assembly
 from console.run.experiment import Experiment, to_json
+from console.terminal import progress
 from policy.checkpoints.format import Manifest, write
 from world.errors import InhabitError
 
@@ -33,25 +35,34 @@ def measure(
     note: receives one line on a part that is left out.
     """
     figures: dict[str, float] = {}
-    with tempfile.TemporaryDirectory() as folder:
+    count = 2 * (4 + len(STREAMS)) + 2 * _has_ray_serve() + 1 + len(FLOODS)
+    with (
+        progress("measurements", count) as so_far,
+        tempfile.TemporaryDirectory() as folder,
+    ):
+        done = iter(range(1, count + 1))
+
+        def measured() -> None:
+            so_far(next(done, count))
+
         checkpoint = _checkpoint(experiment, Path(folder))
         for kind in ("echo", "policy", "ray"):
             if kind == "ray" and not _has_ray_serve():
                 note("Ray Serve: not measured; install it by pip install 'inhabit[bench]'")
                 continue
             try:
-                found = _of(kind, checkpoint, seconds)
+                found = _of(kind, checkpoint, seconds, measured)
             except BenchError as error:
                 if kind != "ray":
                     raise
                 note(f"Ray Serve: not measured: {error}")
                 continue
             figures |= {f"{kind}_{name}": value for name, value in found.items()}
-        figures |= _fairness(checkpoint, seconds)
+        figures |= _fairness(checkpoint, seconds, measured)
     return figures | _ratios(figures)
 
 
-def _fairness(checkpoint: Path, seconds: float) -> dict[str, float]:
+def _fairness(checkpoint: Path, seconds: float, measured: Callable[[], None]) -> dict[str, float]:
     """Return the latencies of a few characters alone, and while another client asks for as much as
     it may: in rows of observations, or in situations."""
     found: dict[str, float] = {}
@@ -65,6 +76,7 @@ def _fairness(checkpoint: Path, seconds: float) -> dict[str, float]:
                 watched = stack.enter_context(_process("client", address, str(seconds), "paced"))
                 line = _line(watched)
                 _send_line(watched)
+                measured()
             name = "alone" if flood is None else f"flood_{flood}"
             found |= {f"fair_{name}_{unit}": float(line[unit]) for unit in ("p50_ms", "p99_ms")}
     return found | _fair_ratios(found)
@@ -99,7 +111,9 @@ def _ratios(figures: dict[str, float]) -> dict[str, float]:
     }
 
 
-def _of(kind: str, checkpoint: Path, seconds: float) -> dict[str, float]:
+def _of(
+    kind: str, checkpoint: Path, seconds: float, measured: Callable[[], None]
+) -> dict[str, float]:
     """Return the figures of one server, with its processor time over each measurement."""
     figures: dict[str, float] = {}
     with _process("servers", kind, str(checkpoint)) as server:
@@ -109,6 +123,7 @@ def _of(kind: str, checkpoint: Path, seconds: float) -> dict[str, float]:
             before = _spent(server)
             while line := _line(client, may_end=True):
                 after = _spent(server)
+                measured()
                 name = line.pop("name")
                 for unit, value in line.items():
                     figures[f"{name}_{unit}"] = float(value)

@@ -5,6 +5,7 @@ import time
 
 import torch
 
+from console.bench.turns import turns
 from console.run.experiment import Experiment
 from world import random_streams
 from world.character import model as character
@@ -29,16 +30,16 @@ def measure(experiment: Experiment, seconds: float, threads: int) -> dict[str, f
     standing = torch.from_numpy(character.standing_qpos()).expand(n, -1)
     yaw = torch.tensor([[1.0, 0.0]]).expand(n, -1)
     scenes.set_state(ids, standing, torch.zeros(n, character.NV), torch.zeros(n, 3), yaw)
-    steps, blown, speeds = 0, 0, list[float]()
+    blown, speeds = 0, list[float]()
     began = time.perf_counter()
-    while steps < SIMULATED_S * character.CONTROL_HZ and time.perf_counter() - began < seconds:
+    for step in turns(seconds, 1, most=round(SIMULATED_S * character.CONTROL_HZ)):
         draw = random_streams.uniform(
-            experiment.seed, random_streams.ACTION_NOISE, ids, steps, character.NU
+            experiment.seed, random_streams.ACTION_NOISE, ids, step, character.NU
         )
         scenes.act((2.0 * draw - 1.0) * world.action_clip)
         blown += int((~scenes.finite()).sum())
         speeds.append(float(scenes.qvel[:, 6:].abs().max()))
-        steps += 1
+    steps = len(speeds)
     return {
         "simulated_s_per_scene": steps / character.CONTROL_HZ,
         "blown_up_scenes": blown,

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import torch
 
+from console.bench.turns import turns
 from console.run import assembly
 from console.run.experiment import Experiment
 from world import device as devices
@@ -50,8 +51,8 @@ def measure(experiment: Experiment, seconds: float, device: torch.device) -> dic
             spent[part] += time.perf_counter() - began
 
     steps, resets = 0, 0
-    began = time.perf_counter()
-    while steps < _FIRST + 3 or time.perf_counter() - began < seconds:
+    for turn in turns(seconds, _FIRST + 3):
+        steps = turn
         noise: list[torch.Tensor] = []
         timed("policy_noise", lambda: noise.append(random_streams.normal(0, ids, steps, NU)))  # noqa: B023
         action = 0.3 * noise[0]

@@ -4,6 +4,7 @@ import time
 
 import torch
 
+from console.bench.turns import turns
 from console.run import assembly, machine
 from console.run.experiment import Experiment
 from world import random_streams
@@ -30,9 +31,8 @@ def measure(experiment: Experiment, seconds: float, threads: int = 1) -> dict[st
         threads,
     )
     ids = torch.arange(shard.n)
-    whole, alone, steps = 0.0, 0.0, 0
-    began = time.perf_counter()
-    while steps < 10 or time.perf_counter() - began < seconds:
+    whole, alone, done = 0.0, 0.0, 0
+    for steps in turns(seconds, 10):
         action = 0.3 * random_streams.normal(experiment.seed, ids, steps, NU)
         state = shard.state_dict()
         raw.set_models(range(shard.n), [bank.models[v] for v in state["variant"].tolist()])
@@ -47,8 +47,8 @@ def measure(experiment: Experiment, seconds: float, threads: int = 1) -> dict[st
         if steps >= 3:  # the first steps fill caches
             alone += middle - start
             whole += end - middle
-        steps += 1
-    counted = (steps - 3) * shard.n
+        done = steps + 1
+    counted = (done - 3) * shard.n
     return {
         "shard_control_steps_per_s": counted / whole,
         "raw_control_steps_per_s": counted / alone,

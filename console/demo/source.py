@@ -7,6 +7,7 @@ import numpy as np
 from console.demo.room import GOAL_M, Room, RoomMoment, Stage
 from console.play.frames import Frames
 from console.play.source import Curves
+from policy.checkpoints import lineage
 from world.errors import ConfigError
 
 
@@ -41,3 +42,7 @@ class RoomFrames(Frames[RoomMoment]):
             words += " – reached"
         counts = f"{control.reached} reached, {control.falls} fall{'s' * (control.falls != 1)}"
         return f"{words}\n\n{counts}"
+
+    def origins(self) -> dict[str, str]:
+        """See Source; of all policies of the room."""
+        return lineage.origins([served.manifest.notes for served in self.room.policies.values()])

@@ -83,4 +83,6 @@ def server(listen: str, text: str) -> ThreadingHTTPServer:
     try:
         return Server((host, port), Page)
     except (OSError, ValueError, OverflowError) as error:
-        raise ConfigError(f"cannot listen on '{listen}' (HOST:PORT): {error}") from error
+        # asyncio adds the address in Python's form
+        why = str(getattr(error, "strerror", None) or error).partition(" (while")[0]
+        raise ConfigError(f"cannot listen on '{listen}': {why}") from error

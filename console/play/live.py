@@ -8,6 +8,7 @@ from console.play.frames import Frames
 from console.play.scene import Moment, Scene
 from console.play.source import Curves
 from console.recording.format import Take, boxes_of
+from policy.checkpoints import lineage
 from world.character import model as character
 
 
@@ -74,3 +75,9 @@ class Live(Frames[Moment]):
         elif moment.success:
             words.append("**success**")
         return ", ".join(words)
+
+    def origins(self) -> dict[str, str]:
+        """See Source."""
+        found, piece = lineage.origins([self.scene.served.manifest.notes]), self.scene.piece
+        text = lineage.with_furniture(found["licence"], piece.name, piece.licence, piece.credit)
+        return found | {"licence": text}

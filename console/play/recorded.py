@@ -27,9 +27,11 @@ _UNKNOWN = "no reward terms: "
 class Recorded:
     """A recorded take; a Source that cannot continue."""
 
-    def __init__(self, take: Take, name: str, curves: Curves) -> None:
+    def __init__(
+        self, take: Take, name: str, curves: Curves, origins: dict[str, str] | None = None
+    ) -> None:
         self.model, self.name = recording.model_of(take), name
-        self._take, self._curves = take, curves
+        self._take, self._curves, self._origins = take, curves, origins or {}
         self._data = mujoco.MjData(self.model)
 
     def __len__(self) -> int:
@@ -82,6 +84,10 @@ class Recorded:
             word = "**success**"
         return f"{100 * error[frame]:.0f} cm from the goal" + (f", {word}" if word else "")
 
+    def origins(self) -> dict[str, str]:
+        """See Source."""
+        return self._origins
+
 
 def read(path: Path) -> dict[str, Recorded]:
     """Return the takes of a recording, or the clips of a file, by name.
@@ -101,7 +107,12 @@ def read(path: Path) -> dict[str, Recorded]:
     clips = play.clips([str(path)], None)
     nothing = Curves(missing="a clip has no goal: no reward terms, style score or success")
     return {
-        f"{i + 1}: {clip.name}": Recorded(take_of(clip), clip.name, nothing)
+        f"{i + 1}: {clip.name}": Recorded(
+            take_of(clip),
+            clip.name,
+            nothing,
+            {"trained_on": clip.source, "licence": clip.licence},
+        )
         for i, clip in enumerate(clips)
     }
 
@@ -109,9 +120,11 @@ def read(path: Path) -> dict[str, Recorded]:
 def takes_of(found: Recording, name: str) -> dict[str, Recorded]:
     """The takes of a recording by number and by what each is of."""
     task = str(found.meta.get("task", ""))
+    stated = ((key, found.meta.get(key)) for key in ("trained_on", "licence"))
+    origins = {key: str(value) for key, value in stated if value}
     return {
         f"{i + 1}: {take.meta.get('clip') or take.piece or 'nothing'}": Recorded(
-            take, name, measured(take, task)
+            take, name, measured(take, task), origins
         )
         for i, take in enumerate(found.takes)
         if len(take)

@@ -17,12 +17,14 @@ def html(player: Player, title: str) -> bytes:
     if isinstance(player.source, Live):
         scene = player.source.scene
         about = f"{scene.task.name}, {scene.piece.name} at {scene.setup.scale:g}, {about}"
+    if licence := player.source.origins().get("licence"):
+        about += f". Licence of the motion: {licence}"
     return page(player.source, title, about).encode()
 
 
 def msgpack(player: Player) -> bytes:
     """Return all frames as a recording of one take."""
-    meta: dict[str, object] = {"control_hz": HZ}
+    meta: dict[str, object] = {"control_hz": HZ, **player.source.origins()}
     if isinstance(player.source, Live):
         scene = player.source.scene
         meta |= {"task": scene.task.name, "checkpoint": scene.served.version}

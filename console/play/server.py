@@ -34,7 +34,9 @@ def start(listen: str, allow_remote: bool = False) -> Server:
         with socket.create_server((host, port), family=family(host)):
             pass
     except (OSError, OverflowError) as error:
-        raise ConfigError(f"cannot listen on '{listen}' (HOST:PORT): {error}") from error
+        # asyncio adds the address in Python's form
+        why = str(getattr(error, "strerror", None) or error).partition(" (while")[0]
+        raise ConfigError(f"cannot listen on '{listen}': {why}") from error
     # viser's own banners are suppressed
     rich.get_console().quiet = True
     server = Server(host=host, port=port, label="inhabit", verbose=False)

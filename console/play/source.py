@@ -69,6 +69,11 @@ class Source(Protocol):
         """Return one line on a frame."""
         ...
 
+    def origins(self) -> dict[str, str]:
+        """Return the data that the motion stems from, as `trained_on`, and its terms, as `licence`,
+        both whole; none where they are not known."""
+        ...
+
 
 class Poser:
     """Kinematics of a model's bodies from recorded coordinates."""

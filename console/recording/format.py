@@ -14,7 +14,7 @@ from world.errors import InhabitError
 from world.furniture.piece import SLOTS, Box, Piece
 from world.partial_files import replacing
 from world.placeholders import read_bounded
-from world.refusals import one_line, refusing
+from world.refusals import reason, refusing, why
 from world.scene.model import PROJECTILE_BODY, Ball, add_boxes, scene_spec
 
 FORMAT = "inhabit-recording"
@@ -145,7 +145,7 @@ def read(path: Path) -> Recording:
     try:
         value = codec.unpack(packed)
     except Exception as error:
-        raise RecordingError(f"{path} is damaged or not a recording ({one_line(error)})") from error
+        raise RecordingError(f"{path} is damaged or not a recording ({why(error)})") from error
     with refusing(RecordingError, path, "recording"):
         return _recording(value, path)
 
@@ -167,7 +167,7 @@ def _recording(value: Any, path: Path) -> Recording:
             for take in value["takes"]
         ]
     except (KeyError, TypeError, ValueError) as error:
-        raise RecordingError(f"{path} lacks part of a recording ({error})") from error
+        raise RecordingError(f"{path} lacks part of a recording ({reason(error)})") from error
     for number, take in enumerate(takes):
         if fault := _fault(take):
             raise RecordingError(f"{path}: take {number}: {fault}")

@@ -38,6 +38,7 @@ from world.meshes import collection
 from world.motions import load
 from world.motions.library import MixedSource, MotionLibrary, StyleMixture, StyleSource
 from world.objects.bank import ObjectBank
+from world.refusals import reason
 from world.scene.warp_config import DEFAULT, WarpConfig
 from world.tasks import Task
 from world.tasks.mixture import Mixture
@@ -338,4 +339,4 @@ def experiment_of(manifest: Manifest, path: Path) -> Experiment:
     try:
         return experiment_from_json(json.loads(manifest.notes["experiment"]), str(path))
     except (KeyError, ValueError, TypeError) as error:
-        raise CheckpointError(f"{path} records no valid experiment ({error})") from error
+        raise CheckpointError(f"{path} records no valid experiment ({reason(error)})") from error

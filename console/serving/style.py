@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 from console.commands import Serve, Style
+from console.listening import flags_named
 from console.run import assembly
 from console.run.directory import RunDirectory, RunError, checkpoint_folder
 from console.run.experiment import read_experiment
@@ -17,8 +18,9 @@ from discriminator.service import start
 from discriminator.trainer import Discriminator
 from policy.checkpoints.format import State, read
 from rpc.address import split_address
+from rpc.credentials import read_token, server_credentials
 from rpc.errors import RpcError
-from rpc.server import ServerConfig
+from rpc.server import ServerConfig, check
 from world.errors import ConfigError
 
 
@@ -71,7 +73,8 @@ def restore(style: Discriminator, saved: State, journal: Journal | None) -> None
 
 
 def listening(command: Style | Serve) -> ServerConfig:
-    """Return the server configuration of the flags; ConfigError for what is no address."""
+    """Return the server configuration of the flags; ConfigError for what is no address, and for
+    flags that contradict one another or leave an address unprotected."""
     named = {"--listen": command.listen, "--metrics": command.metrics, "--health": command.health}
     for flag, address in named.items():
         if address and not (address.startswith("unix:") and flag != "--metrics"):
@@ -79,7 +82,7 @@ def listening(command: Style | Serve) -> ServerConfig:
                 split_address(address)
             except RpcError as error:
                 raise ConfigError(f"{flag}: {error}") from None
-    return ServerConfig(
+    config = ServerConfig(
         listen=command.listen,
         tls_cert=_text(command.tls_cert),
         tls_key=_text(command.tls_key),
@@ -89,6 +92,13 @@ def listening(command: Style | Serve) -> ServerConfig:
         metrics=command.metrics or "",
         health=command.health or "",
     )
+    with flags_named():
+        check(config)
+        if config.token_file:
+            read_token(config.token_file)
+        if config.tls_cert:
+            server_credentials(config.tls_cert, config.tls_key, config.tls_client_ca)
+    return config
 
 
 def _text(path: Path | None) -> str:

@@ -64,7 +64,7 @@ def recorded(motion: Motion) -> Recording:
         "checkpoint": served.version,
         "control_hz": character.CONTROL_HZ,
         "trained_on": lineage.data(served.manifest.notes),
-        "licence": lineage.licence(served.manifest.notes),
+        "licence": motion.licence(),
     }
     return Recording([motion.track.take], meta)
 

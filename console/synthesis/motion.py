@@ -70,6 +70,14 @@ class Motion:
         held = "" if falls or not last.success else ", and held"
         return f"target reached after {summary.success_s:.1f} s{held}{falls}"
 
+    def licence(self) -> str:
+        """Return the licence of the motion, whole: the policy's and, of furniture from elsewhere,
+        that of the piece."""
+        own, piece = lineage.licence(self.served.manifest.notes), self.shape
+        if piece is None:
+            return own
+        return lineage.with_furniture(own, piece.name, piece.licence, piece.credit)
+
     def clip(self) -> Clip:
         """Return the motion as a clip, with its seat, bed or box."""
         served = self.served
@@ -77,7 +85,7 @@ class Motion:
             self.track.take,
             f"{served.task.name}-{self.piece}",
             f"synthesised by policy {served.name}, version {served.version}",
-            lineage.licence(served.manifest.notes),
+            self.licence(),
             held=self.held,
         )
         run = self._stretch()

@@ -57,7 +57,7 @@ def _facts(motion: Motion) -> list[tuple[str, str]]:
         ("policy", f"{served.task.name}, version {served.version}"),
         ("training samples", f"{served.manifest.samples / 1e6:.1f} M"),
         ("trained on", lineage.data(notes)),
-        ("licence", lineage.licence(notes)),
+        ("licence", motion.licence()),
         ("piece", motion.piece),
         ("frames", str(summary.frames)),
     ]

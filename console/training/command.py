@@ -34,7 +34,8 @@ from console.training import beginning, dry_run
 from console.training.beginning import recorded, require_unedited
 from console.training.display import Display, open_display
 from console.training.goal import Goal
-from console.training.staging import Training
+from console.training.runners import require_shape
+from console.training.staging import Training, workers
 from learner.loop import Loop
 from policy.checkpoints.format import read_manifest
 from policy.errors import CheckpointError
@@ -137,9 +138,11 @@ def resolve(command: Train) -> Experiment:
         try:
             bounds.require(staged)
             check(staged)
+            require_shape(command, staged, workers(command, staged))
         except ConfigError as error:
             raise ConfigError(f"--recipe: stage {stage.name}: {error}") from None
     check(experiment)
+    require_shape(command, experiment, workers(command, experiment))
     policy_teachers(experiment, assembly.trained)
     return experiment
 

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 
 import torch
 
-from actors.local import LocalFleet
+from actors.local import LocalFleet, divide
 from actors.processes import ProcessFleet
 from console.commands import Train
 from console.commands.training import StyleAddress
 from console.run import assembly, mixing
 from console.run.directory import RunDirectory
 from console.run.experiment import Experiment
+from console.training import style_service
 from console.training.style_service import attached
 from discriminator.client import StyleClient
 from discriminator.process import start_process
@@ -38,6 +39,16 @@ class Runner:
     """Waits until the fleet has built its scenes; raises an error of building."""
 
 
+def require_shape(command: Train, experiment: Experiment, workers: int) -> None:
+    """Raise ConfigError where no runner can be opened by these flags, before anything is begun."""
+    if command.style_service.address:
+        if command.runner != "ray":
+            raise ConfigError("--style-service.address needs several processes: add --runner ray")
+        style_service.require(command.style_service)
+    if experiment.simulator != "warp":
+        divide(experiment.scenes, experiment.block, workers)
+
+
 @contextmanager
 def open_runner(
     command: Train,
@@ -52,8 +63,6 @@ def open_runner(
     note: receives a line for each recovered fault, such as a service that died.
     device: of the learner.
     """
-    if command.style_service.address and command.runner != "ray":
-        raise ConfigError("--style-service.address needs several processes: add --runner ray")
     if command.runner == "ray":
         address, style = command.address, command.style_service
         with ray_runner(experiment, run, workers, address, note, style, device) as runner:

@@ -26,7 +26,7 @@ def workers(command: Train, experiment: Experiment) -> int:
     """Return the number of rollout workers: --actors, else one per thread, at most one per block
     of scenes."""
     wanted = command.actors or command.threads or machine.cores()
-    return wanted if command.actors else min(wanted, experiment.scenes // experiment.block)
+    return wanted if command.actors else max(1, min(wanted, experiment.scenes // experiment.block))
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ initialised from. A licence for the weights is compared with these terms by what
 
 import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 
 from policy.checkpoints.licences import UNKNOWN, restrictions, strictness
@@ -55,6 +55,27 @@ def data(notes: Mapping[str, str]) -> str:
 def licence(notes: Mapping[str, str]) -> str:
     """Return the licence of weights, whole: the one stated, else those of their lineage."""
     return notes.get("licence") or terms(of(notes))
+
+
+def origins(notes: Sequence[Mapping[str, str]]) -> dict[str, str]:
+    """Return data and licence of motions that policies of these notes make, as `trained_on` and
+    `licence`; the texts of several policies are joined."""
+    return {
+        "trained_on": "; ".join(dict.fromkeys(data(one) for one in notes)),
+        "licence": "; ".join(sorted(dict.fromkeys(licence(one) for one in notes), key=strictness)),
+    }
+
+
+OWN_LICENCE = "Apache-2.0"
+"""Licence of the package's furniture"""
+
+
+def with_furniture(licence: str, name: str, terms: str, credit: str) -> str:
+    """Return the licence of a motion that shows a piece of furniture of these terms; those of the
+    package's own add nothing."""
+    if terms == OWN_LICENCE and not credit:
+        return licence
+    return f"{licence}; furniture {name}: {terms}{f', {credit}' if credit else ''}"
 
 
 def terms(origins: Iterable[Origin]) -> str:

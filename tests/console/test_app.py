@@ -31,6 +31,9 @@ def test_exit_codes_separate_usage_errors_from_failures() -> None:
 def test_errors_are_one_line_and_unexpected_ones_say_their_type() -> None:
     assert app.one_line(InhabitError("a\n  b")) == "a b"
     assert app.one_line(InhabitError()) == "InhabitError"
+    assert app.one_line(FileNotFoundError(2, "No such file or directory", "/a/b")) == (
+        "/a/b: No such file or directory (--debug shows where)"
+    )
     assert app.one_line(ValueError("x")) == "ValueError: x (--debug shows where)"
 
 

@@ -1,7 +1,8 @@
 """Every number of every command has bounds: in its help, and refused beyond them, nan included."""
 
 import dataclasses
-from typing import Any
+import typing
+from typing import Any, get_args
 
 import pytest
 
@@ -15,8 +16,6 @@ ENTRIES = (*commands.COMMANDS, *commands.MOTIONS, *commands.OBJECTS, *commands.T
 
 def kinds() -> set[type]:
     """The dataclasses of all commands and what they hold."""
-    import typing
-
     found: set[type] = set()
 
     def walk(hint: Any) -> None:
@@ -78,7 +77,10 @@ def test_the_presets_are_within(preset: str) -> None:
         ("serve x --batch.max-rows 0", "--batch.max-rows 0: must be 1 to 65536"),
         ("serve x --poll-s nan", "--poll-s nan: must be 0.05 to 3600"),
         ("evaluate x --trials -5", "--trials -5: must be 1 to 10000000"),
-        ("evaluate x --seed -1", "--seed -1: must be 0 to"),
+        ("evaluate x --seed -1", "--seed -1: must be 0 to 9223372036854775807"),
+        ("evaluate x --seed 99999999999999999999", "--seed 99999999999999999999: must be"),
+        ("train sit --ppo.gamma 1.0000001", "--ppo.gamma 1.0000001: must be 0 to 1"),
+        ("video x --width 100000000", "--width 100000000: must be 16 to 8192"),
         ("video x --width 0", "--width 0: must be 16 to 8192"),
         ("bench world --seconds nan", "--seconds nan: must be 0.1 to 1000000"),
         ("objects show --limit 0", "--limit 0: must be 1 to 100000"),
@@ -98,6 +100,17 @@ def test_help_lists_the_bounds(word: str, capsys: pytest.CaptureFixture[str]) ->
     text = " ".join(capsys.readouterr().out.replace("│", " ").split())
     wanted = {"train": "1 to 1024", "serve": "1 to 65536", "evaluate": "1 to 10000000"}[word]
     assert wanted in text
+
+
+def test_fields_whose_flags_have_no_prefix_are_known() -> None:
+    """Messages name flags as they are typed."""
+    for kind in kinds():
+        hints = typing.get_type_hints(kind, include_extras=True)
+        for field in dataclasses.fields(kind):
+            names = [getattr(one, "name", None) for one in get_args(hints[field.name])[1:]]
+            held = typing.get_type_hints(kind)[field.name]
+            if dataclasses.is_dataclass(held):
+                assert ("" in names) == (field.name in bounds.UNNAMED), (kind, field.name)
 
 
 RANGES = sorted(

@@ -1,11 +1,15 @@
 """Paths of input that are not there are wrong usage, dry or not."""
 
+import dataclasses
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from console import commands, inputs
 from console.app import main
 from tests.support.console.runs import said
+from world.errors import ConfigError
 
 LINES = [
     "train sit --dry-run --objects nothere",
@@ -23,6 +27,33 @@ LINES = [
     "motions import . --out out --map nothere",
     "bench furniture --objects nothere",
     "bench train --motions nothere",
+    "bench profile --policy nothere",
+    "synthesize sit --object chair-test-000 --out a.bvh --rig nothere",
+    "export sit out.bvh --joint-map nothere",
+    "motions import --out out nothere",
+]
+NOTHERE = Path("nothere")
+WORDS: list[tuple[str, Any]] = [
+    ("nothere", commands.Evaluate(NOTHERE)),
+    ("nothere", commands.Report(NOTHERE)),
+    ("nothere", commands.Publish(NOTHERE, Path("out"))),
+    ("nothere", commands.Realism(NOTHERE)),
+    ("nothere", commands.Video(NOTHERE)),
+    ("nothere", commands.Export(NOTHERE, Path("out.onnx"))),
+    ("nothere", commands.Style(NOTHERE)),
+    ("nothere", commands.Play(("nothere",))),
+    ("chair=nothere", commands.Play(("sit", "chair=nothere"))),
+    ("chair=nothere", commands.Demo(("chair=nothere",))),
+    ("nothere", commands.Serve(("sit", "nothere"))),
+    ("nothere", commands.MotionsImport((NOTHERE,), Path("out"))),
+    ("nothere", commands.MotionsList((NOTHERE,))),
+    ("nothere", commands.MotionsCheck((NOTHERE,))),
+    ("nothere", commands.MotionsVary((NOTHERE,), Path("out"))),
+    ("nothere", commands.MotionsPlay((NOTHERE,))),
+    ("nothere", commands.ObjectsImport((NOTHERE,), commands.Meshes())),
+    ("nothere", commands.ObjectsList(("train", "nothere"))),
+    ("nothere", commands.ObjectsCheck(("train", "nothere"), commands.Meshes())),
+    ("nothere", commands.ObjectsShow(("nothere",))),
 ]
 
 
@@ -34,8 +65,36 @@ def test_a_missing_input_is_refused(
     assert main(line.split()) == 2
     text = said(capsys)
     flag = next(word for word in reversed(line.split()) if word.startswith("--"))
-    assert text.startswith(f"inhabit: {flag} nothere: no such ")
+    named = "" if flag == "--out" else f"{flag} "
+    assert text.startswith(f"inhabit: {named}nothere: no such ")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("word", "command"), WORDS)
+def test_a_missing_run_or_file_is_refused(word: str, command: Any) -> None:
+    with pytest.raises(ConfigError, match=f"^{word}: no such "):
+        inputs.require(command)
+
+
+def test_every_command_with_words_is_among_these() -> None:
+    entries = (*commands.COMMANDS, *(entry for group in commands.GROUPS for entry in group.entries))
+    words = {*inputs.RUNS[:3], *inputs.PATHS}
+    reading = {
+        entry.flags.__name__
+        for entry in entries
+        if words & {field.name for field in dataclasses.fields(entry.flags)}
+    }
+    tested = {type(command).__name__ for _, command in WORDS}
+    # synthesis needs more flags than are worth it here
+    assert reading == (tested | {"Synthesize"}) - {"ObjectsList", "ObjectsShow"}
+
+
+def test_a_name_with_an_equals_sign_is_a_file_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a=b.npz").write_bytes(b"")
+    inputs.require(commands.Play(("a=b.npz",)))
 
 
 def test_names_and_splits_are_taken(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,10 +1,11 @@
 """Files to write are checked before the work: suffix, folder, permission."""
 
+import typing
 from pathlib import Path
 
 import pytest
 
-from console import outputs
+from console import commands, inputs, outputs
 from console.app import main
 from world.errors import ConfigError
 
@@ -31,6 +32,56 @@ def test_files_that_can_be_written_and_none(tmp_path: Path) -> None:
     outputs.check(tmp_path / "a.ONNX", "FILE.onnx", (".onnx",))
     outputs.check(tmp_path / "new" / "deep" / "a.onnx", "FILE.onnx", (".onnx",))
     outputs.check(None, "--sheet", (".png",))
+
+
+def test_outputs_of_every_command_are_checked_before_it_runs(tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    file.write_text("")
+    below = file / "a.json"
+    commands_of_files = [
+        ("--json ", commands.Evaluate(Path("sit"), json=below)),
+        ("--record ", commands.Evaluate(Path("sit"), record=file / "a.msgpack")),
+        ("--out ", commands.Report(Path("sit"), out=below)),
+        ("", commands.Video(Path("sit"), out=below)),
+        ("", commands.Export(Path("sit"), below)),
+        ("--html ", commands.ObjectsShow(html=file / "a.html")),
+        ("--html ", commands.MotionsPlay(html=file / "a.html")),
+        ("--json ", commands.Plan(json=below)),
+        ("--json ", commands.Bench("world", json=below)),
+    ]
+    for flag, command in commands_of_files:
+        with pytest.raises(
+            ConfigError, match=rf"^{flag}{file}/a\.\w+: {file} is not a writable folder$"
+        ):
+            outputs.require(command)
+    commands_of_folders = [
+        ("--out ", commands.MotionsImport((tmp_path,), file)),
+        ("--out ", commands.ObjectsImport((tmp_path,), commands.Meshes(), out=file)),
+        ("--state ", commands.Style(Path("sit"), state=file)),
+        ("", commands.Publish(Path("sit"), file)),
+        ("", commands.TeachRecord(file)),
+    ]
+    for flag, command in commands_of_folders:
+        with pytest.raises(ConfigError, match=f"^{flag}{file}: a file; name a folder$"):
+            outputs.require(command)
+    for flag, command, wanted in (
+        ("--html", commands.ObjectsShow(html=Path("a.txt")), ".html or .htm"),
+        ("--sheet", commands.ObjectsShow(sheet=Path("a.txt")), ".png"),
+        ("--record", commands.Evaluate(Path("sit"), record=Path("a.txt")), ".msgpack"),
+    ):
+        with pytest.raises(ConfigError, match=f"^{flag} a.txt: choose {wanted}$"):
+            outputs.require(command)
+    outputs.require(commands.MotionsList(json=True))
+    outputs.require(commands.Publish(Path("sit"), tmp_path / "new" / "deep"))
+
+
+def test_every_path_of_a_command_is_an_input_or_an_output() -> None:
+    """None is forgotten by both checks."""
+    groups = (entry for group in commands.GROUPS for entry in group.entries)
+    for entry in (*commands.COMMANDS, *groups):
+        for name, hint in typing.get_type_hints(entry.flags).items():
+            if Path in (hint, *typing.get_args(hint)):
+                assert (name in inputs.FIELDS) != (name in outputs.FIELDS), (entry.name, name)
 
 
 def test_a_wrong_suffix_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from world.errors import ChoiceError, PieceError
 from world.meshes.formats import gltf, obj, stl
 from world.placeholders import read_bounded
-from world.refusals import refusing
+from world.refusals import refusing, why
 
 SUFFIXES = (".obj", ".glb", ".gltf", ".stl", ".ply")
 MAX_BYTES = 256 * 1024 * 1024
@@ -102,8 +102,9 @@ def _load(
     except (MemoryError, PieceError):
         raise  # the first is not a fault of the file
     except Exception as error:
-        detail = " ".join(str(error).split())[:120] or type(error).__name__
-        raise PieceError(f"{file_name}: not a readable {suffix} file ({detail})") from error
+        raise PieceError(
+            f"{file_name}: not a readable {suffix} file ({why(error, 120)})"
+        ) from error
 
 
 def _ply(content: bytes) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

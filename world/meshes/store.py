@@ -11,7 +11,7 @@ from world.meshes import decompose
 from world.meshes.build import Built
 from world.partial_files import replacing
 from world.placeholders import read_bounded
-from world.refusals import refusing
+from world.refusals import reason, refusing
 
 FORMAT = "inhabit-piece"
 VERSION = 1
@@ -92,7 +92,7 @@ def _piece_of(document: Any, where: str) -> Piece:
             credit=str(document["credit"]),
         )
     except (AttributeError, KeyError, TypeError, ValueError, IndexError) as error:
-        raise PieceError(f"{where}: damaged ({error})") from error
+        raise PieceError(f"{where}: damaged ({reason(error)})") from error
 
 
 def write(path: Path, content: dict[str, Any]) -> None:
@@ -112,7 +112,7 @@ def read_document(path: Path) -> dict[str, Any]:
     except OSError as error:
         raise PieceError(f"cannot read {path}: {error.strerror}") from error
     except ValueError as error:
-        raise PieceError(f"{path}: damaged ({error})") from error
+        raise PieceError(f"{path}: damaged ({reason(error)})") from error
 
 
 def read(path: Path) -> Piece:

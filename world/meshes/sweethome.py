@@ -15,7 +15,7 @@ import numpy as np
 from world.errors import ChoiceError, PieceError
 from world.meshes.frame import Frame
 from world.meshes.source import SUFFIXES, Source, parse
-from world.refusals import refusing
+from world.refusals import reason, refusing
 
 CATALOGUE = "PluginFurnitureCatalog.properties"
 MAX_ENTRY_BYTES = 64 * 1024 * 1024
@@ -58,7 +58,7 @@ def entries(path: Path) -> Iterator[Entry]:
     try:
         archive = zipfile.ZipFile(path)
     except (OSError, zipfile.BadZipFile) as error:
-        raise PieceError(f"{path.name}: not a .sh3f library ({error})") from error
+        raise PieceError(f"{path.name}: not a .sh3f library ({reason(error)})") from error
     with archive:
         _bounded(archive, path.name)
         names = set(archive.namelist())
@@ -124,7 +124,7 @@ def _content(archive: zipfile.ZipFile, name: str) -> bytes:
                     raise PieceError(f"{name}: more than {MAX_ENTRY_BYTES / 1e6:.0f} MB unpacked")
                 parts.append(chunk)
     except (zipfile.BadZipFile, NotImplementedError, RuntimeError, OSError, EOFError) as error:
-        raise PieceError(f"{name}: cannot be unpacked ({error})") from error
+        raise PieceError(f"{name}: cannot be unpacked ({reason(error)})") from error
     return b"".join(parts)
 
 

@@ -21,7 +21,7 @@ from world.motions.clip import Clip, validate
 from world.motions.licences import dataset, licence, named
 from world.motions.objects import Bed, BoxTrack, Seat, Skeleton
 from world.partial_files import replacing
-from world.refusals import refusing
+from world.refusals import reason, refusing
 
 SUFFIX = ".npz"
 KEYS = ("fps", "root_position_m", "local_rotation_wxyz", "body_names")
@@ -141,7 +141,7 @@ def _extras(content: Mapping[str, np.ndarray], name: str) -> dict[str, Any]:
             "ghost": _ghost(about["ghost"], content),
         }
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise ClipError(f"{name}: its 'about' is not that of a clip ({error})") from error
+        raise ClipError(f"{name}: its 'about' is not that of a clip ({reason(error)})") from error
 
 
 def _lasting(kind: type[Seat] | type[Bed], fields: dict[str, Any] | None) -> Any:

@@ -39,6 +39,7 @@ from console.bench.peers.registry import (
     by_name,
 )
 from console.run.experiment import Experiment
+from console.terminal import progress
 from world.errors import ChoiceError, ConfigError, InhabitError
 
 _VERSION = "import importlib.metadata as m, sys; print(m.version(sys.argv[1]))"
@@ -257,6 +258,7 @@ def alternate(
                 running[start.name] = stack.enter_context(started(start))
             except PeerError as error:
                 _leave_out(start.name, error, note)
+        done = stack.enter_context(progress("rounds", rounds))
         for number in range(rounds):
             order = list(running) if number % 2 == 0 else list(reversed(running))
             for name in order:
@@ -266,6 +268,7 @@ def alternate(
                     _leave_out(name, error, note)
                     del running[name]
                     turns.pop(name, None)
+            done(number + 1)
     return turns
 
 

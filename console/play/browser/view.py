@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Callable
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -132,8 +133,11 @@ class View:
 
     def offer_saving(self, recording: bool = True) -> None:
         """Add the folder of saving; recording: also as a recording."""
-        gui = self.server.gui
+        gui, licence = self.server.gui, self.session.player.source.origins().get("licence")
         with gui.add_folder("Save"):
+            if licence:
+                # text of others is no markup
+                gui.add_html(f"<small>Licence of the motion: {escape(licence)}</small>")
             page = gui.add_button("As a page (HTML)", hint="one file: replay and curves")
             packed = gui.add_button("As a recording (.msgpack)", visible=recording)
 

@@ -56,7 +56,7 @@ def test_a_clip_goes_onto_a_rig(tmp_path: Path) -> None:
         (["{file}", "o.txt"], "FILE o.txt: unknown suffix '.txt'; choose .onnx for a policy"),
         (["{file}", "o.onnx"], "{file} is a motion: it is exported as .glb"),
         (["{here}", "o.glb"], "{here}: no recording (.msgpack) or motion clip (.npz)"),
-        (["{here}/x.glb", "o.glb"], "{here}/x.glb: no recording"),
+        (["{here}/x.glb", "o.glb"], "{here}/x.glb: no such run, checkpoint folder or file"),
         (["{clip}", "o.glb", "--take", "0"], "--take 0: {clip} is a clip"),
         (["{file}", "{here}", "--take", "0"], "unknown suffix"),
         (["{file}", "/nowhere/o.glb", "--take", "0"], None),

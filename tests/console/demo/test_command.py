@@ -28,7 +28,7 @@ def test_what_is_missing_and_how_to_get_it() -> None:
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
-        (["nowhere"], 1, "nowhere does not exist"),
+        (["nowhere"], 2, "nowhere: no such run"),
         (["--seed", "-1"], 2, "--seed -1: must be 0"),
         (["--listen", "0.0.0.0:0"], 2, "--allow-insecure-remote"),
         (["--listen", "nowhere"], 2, "HOST:PORT"),

@@ -209,7 +209,7 @@ def test_what_is_no_motion(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     other = tmp_path / "a.fbx"
     other.write_text("x")
     assert ".bvh" in refused(other, tmp_path, capsys)
-    assert "no such file" in refused(tmp_path / "none", tmp_path, capsys)
+    assert "no such file" in refused(tmp_path / "none", tmp_path, capsys, code=2)
     np.savez(tmp_path / "b.npz", weights=np.zeros(3))
     line = refused(tmp_path / "b.npz", tmp_path, capsys)
     assert "holds weights" in line

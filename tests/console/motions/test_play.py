@@ -64,7 +64,7 @@ def test_the_commands_by_hand(
     assert main(["motions", "list", str(folder), "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)
     assert {row["uses"] for row in rows} == {"seat", None}
-    assert main(["motions", "play", str(tmp_path / "none")]) == 1
+    assert main(["motions", "play", str(tmp_path / "none")]) == 2
     error = capsys.readouterr().err
     assert "no such file or folder" in error and error.count("\n") == 1
 

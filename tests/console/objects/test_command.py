@@ -130,9 +130,9 @@ def test_list(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("words", "code", "says"),
     [
-        (["list", "nowhere"], 1, "no furniture 'nowhere': choose train, test, all or a path"),
-        (["import", "nowhere.obj"], 1, "no such file or folder: nowhere.obj"),
-        (["check", "nowhere.obj"], 1, "no such file or folder"),
+        (["list", "nowhere"], 2, "nowhere: no such file or folder; choose train, test, all or"),
+        (["import", "nowhere.obj"], 2, "inhabit: nowhere.obj: no such file or folder"),
+        (["check", "nowhere.obj"], 2, "inhabit: nowhere.obj: no such file or folder"),
         (["import", "x.obj", "--up", "+z", "--front", "-z"], 2, "choose two different axes"),
         (["import", "x.obj", "--unit", "cm", "--height", "1"], 2, "choose one"),
         (["import", "x.obj", "--height", "-1"], 2, "height -1: must be 0.01 to 100"),
@@ -143,8 +143,15 @@ def test_list(capsys: pytest.CaptureFixture[str]) -> None:
     ],
 )
 def test_mistakes_are_one_line(
-    words: list[str], code: int, says: str, capsys: pytest.CaptureFixture[str]
+    words: list[str],
+    code: int,
+    says: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("x.obj").touch()
     assert main(["objects", *words]) == code
     error = capsys.readouterr().err
     assert says in error

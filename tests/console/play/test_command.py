@@ -29,9 +29,9 @@ def test_the_server_stays_on_this_machine() -> None:
     ("words", "code", "said"),
     [
         ([], 2, "give a run, a checkpoint folder, a recording or a clip"),
-        (["nowhere"], 1, "nowhere does not exist"),
+        (["nowhere"], 2, "nowhere: no such run, checkpoint folder or file; the names"),
         (["a.txt"], 2, "a.txt: cannot be played; choose a run"),
-        (["a.txt", "nowhere"], 2, "'a.txt' is a file: play one file, or runs"),
+        (["a.txt", "bad.npz"], 2, "'a.txt' is a file: play one file, or runs"),
         (["bad.msgpack"], 1, "bad.msgpack is damaged or not a recording"),
         (["bad.npz"], 1, "bad.npz"),
     ],

@@ -36,8 +36,8 @@ def test_clips_against_clips(tmp_path: Path, capsys: pytest.CaptureFixture[str])
 
 
 def test_wrong_sources_are_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["realism", str(tmp_path / "none.npz")]) == 1
-    assert "none.npz: no such file or folder of clips" in said(capsys)
+    assert main(["realism", str(tmp_path / "none.npz")]) == 2
+    assert "none.npz: no such run, checkpoint folder or file" in said(capsys)
     clip = saved(tmp_path / "a.npz", library.walking(np.random.default_rng(0), 1.0))
     assert main(["realism", str(clip), "--against", str(clip)]) == 1
     assert "1 recordings of mocap to compare with: at least 4 are needed" in said(capsys)

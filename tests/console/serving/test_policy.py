@@ -67,11 +67,16 @@ def test_an_unusable_policy_is_one_line(tmp_path: Path, capsys: pytest.CaptureFi
         return said(capsys)
 
     pretrained = str(PRETRAINED)
-    assert "none does not exist" in line(str(tmp_path / "none"))
+    assert "none: no such run" in line(str(tmp_path / "none"), code=2)
     assert "holds no checkpoint" in line(str(tmp_path))
     assert "two policies have the name 'sit'" in line(pretrained, pretrained, code=2)
     assert "give at least one run" in line(code=2)
-    assert "open to other machines" in line(pretrained, "--listen", "0.0.0.0:0")
+    text = line(pretrained, "--listen", "0.0.0.0:0", code=2)
+    assert "open to other machines: give --tls-cert, --tls-key and --token-file" in text
+    assert "--tls-cert and --tls-key: give both" in line(pretrained, "--tls-cert", ".", code=2)
+    assert "not readable as PEM" in line(
+        pretrained, "--tls-cert", __file__, "--tls-key", __file__, code=2
+    )
     assert "must be HOST:PORT" in line(pretrained, "--listen", "nowhere", code=2)
     missing = str(tmp_path / "token")
     assert missing in line(pretrained, "--token-file", missing, code=2)
@@ -97,7 +102,7 @@ def test_export_writes_a_file_or_one_line(
         "ONNX Runtime deviates by at most" in capsys.readouterr().out
         and out.stat().st_size > 500_000
     )
-    assert main(["export", str(tmp_path / "none"), str(out)]) == 1
-    assert "does not exist" in said(capsys)
+    assert main(["export", str(tmp_path / "none"), str(out)]) == 2
+    assert "no such run, checkpoint folder or file" in said(capsys)
     assert main(["export", str(PRETRAINED), str(tmp_path / "no" / "x.onnx")]) == 1
     assert "cannot write" in said(capsys)

@@ -35,7 +35,7 @@ def test_help(words: str, expected: str, capsys: pytest.CaptureFixture[str]) -> 
         ("try --noise -1", "--noise -1: must be 0 to 10"),
         ("try --near-m 3 --far-m 2", "--near-m must be above 0 and no more than --far-m"),
         ("record OUT --clips 0", "--clips 0: must be 1 to 1000000"),
-        ("juggle", "Available subcommands: carry, try, record"),
+        ("juggle", "juggle: no command of inhabit teach: choose one of carry, try, record"),
     ],
 )
 def test_bad_flags(

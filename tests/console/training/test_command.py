@@ -208,8 +208,8 @@ def test_checkpoints_that_cannot_be_read(
     (folder / "manifest.json").write_text(json.dumps(manifest))
     assert main(["evaluate", str(folder), "--trials", "1"]) == 1
     assert "damaged" in said(capsys)
-    assert main(["evaluate", str(tmp_path / "none")]) == 1
-    assert "does not exist" in said(capsys)
+    assert main(["evaluate", str(tmp_path / "none")]) == 2
+    assert "none: no such run" in said(capsys)
     assert main(["train", "sit", "--run", str(tmp_path / "no"), "--resume"]) == 1
     assert "no run to resume" in said(capsys)
 
@@ -221,3 +221,16 @@ def test_a_port_in_use(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
         address = f"127.0.0.1:{taken.getsockname()[1]}"
         assert main(["style", str(run), "--listen", address]) == 1
     assert address in said(capsys)
+
+
+def test_scenes_that_actors_cannot_share_are_refused_dry(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Before Ray starts, which takes many seconds."""
+    words = ["train", "sit", "--dry-run", "--block", "64"]
+    for more in (["--runner", "ray"], []):
+        assert main([*words, *more, "--actors", "2", "--scenes", "64"]) == 2
+        assert "64 scenes cannot be shared by 2 actors in whole blocks of 64" in said(capsys)
+    assert main([*words, "--threads", "2", "--scenes", "64"]) == 0
+    assert main([*words, "--scenes", "32"]) == 2
+    assert "--scenes 32 is not a multiple of --block 64" in capsys.readouterr().err

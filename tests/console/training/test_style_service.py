@@ -13,6 +13,7 @@ from console.run.directory import RunDirectory, RunError
 from console.run.experiment import PRESETS
 from console.training import style_service
 from discriminator.errors import StyleError
+from world.errors import ConfigError
 
 
 def test_flags_set_the_address() -> None:
@@ -53,3 +54,23 @@ def test_a_run_keeps_its_secret_from_others_and_shows_it_again_when_it_resumes(
     path.write_text("short")
     with pytest.raises(RunError, match="is damaged: remove it"):
         style_service.secret_of(one)
+
+
+@pytest.mark.parametrize(
+    ("address", "token", "said"),
+    [
+        ("nowhere", "", "--style-service: address 'nowhere': must be HOST:PORT"),
+        ("127.0.0.1:1", "empty", "--style-service: token file .*: must hold one line"),
+        ("10.0.0.1:1", "token", "--style-service.address 10.0.0.1:1: the token is not shown to"),
+    ],
+)
+def test_what_cannot_be_reached_is_wrong_usage_before_a_run(
+    address: str, token: str, said: str, tmp_path: Path
+) -> None:
+    (tmp_path / "empty").write_text("\n")
+    (tmp_path / "token").write_text("s3cret\n")
+    style = StyleAddress(address, token_file=tmp_path / token if token else None)
+    with pytest.raises(ConfigError, match=said):
+        style_service.require(style)
+    style_service.require(StyleAddress("127.0.0.1:1", token_file=tmp_path / "token"))
+    style_service.require(StyleAddress("10.0.0.1:1", Path("ca"), token_file=tmp_path / "token"))

@@ -47,3 +47,14 @@ def test_notes_of_earlier_versions_and_damaged_ones() -> None:
     assert lineage.of({}) == (Origin("not stated", "not stated"),)
     assert lineage.of(older | {lineage.NOTE: "[1]"}) == lineage.of(older)
     assert lineage.data({}) == lineage.licence({}) == "not stated"
+
+
+def test_a_motion_states_the_terms_of_its_policies_and_of_furniture_from_elsewhere() -> None:
+    free = {"data": "own", "licence": "Apache-2.0"}
+    strict = {"data": "SAMP", "licence": "CC BY-NC-SA 4.0"}
+    found = lineage.origins([free, strict, free])
+    assert found == {"trained_on": "own; SAMP", "licence": "CC BY-NC-SA 4.0; Apache-2.0"}
+    assert lineage.with_furniture("A", "chair", "Apache-2.0", "") == "A"
+    assert lineage.with_furniture("A", "chair", "unknown", "") == "A; furniture chair: unknown"
+    said = lineage.with_furniture("A", "chair", "Apache-2.0", "Ada")
+    assert said == "A; furniture chair: Apache-2.0, Ada"

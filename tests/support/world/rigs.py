@@ -224,6 +224,33 @@ RIGS: dict[str, tuple[Tree, tuple[str | None, ...], str, tuple[str, str]]] = {
               ("Shoulder{}", "Elbow{}", "Wrist{}", "Hand{}", "HandTip{}"), WORDS, ("Thumb{}",)),
         ("Hip{}", "Knee{}", "Ankle{}", "Foot{}", "Shoulder{}", "Elbow{}", "Wrist{}"), "Head",
         WORDS),
+    "auto-rig pro": (
+        biped(("root.x",), ("spine_01.x", "spine_02.x"), ("neck.x", "head.x"),
+              ("thigh_stretch.{}", "leg_stretch.{}", "foot.{}", "toes_01.{}"),
+              ("shoulder.{}", "arm_stretch.{}", "forearm_stretch.{}", "hand.{}"), LOW,
+              ("index1.{}",)),
+        ("thigh_stretch.{}", "leg_stretch.{}", "foot.{}", "toes_01.{}", "arm_stretch.{}",
+         "forearm_stretch.{}", "hand.{}"), "head.x", LOW),
+    "a hip above the thigh": (
+        biped(("pelvis",), ("spine",), ("neck", "head"),
+              ("hip_{}", "bind_skin_thigh_{}", "shin_{}", "foot_{}"),
+              ("shoulder_{}", "bind_skin_upperarm_{}", "forearm_{}", "hand_{}"), LR),
+        ("bind_skin_thigh_{}", "shin_{}", "foot_{}", None, "bind_skin_upperarm_{}", "forearm_{}",
+         "hand_{}"), "head", LR),
+    "unreal 5 with correctives": (
+        biped(("root", "pelvis"), ("spine_01", "spine_05"), ("neck_01", "neck_02", "head"),
+              ("thigh_{}", "calf_{}", "foot_{}", "ball_{}"),
+              ("clavicle_{}", "upperarm_{}", "lowerarm_{}", "hand_{}"), LOW,
+              ("wrist_inner_{}", "wrist_outer_{}", "index_metacarpal_{}", "weapon_{}"),
+              (("thigh_correctiveRoot_l",), ("ankle_bck_l",), ("calf_kneeBack_r",))),
+        ("thigh_{}", "calf_{}", "foot_{}", "ball_{}", "upperarm_{}", "lowerarm_{}", "hand_{}"),
+        "head", LOW),
+    "second life": (
+        biped(("mPelvis",), ("mTorso", "mChest"), ("mNeck", "mHead"),
+              ("mHip{}", "mKnee{}", "mAnkle{}", "mFoot{}", "mToe{}"),
+              ("mCollar{}", "mShoulder{}", "mElbow{}", "mWrist{}"), WORDS),
+        ("mHip{}", "mKnee{}", "mAnkle{}", "mToe{}", "mShoulder{}", "mElbow{}", "mWrist{}"),
+        "mHead", WORDS),
     "lower case throughout": (
         biped(("hip",), ("abdomen",), ("head",), ("{}hip", "{}knee", "{}foot"),
               ("{}shoulder", "{}elbow", "{}hand"), LOW),

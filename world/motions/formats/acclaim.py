@@ -20,6 +20,7 @@ from world.motions.formats.recording import Recording, forward
 from world.motions.licences import licence
 from world.motions.text import Names, decoded, lines, with_points
 from world.placeholders import placeholder
+from world.refusals import reason
 
 SUFFIXES = (".amc",)
 RATE_HZ = 120.0
@@ -89,7 +90,7 @@ def read(path: Path) -> Recording:
         skeleton = _skeleton(decoded(skeleton_path.read_bytes()))
     except (OSError, ValueError, IndexError, KeyError) as error:
         raise ClipError(
-            f"{path}: its skeleton {skeleton_path} is not a readable ASF file ({error})"
+            f"{path}: its skeleton {skeleton_path} is not a readable ASF file ({reason(error)})"
         ) from error
     try:
         text = decoded(path.read_bytes())
@@ -97,7 +98,7 @@ def read(path: Path) -> Recording:
         unmoved: set[str] = set()
         numbers, frames = _frames(text, skeleton, unmoved)
     except (OSError, ValueError, IndexError, KeyError) as error:
-        raise ClipError(f"{path}: not a readable AMC motion ({error})") from error
+        raise ClipError(f"{path}: not a readable AMC motion ({reason(error)})") from error
     if not frames:
         raise ClipError(f"{path}: 0 frames; a transition needs at least 2")
     values = {

@@ -13,6 +13,7 @@ from world.errors import ClipError
 from world.motions import npz
 from world.motions.formats import smpl
 from world.motions.formats.recording import RateMissingError, Recording
+from world.refusals import reason
 
 SUFFIXES = (".npz",)
 RATES = ("mocap_framerate", "mocap_frame_rate", "framerate", "frame_rate", "fps")
@@ -30,7 +31,7 @@ def read(path: Path) -> Recording:
             else:
                 poses = np.concatenate((file["root_orient"], file["pose_body"]), axis=1)
     except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
-        raise ClipError(f"{path}: not a readable AMASS motion ({error})") from error
+        raise ClipError(f"{path}: not a readable AMASS motion ({reason(error)})") from error
     recording = smpl.recording(path, fps, translation, poses)
     if rate is None:
         raise RateMissingError(f"{path}: no rate: AMASS has {' or '.join(RATES[:2])}", recording)

@@ -15,6 +15,7 @@ from world.motions.formats import bvh_text
 from world.motions.formats.recording import RateMissingError, Recording, forward
 from world.motions.licences import licence
 from world.motions.text import decoded
+from world.refusals import reason
 
 SUFFIXES = (".bvh",)
 #: A first frame is a pose added by the converter where all joints leave it at more than this
@@ -30,7 +31,7 @@ def read(path: Path) -> Recording:
     try:
         content = bvh_text.parsed(decoded(path.read_bytes()))
     except (OSError, ValueError) as error:
-        raise ClipError(f"{path}: not a readable BVH file ({error})") from error
+        raise ClipError(f"{path}: not a readable BVH file ({reason(error)})") from error
     rows, joints = content.rows, content.joints
     local = np.tile(np.eye(3), (len(rows), len(joints), 1, 1))
     offset = np.empty((len(rows), len(joints), 3))

@@ -14,6 +14,7 @@ from world.character import model as character
 from world.errors import ClipError
 from world.motions.formats import own
 from world.motions.formats.recording import Recording
+from world.refusals import reason
 
 SUFFIXES = (".txt", ".json")
 _COLUMNS = 44
@@ -40,7 +41,7 @@ def read(path: Path) -> Recording:
         rows = content["Frames"]
         frames = np.array(rows, dtype=np.float64)
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise ClipError(f"{path}: not a readable DeepMimic motion ({error})") from error
+        raise ClipError(f"{path}: not a readable DeepMimic motion ({reason(error)})") from error
     if frames.ndim != 2 or frames.shape[1] != _COLUMNS:
         shape = list(frames.shape)
         raise ClipError(f"{path}: frames are {shape}; DeepMimic's have {_COLUMNS} numbers each")

@@ -15,6 +15,7 @@ from world.errors import ClipError
 from world.motions.formats import joint_names
 from world.motions.formats.recording import RATES_HZ, Recording
 from world.placeholders import read_bounded
+from world.refusals import reason
 
 SIDES = ("right", "left")
 _LEG, _ARM = ("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist")
@@ -60,7 +61,7 @@ def read_map(path: Path) -> Map:
     try:
         content = json.loads(read_bounded(path, MAX_MAP_BYTES))
     except (OSError, ValueError, RecursionError) as error:
-        raise ClipError(f"{path}: not a readable map file ({error})") from error
+        raise ClipError(f"{path}: not a readable map file ({reason(error)})") from error
     if not isinstance(content, dict):
         raise ClipError(f'{path}: a map file is an object such as {{"left_knee": "LeftLeg"}}')
     valid = (*ROLES, _UNIT, _UP, _FPS)
@@ -209,8 +210,9 @@ class _Tree:
             if best is None or cost < best[0]:
                 best = cost, joints
         if best is not None:
-            self._unambiguous(side, parts, best[1])
-            return {f"{side}_{p}": i for p, i in zip(parts, best[1], strict=True)}
+            chain = (self._first(side, parts[0], best[1], options[0]), *best[1][1:])
+            self._unambiguous(side, parts, chain)
+            return {f"{side}_{p}": i for p, i in zip(parts, chain, strict=True)}
         # a map's own faults are said by the caller
         given = [self._given.get(f"{side}_{part}", []) for part in parts]
         if all(given):
@@ -227,6 +229,22 @@ class _Tree:
                 " another; name the joints in a --map file"
             )
         return found
+
+    def _first(
+        self, side: str, part: str, chain: Sequence[int], options: Sequence[tuple[float, int]]
+    ) -> int:
+        """The first joint of a limb: a shoulder above an upper arm is a collar bone, a hip above a
+        thigh belongs to the pelvis, whatever other words their names have."""
+        first, second = chain[:2]
+        if f"{side}_{part}" in self._given:
+            return first
+
+        def level(joint: int) -> int:
+            return joint_names.rank(part, self._meaning[joint].word) or 0
+
+        between = self._above[second][: self._above[second].index(first)] if not self._flat else ()
+        below = [index for _, index in options if index in between and level(index) < level(first)]
+        return min(below, key=level, default=first)
 
     def _descends(self, side: str, parts: Sequence[str], joints: Sequence[int]) -> bool:
         """Whether each joint is below the one before; joints of a map need not be."""

@@ -15,6 +15,7 @@ from world.character import model as character
 from world.errors import ClipError
 from world.motions.formats import own, safe_pickle
 from world.motions.formats.recording import Recording
+from world.refusals import reason
 
 SUFFIXES = (".pkl",)
 KEYS = ("frames", "fps")
@@ -31,7 +32,7 @@ def read(path: Path) -> Recording:
         frames = safe_pickle.numbers(content["frames"])
         fps = safe_pickle.number(content["fps"])
     except (ValueError, TypeError) as error:
-        raise ClipError(f"{path}: not a readable MimicKit motion ({error})") from error
+        raise ClipError(f"{path}: not a readable MimicKit motion ({reason(error)})") from error
     if frames.ndim != 2 or frames.shape[1] != _COLUMNS:
         raise ClipError(
             f"{path}: frames are {list(frames.shape)}; MimicKit's humanoid has {_COLUMNS} numbers"

@@ -18,6 +18,7 @@ from world.errors import ClipError
 from world.motions.formats import safe_pickle
 from world.motions.formats.recording import RecordedBox, Recording
 from world.motions.licences import licence
+from world.refusals import reason
 
 SUFFIXES = (".pt",)
 COLUMNS = 591
@@ -136,7 +137,7 @@ def tensor(path: Path) -> np.ndarray:
             f"{path}: refused: it asks for {error}; one tensor of numbers is read"
         ) from error
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        raise ClipError(f"{path}: not a readable torch tensor ({error})") from error
+        raise ClipError(f"{path}: not a readable torch tensor ({reason(error)})") from error
     if content.count * content.kind.itemsize > len(raw):
         raise ClipError(
             f"{path}: its tensor {list(content.shape)} needs {content.count} numbers; the file has"

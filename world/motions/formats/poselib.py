@@ -16,6 +16,7 @@ from world.errors import ClipError
 from world.motions.formats import own, safe_pickle
 from world.motions.formats.recording import Recording, forward
 from world.motions.licences import licence
+from world.refusals import reason
 
 SUFFIXES = (".npy",)
 KEYS = ("rotation", "root_translation", "skeleton_tree", "fps")
@@ -39,7 +40,7 @@ def read(path: Path) -> Recording:
         fps = safe_pickle.number(content["fps"])
         is_local = bool(content.get("is_local", True))
     except (ValueError, TypeError, KeyError) as error:
-        raise ClipError(f"{path}: not a readable poselib motion ({error})") from error
+        raise ClipError(f"{path}: not a readable poselib motion ({reason(error)})") from error
     if rotation.shape != (len(root), len(names), 4) or offset.shape != (len(names), 3):
         raise ClipError(
             f"{path}: rotations are {list(rotation.shape)}; expected"

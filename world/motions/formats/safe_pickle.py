@@ -18,6 +18,7 @@ import numpy as np
 from world.errors import ClipError
 from world.motions import npz
 from world.placeholders import read_bounded
+from world.refusals import why
 
 #: Number types of arrays and scalars, numpy's names without byte order.
 NUMBERS = frozenset(
@@ -284,7 +285,7 @@ def load_npy(path: Path) -> Any:
     except ClipError:
         raise
     except Exception as error:  # a damaged header raises any exception
-        raise ClipError(f"{path}: not a readable .npy file ({_brief(error)})") from error
+        raise ClipError(f"{path}: not a readable .npy file ({why(error, 120)})") from error
     if not kind.hasobject or shape != ():
         raise ClipError(f"{path}: holds an array {list(shape)} of {kind}, not a motion")
     return _load(rest, path)
@@ -305,7 +306,7 @@ def _load(data: bytes, path: Path) -> Any:
             " arrays of numbers are read"
         ) from error
     except Exception as error:  # a damaged pickle raises any exception
-        raise ClipError(f"{path}: not a readable pickle ({_brief(error)})") from error
+        raise ClipError(f"{path}: not a readable pickle ({why(error, 120)})") from error
 
 
 def _scan(data: bytes, outside: frozenset[str] = _OUTSIDE) -> None:
@@ -339,11 +340,6 @@ def _whole(value: Any, seen: dict[int, Any]) -> Any:
         made = tuple(_whole(one, seen) for one in value)
         seen[id(value)] = made
     return made
-
-
-def _brief(error: Exception) -> str:
-    text = " ".join(str(error).split())
-    return text[:120] if text else type(error).__name__
 
 
 def keys(content: Any, path: Path) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from world.errors import ClipError
 from world.motions.formats import safe_pickle, smpl
 from world.motions.formats.recording import Recording
+from world.refusals import reason
 
 SUFFIXES = (".pkl",)
 KEYS = ("pose_est_fullposes", "pose_est_trans", "mocap_framerate")
@@ -25,5 +26,5 @@ def read(path: Path) -> Recording:
         translation = safe_pickle.numbers(content["pose_est_trans"])
         fps = safe_pickle.number(content["mocap_framerate"])
     except (ValueError, TypeError) as error:
-        raise ClipError(f"{path}: not a readable SAMP motion ({error})") from error
+        raise ClipError(f"{path}: not a readable SAMP motion ({reason(error)})") from error
     return smpl.recording(path, fps, translation, poses)

@@ -230,3 +230,24 @@ def test_damage_is_a_refusal(path: tuple[Any, ...], value: Any) -> None:
     place[path[-1]] = value
     with pytest.raises(PieceError, match=r"^a\.glb: "):
         source.parse(glb(document, buffer), "a.glb")
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda d: d.pop("accessors"), "'accessors' is missing"),
+        (lambda d: d["accessors"][0].pop("componentType"), "'componentType' is missing"),
+        (lambda d: d["nodes"][0].update(mesh=7), "a number that points beyond its list"),
+        (lambda d: d.update(nodes={"a": 1}), "is missing"),
+        (lambda d: d["meshes"][0].update(primitives=3), "a value of another kind than the form"),
+        (lambda d: d["accessors"][0].update(count="four"), "'four' is no whole number"),
+    ],
+)
+def test_a_damaged_document_is_said_in_words_of_the_file(change: Change, said: str) -> None:
+    document, buffer = content()
+    change(document)
+    with pytest.raises(PieceError) as caught:
+        source.parse(glb(document, buffer), "a.glb")
+    text = str(caught.value)
+    assert text.startswith("a.glb: not a readable .glb file (") and said in text
+    assert not any(word in text for word in ("object", "list index", "argument", "Error"))
