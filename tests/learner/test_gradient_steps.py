@@ -39,7 +39,7 @@ def test_an_actor_step_beyond_the_limit_changes_nothing_and_says_so() -> None:
     before = [p.detach().clone() for p in actor.parameters()]
 
     def taken(limit: float) -> dict[str, float]:
-        settings = torch.tensor([0.5, 0.2, limit, 0.04], dtype=torch.float64)
+        settings = torch.tensor([0.5, 0.2, limit, 0.04, 0.0], dtype=torch.float64)
         fixed = (observations, actions, old, torch.zeros(20), gains, None, None, None, None)
         return dict(zip(NUMBERS, step(settings, *fixed).tolist(), strict=True))
 
