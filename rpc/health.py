@@ -13,7 +13,9 @@ from typing import Any
 import grpc
 from grpc_health.v1 import health, health_pb2
 
-_WORKERS = 4
+WORKERS = 4
+"""Most Watch calls that are begun at a time."""
+SERVING = health_pb2.HealthCheckResponse.SERVING
 NOT_SERVING = health_pb2.HealthCheckResponse.NOT_SERVING
 
 
@@ -39,14 +41,14 @@ class HealthServicer(health.HealthServicer):
     """Statuses are read and set without waiting for watchers; a Watch call holds no worker."""
 
     def __init__(self) -> None:
-        self._statuses = {"": health_pb2.HealthCheckResponse.SERVING}
+        self._statuses = {"": SERVING}
         self._shut = False
         self._guard = threading.Lock()
         self._sent = ThreadPoolExecutor(1, "health-set")
         self._ended = ThreadPoolExecutor(1, "health-end")
         super().__init__(
             experimental_non_blocking=True,
-            experimental_thread_pool=ThreadPoolExecutor(_WORKERS, "health"),
+            experimental_thread_pool=ThreadPoolExecutor(WORKERS, "health"),
         )
 
     def Check(

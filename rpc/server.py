@@ -11,7 +11,7 @@ from typing import Any
 from wsgiref.simple_server import WSGIServer
 
 import grpc
-from grpc_health.v1 import health, health_pb2, health_pb2_grpc
+from grpc_health.v1 import health, health_pb2_grpc
 from grpc_reflection.v1alpha import reflection
 from prometheus_client import CollectorRegistry, start_http_server
 
@@ -19,15 +19,13 @@ from rpc.address import is_local, split_address
 from rpc.credentials import read_token, server_credentials
 from rpc.errors import RpcError, SettingsError
 from rpc.first_message import FirstMessageInterceptor
-from rpc.health import HealthServicer
+from rpc.health import NOT_SERVING, SERVING, HealthServicer
+from rpc.health import WORKERS as HEALTH_WORKERS
 from rpc.interceptors import CallInterceptor, TokenInterceptor
 from rpc.stream_guard import StreamGuard
 
-_HEALTH_WORKERS = 4
 METRICS_S = 5.0
 """Time after which a silent connection to the metrics is closed, s."""
-SERVING = health_pb2.HealthCheckResponse.SERVING
-NOT_SERVING = health_pb2.HealthCheckResponse.NOT_SERVING
 
 
 @dataclass(frozen=True)
@@ -89,7 +87,7 @@ class Server:
         self.guard = StreamGuard(config.streams, config.idle_s, config.stream_s, self._set_full)
         # never refuses: there are no more calls than workers
         self.first = StreamGuard(
-            config.workers + 2 * _HEALTH_WORKERS,
+            config.workers + 2 * HEALTH_WORKERS,
             config.message_s,
             config.message_s,
         )
@@ -113,7 +111,7 @@ class Server:
         self.health_address = ""
         if config.health:
             self.probe = grpc.server(
-                ThreadPoolExecutor(_HEALTH_WORKERS, "probe"),
+                ThreadPoolExecutor(HEALTH_WORKERS, "probe"),
                 interceptors=[FirstMessageInterceptor(self.first)],
             )
             self.health_address = bind_probe(self.probe, config.health)
