@@ -30,9 +30,12 @@ def library() -> MotionLibrary:
     )
 
 
-def standing(x: float = 0.0, yaw: float = 0.0, speed: float = 0.0) -> Body:
-    """A character that stands at x, faces yaw, and moves along x."""
+def standing(
+    x: float = 0.0, yaw: float = 0.0, speed: float = 0.0, height: float | None = None
+) -> Body:
+    """A character that stands at x, faces yaw, and moves along x; height: of its root, m."""
     qpos = torch.from_numpy(character.standing_qpos()).float()[None]
+    qpos[0, 2] = qpos[0, 2] if height is None else height
     qpos[0, 0] = x
     qpos[0, 3], qpos[0, 6] = math.cos(yaw / 2), math.sin(yaw / 2)
     qvel = torch.zeros(1, character.NV)
@@ -65,7 +68,7 @@ def test_goal_and_state_are_seen_from_the_heading() -> None:
 def test_terms_by_hand() -> None:
     there = terms(standing(), target(0.0))
     assert there == pytest.approx(
-        {"stand": 1, "approach": 1, "facing": 1, "overspeed": 0}, abs=1e-5
+        {"stand": 1, "approach": 1, "facing": 1, "upright": 1, "overspeed": 0}, abs=1e-5
     )
     away = terms(standing(), target(2.0))
     assert away["approach"] == 0.0 and away["facing"] == pytest.approx(1.0, abs=1e-3)
@@ -78,6 +81,8 @@ def test_terms_by_hand() -> None:
     passing = terms(standing(speed=1.0), target(0.0))
     assert passing["stand"] == pytest.approx(0.6 + 0.4 * math.exp(-8.0), abs=1e-5)
     assert passing["overspeed"] == 0.0
+    bent = [terms(standing(height=z), target(0.0))["upright"] for z in (0.65, 0.765, 0.9)]
+    assert bent == pytest.approx([0.0, 0.5, 1.0], abs=1e-5)
     assert terms(standing(speed=1.8), target(0.5))["overspeed"] == pytest.approx(-0.5, abs=1e-5)
 
 
