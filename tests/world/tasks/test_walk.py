@@ -83,6 +83,7 @@ def test_terms_by_hand() -> None:
     assert passing["overspeed"] == 0.0
     bent = [terms(standing(height=z), target(0.0))["upright"] for z in (0.65, 0.765, 0.9)]
     assert bent == pytest.approx([0.0, 0.5, 1.0], abs=1e-5)
+    assert terms(standing(speed=1.8), target(4.0))["overspeed"] == pytest.approx(-0.5, abs=1e-5)
     assert terms(standing(speed=1.8), target(0.5))["overspeed"] == pytest.approx(-0.5, abs=1e-5)
 
 
