@@ -26,8 +26,8 @@ _SPEED_M_S = 0.9
 _ARRIVED_M = 0.35
 #: Spinning counts as overspeed within this of the point, m.
 _NEAR_M = 0.8
-#: Heights of the root, m, between which the term "upright" rises from 0 to 1. In mocap of walking it
-#: is at 0.80-0.87; without the term a policy walked and stood on bent knees, at 0.79.
+#: Heights of the root, m, between which the term "upright" rises from 0 to 1. In mocap of walking
+#: it is at 0.80-0.87; without the term a policy walked and stood on bent knees, at 0.79.
 _BENT_M, _UPRIGHT_M = 0.70, 0.83
 #: Success: the root this near to the point horizontally, m, its heading this near to the facing,
 #: rad, and slower than this, m/s, so that walking through the point does not count. Walking is
