@@ -1,9 +1,9 @@
 """A tracking policy as the teacher of sitting down, wherever the seat stands.
 
-Of the clips in which someone sits down, the one with the seat most like the scene's is laid over the
-scene so that both seats coincide, and the tracker follows it from the character's own state. What it
-would do is the label. The reference is hidden from the student, which sees the seat. On the way to
-the seat a walker labels.
+Of the clips in which someone sits down, the one with a seat like the scene's and a frame like the
+state is laid over the scene so that both seats coincide, and the tracker follows it from the
+character's own state. What it would do is the label. The reference is hidden from the student,
+which sees the seat. On the way to the seat a walker labels.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,8 +30,8 @@ from world.tracking.target import TrackTarget
 _BEFORE, _AFTER = 60, 45
 #: A person whose root is above this fraction of its greatest height still stands.
 _UPRIGHT = 0.97
-#: Frames before the root begins to sink that are followed too: in more of them the person waits, and
-#: a student that does not see the reference would learn to wait.
+#: Frames before the root begins to sink that are followed too: in more of them the person waits,
+#: and a student that does not see the reference would learn to wait.
 _LEAD = 6
 #: Bodies by which a state is compared with a frame, and their weights.
 _KEYS = [
@@ -109,44 +109,53 @@ class SeatedTracker:
     def _follow(self, scenes: Scenes, rows: Tensor, target: Target) -> Tensor:
         """Labels [m, 28] of the scenes `rows`, and their next frames."""
         known = self._sittings
-        self._choose(rows, target)
+        free = torch.nonzero(self._clip[rows] == _FREE).flatten()
+        if len(free):
+            self._clip[rows[free]] = self._best(scenes, rows[free], target.rows(free))
+            self._frame[rows[free]] = -1
         clip = self._clip[rows]
-        turn = rotations.yaw(known.facing[clip]) - rotations.yaw(target.facing)
-        back = rotations.cos_sin(turn)
-        body = _turned(scenes, rows, back)
-        point = torch.cat((rotations.turn(back, target.point[:, :2]), target.point[:, 2:]), dim=1)
-        origin = point - known.point[clip]
-        origin[:, 2] = 0.0  # both stand on the floor
-        frames = known.low[clip, None] + torch.arange(_BEFORE + _AFTER + 1)
-        frames = torch.minimum(frames, known.high[clip, None])
-        here = body.position[:, _KEYS] - origin[:, None]
-        away = here[:, None] - known.reference.position[frames][:, :, _KEYS]
-        distance = (away.square().sum(dim=3) * _WEIGHT).sum(dim=2)
+        laid = _lay(scenes, rows, target, known, clip)
+        frames = self._frames(clip)
+        distance = self._distance(laid, frames)
         least, nearest = distance.min(dim=1)
         nearest = frames.gather(1, nearest[:, None])[:, 0]
         bound = torch.minimum(self._frame[rows] + 1, nearest + _AHEAD)
         frame = torch.minimum(torch.maximum(bound, nearest), known.high[clip])
         self._frame[rows] = frame
-        level = torch.cat((rotations.turn(back[:, None], target.corners[..., :2]),
-                           target.corners[..., 2:]), dim=2)  # fmt: skip
         there = TrackTarget(
-            point, known.facing[clip], level, point,
-            reference=known.reference, residual=self._residual, frame=frame, origin=origin,
+            laid.point, known.facing[clip], laid.corners, laid.point,
+            reference=known.reference, residual=self._residual, frame=frame, origin=laid.origin,
             lost=torch.zeros_like(frame), mass=torch.zeros(len(rows)),
         )  # fmt: skip
+        body = laid.body
         action = self._act(tasks.state(body, there), self._task.goal_features(body, there))
         base = there.reference_set_points() if self._residual else None
         label = scenes.actions(scenes.set_points(action, base)).to(torch.float32)
         return torch.where((least > _LOST_M2)[:, None], torch.nan, label)
 
-    def _choose(self, rows: Tensor, target: Target) -> None:
-        """Choose clips for those of the scenes `rows` that follow none."""
-        free = self._clip[rows] == _FREE
-        off = (target.point[free, None, 2] - self._sittings.point[:, 2]).abs()
-        # of clips with the same seat, one or another: people do not all sit down alike
-        off = off + 0.02 * torch.rand(off.shape[1])
-        self._clip[rows[free]] = off.argmin(dim=1)
-        self._frame[rows[free]] = -1
+    def _best(self, scenes: Scenes, rows: Tensor, target: Target) -> Tensor:
+        """[m] int64: the clips with a seat as high as the scene's, some frame of which is nearest
+        to the state."""
+        cost = []
+        for number in range(len(self._sittings.low)):
+            clip = torch.full_like(rows, number)
+            laid = _lay(scenes, rows, target, self._sittings, clip)
+            least = self._distance(laid, self._frames(clip)).amin(dim=1)
+            height = (target.point[:, 2] - self._sittings.point[number, 2]).abs()
+            cost.append(least + _HEIGHT_COST * height)
+        return torch.stack(cost, dim=1).argmin(dim=1)
+
+    def _frames(self, clip: Tensor) -> Tensor:
+        """[m, F] int64: the frames that are followed of these clips, the last one repeated."""
+        known = self._sittings
+        ahead = torch.arange(_BEFORE + _AFTER + _LEAD + 1)
+        return torch.minimum(known.low[clip, None] + ahead, known.high[clip, None])
+
+    def _distance(self, laid: "_Laid", frames: Tensor) -> Tensor:
+        """[m, F]: of the key bodies from these frames, squared, weighted and summed, m²."""
+        here = laid.body.position[:, _KEYS] - laid.origin[:, None]
+        away = here[:, None] - self._sittings.reference.position[frames][:, :, _KEYS]
+        return (away.square().sum(dim=3) * _WEIGHT).sum(dim=2)
 
     def state_dict(self) -> dict[str, Tensor]:
         """Which clips the scenes follow, and where in them."""
@@ -158,13 +167,33 @@ class SeatedTracker:
             value.copy_(state[name])
 
 
-def _turned(scenes: Scenes, rows: Tensor, back: Tensor) -> Body:
-    """Return the characters of the scenes `rows` in the clips' axes, turned by back [m, 2]."""
+@dataclass(frozen=True)
+class _Laid:
+    """m scenes in the axes of a clip each, the seats' facings alike."""
+
+    body: Body
+    point: Tensor
+    """[m, 3]: the scene's seat, m."""
+    corners: Tensor
+    """[m, 8, 3]: its corners, m."""
+    origin: Tensor
+    """[m, 3]: from the clip's world to the scene's, so that both seats coincide, m."""
+
+
+def _lay(scenes: Scenes, rows: Tensor, target: Target, known: _Sittings, clip: Tensor) -> _Laid:
+    """Turn the scenes `rows`, whose targets these are, as the clips [m] stand."""
+    turn = rotations.yaw(known.facing[clip]) - rotations.yaw(target.facing)
+    back = rotations.cos_sin(turn)
     qpos, qvel = scenes.qpos[rows].float(), scenes.qvel[rows].float()
     qpos[:, :2] = rotations.turn(back, qpos[:, :2])
     qpos[:, 3:7] = rotations.multiply(rotations.from_heading(back), qpos[:, 3:7])
     qvel[:, :2] = rotations.turn(back, qvel[:, :2])
-    return features.body(qpos, qvel)
+    point = torch.cat((rotations.turn(back, target.point[:, :2]), target.point[:, 2:]), dim=1)
+    level = rotations.turn(back[:, None], target.corners[..., :2])
+    corners = torch.cat((level, target.corners[..., 2:]), dim=2)
+    origin = point - known.point[clip]
+    origin[:, 2] = 0.0  # both stand on the floor
+    return _Laid(features.body(qpos, qvel), point, corners, origin)
 
 
 def _sittings(clips: Sequence[Clip]) -> _Sittings:
