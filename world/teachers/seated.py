@@ -67,8 +67,8 @@ class _Sittings:
 
 
 class SeatedTracker:
-    """Labels scenes of sit: the way to the seat by a walker, sitting down by a tracker on the clips;
-    a world.teachers.teacher.Teacher."""
+    """Labels scenes of sit: the way to the seat by a walker, sitting down by a tracker on the
+    clips; a world.teachers.teacher.Teacher."""
 
     def __init__(
         self,
