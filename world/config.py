@@ -62,10 +62,6 @@ class CarryConfig:
     """Least and greatest distance from the character to the target in these, m."""
     in_hand: float = 0.0
     """Of the near and far initial states: fraction with the box in hand, in front of the body."""
-    tracker: str = ""
-    """Run or checkpoint of the task track, without a mixture, whose policy labels picking the box
-    up and putting it down: variants of the clips are laid over the box, and it follows them. Empty:
-    no teacher."""
 
 
 @dataclass(frozen=True)
@@ -174,6 +170,10 @@ class WorldConfig:
     walker: str = ""
     """Run, checkpoint or name of a policy of the task walk that labels the way to the seat, the bed
     or the box with its actions; see ppo.imitation-weight. Empty: no such teacher."""
+    tracker: str = ""
+    """Run or checkpoint of the task track, without a mixture, whose policy labels what is done
+    there (sit: sitting down; carry: picking the box up and putting it down): clips are laid over
+    the seat or the box, and it follows them. Empty: no such teacher."""
     seed: int = 0
     """Seed of the furniture catalogue."""
     perturb: PerturbConfig = field(default_factory=PerturbConfig)

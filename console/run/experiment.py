@@ -220,11 +220,10 @@ def check(experiment: Experiment) -> Experiment:
             f"--world.track.teacher {track.teacher}: a tracker teaches what does not see the"
             " reference: add --world.track.goal TASK"
         )
-    carry = experiment.world.carry
     for flag, named in (
         ("track.teacher", track.teacher),
         ("walker", experiment.world.walker),
-        ("carry.tracker", carry.tracker),
+        ("tracker", experiment.world.tracker),
     ):
         if named and experiment.ppo.imitation_weight <= 0.0:
             raise ConfigError(

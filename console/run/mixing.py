@@ -81,8 +81,8 @@ def untaught(world: WorldConfig) -> WorldConfig:
     return replace(
         world,
         walker="",
+        tracker="",
         track=replace(world.track, goal="", teacher=""),
-        carry=replace(world.carry, tracker=""),
     )
 
 

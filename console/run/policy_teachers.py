@@ -10,11 +10,13 @@ from torch import Tensor
 from console.run import mixing
 from console.run.experiment import Experiment
 from policy.model.acting import Policy
+from world import tasks
 from world.config import WorldConfig
 from world.errors import ConfigError
 from world.motions.library import MotionLibrary
 from world.objects.bank import ObjectBank
 from world.teachers.aligned import AlignedTracker, Boxes
+from world.teachers.seated import SeatedTracker
 from world.teachers.teacher import Teacher
 from world.teachers.tracker import TrackerTeacher
 from world.teachers.walker import WalkerTeacher
@@ -46,7 +48,7 @@ class Weights:
 @dataclass(frozen=True)
 class PolicyTeacher:
     """Trained policies that label the scenes of one task, by what they teach: to follow a reference
-    (tracker), to walk to an object (walker), to handle it as in a clip (handler)."""
+    (tracker), to walk to an object (walker), to use it as in a clip (handler)."""
 
     policies: Mapping[str, Weights]
 
@@ -63,6 +65,8 @@ class PolicyTeacher:
         walks = None if walker is None else WalkerTeacher(walker.policy())
         if (handler := self.policies.get("handler")) is not None:
             act, residual = handler.policy(), handler.world.track.residual
+            if not tasks.make(world.task).affordance.clips.holds:
+                return SeatedTracker(act, residual, library.clips, scenes, walks)
             laid, stands = cast("Boxes", bank), world.carry.stand_m
             return AlignedTracker(act, residual, library.clips, laid, stands, scenes, walks)
         assert walks is not None, "a teacher has a policy"
@@ -80,17 +84,17 @@ def policy_teachers(
     found: dict[str, dict[str, Weights]] = {}
     world = experiment.world
     here = {part.task for part in mixing.worlds(experiment)}
-    for flag, tasks, source, wanted, name in (
+    for flag, names, source, wanted, name in (
         ("--world.track.teacher", ("track",), world.track.teacher, "track", "tracker"),
         ("--world.walker", ("sit", "lie", "carry"), world.walker, "walk", "walker"),
-        ("--world.carry.tracker", ("carry",), world.carry.tracker, "track", "handler"),
+        ("--world.tracker", ("sit", "carry"), world.tracker, "track", "handler"),
     ):
         if not source:
             continue
-        taught = [task for task in tasks if task in here]
+        taught = [task for task in names if task in here]
         if not taught:
             raise ConfigError(
-                f"{flag} {source}: no scene here has the task {' or '.join(tasks)}: leave it out"
+                f"{flag} {source}: no scene here has the task {' or '.join(names)}: leave it out"
             )
         one = trained(Path(source))
         if one.task != wanted:

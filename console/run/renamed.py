@@ -33,6 +33,7 @@ RENAMED: Table = {
     "world.paces": "world.playback_speeds",
     "world.patience_s": "world.stall_s",
     "world.carry.walker": "world.walker",
+    "world.carry.tracker": "world.tracker",
     "world.starts.clip": "world.initial.reference",
     "world.starts.near": "world.initial.near",
     "world.starts.far": "world.initial.far",

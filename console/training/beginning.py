@@ -76,7 +76,7 @@ def inherited(run: RunDirectory, command: Train, experiment: Experiment) -> tupl
     --init, or those that the run's newest readable checkpoint names."""
     if not command.resume:
         world = experiment.world
-        sources = (command.init, world.track.teacher, world.walker, world.carry.tracker)
+        sources = (command.init, world.track.teacher, world.walker, world.tracker)
         return tuple(
             origin
             for source in sources

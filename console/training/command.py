@@ -120,11 +120,9 @@ def resolve(command: Train) -> Experiment:
     if world.track.teacher:
         where = _policy(world.track.teacher)
         world = replace(world, track=replace(world.track, teacher=where))
-    if world.walker:
-        world = replace(world, walker=_policy(world.walker))
-    if world.carry.tracker:
-        tracker = _policy(world.carry.tracker)
-        world = replace(world, carry=replace(world.carry, tracker=tracker))
+    for name in ("walker", "tracker"):
+        if source := getattr(world, name):
+            world = replace(world, **{name: _policy(source)})
     experiment = replace(command.experiment, world=world)
     if experiment.style.mask_holding and not any(
         tasks.make(world.task).affordance.clips.holds for world in mixing.worlds(experiment)

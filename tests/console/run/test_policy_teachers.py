@@ -30,7 +30,7 @@ def experiment(world: WorldConfig) -> Experiment:
 
 def test_the_flags_make_the_teachers() -> None:
     library, bank = MotionLibrary([standing_clip()], use=BOX), BoxBank(boxes(WORLD.carry))
-    tracks = replace(WORLD, carry=replace(WORLD.carry, tracker=TRACKER))
+    tracks = replace(WORLD, tracker=TRACKER)
     for world, kind in (
         (replace(WORLD, walker=WALKER), WalkerTeacher),
         (tracks, AlignedTracker),
@@ -59,7 +59,7 @@ def test_a_renamed_flag_of_an_earlier_version_is_read() -> None:
 
 def test_what_cannot_teach_is_refused() -> None:
     for world, said in (
-        (replace(WORLD, carry=CarryConfig(tracker=WALKER)), "is a policy of the task walk"),
+        (replace(WORLD, tracker=WALKER), "is a policy of the task walk"),
         (replace(WORLD, walker=TRACKER), "is a policy of the task track"),
         (replace(WORLD, task="walk", walker=WALKER), "no scene here has the task sit or lie or"),
         (replace(WORLD, track=TrackConfig(teacher=TRACKER)), "no scene here has the task track"),

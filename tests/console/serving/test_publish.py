@@ -51,13 +51,14 @@ def test_no_path_of_a_teacher_is_published(tmp_path: Path) -> None:
     shutil.copytree(ROOT / "pretrained" / "walk", taught)
     found = read(taught, ("policy",))
     settings = json.loads(found.manifest.notes["experiment"])
-    settings["world"] |= {"walker": str(tmp_path), "motions": [str(tmp_path)]}
-    settings["world"]["carry"]["tracker"] = settings["world"]["track"]["teacher"] = str(tmp_path)
+    here = str(tmp_path)
+    settings["world"] |= {"walker": here, "tracker": here, "motions": [here]}
+    settings["world"]["track"]["teacher"] = here
     notes = found.manifest.notes | {"experiment": json.dumps(settings)}
     shutil.rmtree(taught)
     write(taught, found.state, replace(found.manifest, notes=notes))
     assert main(["publish", str(taught), str(out)]) == 0
-    assert str(tmp_path) not in (out / "manifest.json").read_text()
+    assert here not in (out / "manifest.json").read_text()
 
 
 def test_two_evaluations_of_a_kind_or_none_at_all_are_refused(
