@@ -144,6 +144,14 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "batch": ((1, 1e7),), "rate": (_FRACTION,), "spell": ((0.001, 1e6),),
         "first": ((1, 1e8),), "capacity": ((1, 1e8),), "hidden": ((1, 16384),),
     },
+    "Labelled": {
+        "steps": ((1, 1e5),), "scenes": ((1, 1e6),), "noise": ((0, 10),), "seed": (_SEED,),
+    },
+    "Distill": {
+        "minutes": ((0.001, 1e6),), "batches": (_COUNT,), "workers": (_THREADS,),
+        "batch": ((1, 1e7),), "rate": (_FRACTION,), "spell": ((0.001, 1e6),),
+        "first": ((1, 1e8),), "capacity": ((1, 1e8),), "hidden": ((1, 16384),),
+    },
     "TeachTry": {
         "trials": ((1, 1e7),), "near_m": (_LENGTH_M,), "far_m": (_LENGTH_M,),
         "seconds": ((0.1, 3600),), "seed": (_SEED,), "noise": ((0, 10),), "threads": (_THREADS,),

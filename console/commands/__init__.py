@@ -13,7 +13,7 @@ from console.commands.motions import (
 from console.commands.objects import Meshes, ObjectsCheck, ObjectsImport, ObjectsList, ObjectsShow
 from console.commands.play import Play
 from console.commands.serving import Export, Serve, Style, Synthesize
-from console.commands.teaching import TeachCarry, TeachRecord, TeachTry
+from console.commands.teaching import Distill, TeachCarry, TeachRecord, TeachTry
 from console.commands.tools import Bench, Completion, Doctor, Plan, Shell
 from console.commands.training import Evaluate, Publish, Realism, Report, Train, Video
 
@@ -32,6 +32,7 @@ class Entry:
 
 COMMANDS = (
     Entry("train", Train, "console.training.command:train"),
+    Entry("distill", Distill, "console.teaching.distillation:distill_command"),
     Entry("evaluate", Evaluate, "console.report.worst:evaluate_command"),
     Entry("realism", Realism, "console.realism.command:realism_command"),
     Entry("report", Report, "console.report.command:report_command"),
@@ -107,6 +108,7 @@ __all__ = [
     "Bench",
     "Completion",
     "Demo",
+    "Distill",
     "Doctor",
     "Entry",
     "Evaluate",

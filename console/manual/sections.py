@@ -22,7 +22,9 @@ def _section(title: str, names: str) -> Section:
 
 COMMANDS = (
     _section("See a policy move", "demo play video"),
-    _section("Train a policy, and find out how good it is", "train evaluate report realism"),
+    _section(
+        "Train a policy, and find out how good it is", "train distill evaluate report realism"
+    ),
     _section("Use a policy elsewhere", "synthesize export serve publish"),
     _section("Motions and furniture", "motions objects"),
     _section("Machines, clusters and the terminal", "doctor plan bench style teach completion"),
@@ -108,6 +110,12 @@ FLAGS: dict[type, tuple[Section, ...]] = {
     commands.ObjectsCheck: (
         _section("The check", "drop json threads"),
         _section("What the files leave open", "unit height up front category sit"),
+    ),
+    commands.Distill: (
+        _section("The teachers", "world.walker world.tracker motions"),
+        _section("How long", "minutes batches"),
+        _section("What it starts from", "init seed"),
+        _section("What it runs on", "workers scenes"),
     ),
     commands.TeachCarry: (
         _section("How long", "minutes batches"),

@@ -139,6 +139,17 @@ def new_run(task: str, root: Path = RUNS, today: datetime.date | None = None) ->
     return RunDirectory(root / f"{task}-{day}-{number}")
 
 
+def policy_source(named: str) -> str:
+    """Return a run or checkpoint as an absolute path; the name of a policy, and "", unchanged.
+
+    Raises RunError where there is none.
+    """
+    if not named:
+        return named
+    checkpoint_folder(Path(named))
+    return str(Path(named).resolve()) if Path(named).exists() else named
+
+
 def checkpoint_folder(where: Path) -> Path:
     """Return the checkpoint of a run directory, of a checkpoint folder, of `latest`/`best`, or of
     a policy's name.

@@ -1,28 +1,98 @@
 """`inhabit teach`: checks and runs its commands."""
 
 import json
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import torch
 
-from console.commands.teaching import TeachCarry, TeachRecord, TeachTry
+from console.commands.teaching import Practice, TeachCarry, TeachRecord, TeachTry
 from console.run import assembly
+from console.run.directory import checkpoint_folder
+from console.run.experiment import Experiment, to_json
 from console.teaching import dagger, recording, trials
+from console.teaching.scenes import TeachingScenes
+from learner.config import LearnerConfig
+from learner.ppo import Learner
+from policy.checkpoints import lineage
+from policy.checkpoints.format import read, read_manifest
+from policy.checkpoints.lineage import Origin
+from policy.checkpoints.transfer import widened
+from world.config import WorldConfig
 from world.errors import ConfigError
 from world.tasks.carry import Carry
+
+_TEACHER = Origin("a scripted teacher (world.teachers.carry), no motion capture", "Apache-2.0")
+
+
+@dataclass(frozen=True)
+class MakeScenes:
+    """Factory of one worker's scenes; can be pickled."""
+
+    practice: Practice
+    world: WorldConfig
+
+    def __call__(self) -> TeachingScenes:
+        return TeachingScenes(self.practice, self.world)
 
 
 def teach_command(command: TeachCarry) -> int:
     """Train a student of the scripted teacher."""
     if not command.hidden:
         raise ConfigError("--hidden must be one width or more")
-    if command.out.exists() and not (command.out / "manifest.json").exists():
-        raise ConfigError(f"{command.out} exists and is not a checkpoint: choose another folder")
+    require_checkpoint(command.out)
     if command.practice.walker is not None:
         _carry_policy(command.practice.walker)
     torch.set_num_threads(1)
-    dagger.teach(command)
+    experiment = experiment_of(command)
+    seed, world = command.practice.seed, experiment.world
+    scenes = [
+        MakeScenes(replace(command.practice, seed=seed + 1000 * k), world)
+        for k in range(command.workers)
+    ]
+    begun = (command.init, command.practice.walker)
+    origins = [
+        origin
+        for source in begun
+        if source is not None
+        for origin in lineage.of(read_manifest(checkpoint_folder(source)).notes)
+    ]
+    notes = {
+        "experiment": json.dumps(to_json(experiment)),
+        lineage.NOTE: lineage.note((_TEACHER, *origins)),
+    }
+    student = initialised(command, experiment)
+    lesson = dagger.Lesson(
+        scenes, experiment, student, command.init is not None, Carry.stages, notes
+    )
+    dagger.teach(command, lesson)
     return 0
+
+
+def require_checkpoint(out: Path) -> None:
+    """Raise ConfigError where a folder exists that is no checkpoint, which nothing overwrites."""
+    if out.exists() and not (out / "manifest.json").exists():
+        raise ConfigError(f"{out} exists and is not a checkpoint: choose another folder")
+
+
+def experiment_of(command: TeachCarry) -> Experiment:
+    """Return the experiment of the checkpoint."""
+    world = WorldConfig(task="carry", episode_s=Carry.episode_s)
+    ppo = LearnerConfig(hidden=command.hidden, skip=True, observation_clip=10.0)
+    return Experiment(seed=command.practice.seed, world=world, ppo=ppo)
+
+
+def initialised(command: TeachCarry, experiment: Experiment) -> Learner:
+    """Return the initial learner: new, or with the networks of `init`."""
+    learner = assembly.learner(experiment)
+    if command.init is not None:
+        found = read(checkpoint_folder(command.init), ("policy",))
+        mine, theirs = assembly.layout(experiment), found.manifest.layout
+        source = str(command.init)
+        replace(mine, hidden=theirs.hidden).require(theirs, source)
+        policy = widened(found.state["policy"], command.hidden, experiment.seed, source)
+        learner.load_policy_state({**policy, "actor": policy["average"]})
+    return learner
 
 
 def try_command(command: TeachTry) -> int:

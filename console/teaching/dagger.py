@@ -1,9 +1,9 @@
-"""`inhabit teach carry`: DAgger (Ross et al., "A reduction of imitation learning and structured
-prediction to no-regret online learning", 2011).
+"""DAgger (Ross et al., "A reduction of imitation learning and structured prediction to no-regret
+online learning", 2011), of `inhabit teach carry` and `inhabit distill`.
 
-Student and scripted teacher drive in turn, the student for growing stretches. The teacher labels
-every visited state, and the student is regressed on all labels. Worker processes simulate and label
-while this process regresses, on a GPU if available.
+Student and teacher drive in turn, the student for growing stretches. The teacher labels every
+visited state, and the student is regressed on all labels. Worker processes simulate and label while
+this process regresses, on a GPU if available.
 """
 
 import json
@@ -12,43 +12,85 @@ import queue
 import signal
 import tempfile
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import torch
 import torch.multiprocessing as mp
 from torch import Tensor
 
-from console.commands.teaching import Practice, TeachCarry
 from console.run import assembly
-from console.run.directory import checkpoint_folder
-from console.run.experiment import Experiment, to_json
+from console.run.experiment import Experiment
 from console.teaching.regression import Regression, Samples, action_weights
-from console.teaching.scenes import TeachingScenes
-from learner.config import LearnerConfig
 from learner.ppo import Learner
-from policy.checkpoints import lineage
-from policy.checkpoints.format import Manifest, read, read_manifest, write
-from policy.checkpoints.lineage import Origin
-from policy.checkpoints.transfer import widened
+from policy.checkpoints.format import Manifest, write
 from policy.model.acting import Policy
-from world.config import WorldConfig
 from world.errors import InhabitError
 from world.partial_files import replacing
-from world.tasks.carry import Carry
 
 #: Batches between two checks of the time; seconds between two reports, and two checkpoints.
 _CHUNK, _REPORT_S, _SAVE_S = 50, 20.0, 60.0
 #: Seconds between two lines while the first samples are collected; time without labels that ends
 #: the training.
 _FIRST_S, _SILENCE_S = 2.0, 120.0
-_TEACHER = Origin("a scripted teacher (world.teachers.carry), no motion capture", "Apache-2.0")
 
 
 class TeachingError(InhabitError):
     """Worker processes that ended or send no labels."""
+
+
+class Settings(Protocol):
+    """Settings of DAgger, as flags of the commands."""
+
+    @property
+    def out(self) -> Path: ...
+    @property
+    def minutes(self) -> float: ...
+    @property
+    def batches(self) -> int | None: ...
+    @property
+    def workers(self) -> int: ...
+    @property
+    def batch(self) -> int: ...
+    @property
+    def rate(self) -> float: ...
+    @property
+    def spell(self) -> tuple[float, float]: ...
+    @property
+    def first(self) -> int: ...
+    @property
+    def capacity(self) -> int: ...
+
+
+class Labelling(Protocol):
+    """Scenes that a student and a teacher drive in turn."""
+
+    def collect(self, student: Policy | None, spell: float) -> tuple[Tensor, Tensor, Tensor]:
+        """Return observations [m, d] and teacher actions [m, 28] of the next control steps, in
+        which the student drives for about `spell` steps at a time; and for each ended episode [k,
+        3 + S] whether the student drove it alone, its length, whether it ended in a fall, its S
+        stages."""
+        ...
+
+
+@dataclass(frozen=True)
+class Lesson:
+    """What is taught: the scenes, the student, and what is said of the checkpoint."""
+
+    scenes: Sequence[Callable[[], Labelling]]
+    """Of each worker process: makes its scenes; can be pickled."""
+    experiment: Experiment
+    """Of the checkpoint."""
+    learner: Learner
+    """The student: new, or with the networks that it begins from."""
+    begun: bool
+    """The student can drive from the first step on."""
+    stages: tuple[str, ...]
+    """Stages of the task, in the order of what the scenes report."""
+    notes: Mapping[str, str]
+    """Notes of the checkpoint."""
 
 
 @dataclass(frozen=True)
@@ -70,19 +112,12 @@ class Workers:
                 raise TeachingError(f"a worker process ended with exit code {process.exitcode}")
 
 
-def experiment_of(command: TeachCarry) -> Experiment:
-    """Return the experiment of the checkpoint."""
-    world = WorldConfig(task="carry", episode_s=Carry.episode_s)
-    ppo = LearnerConfig(hidden=command.hidden, skip=True, observation_clip=10.0)
-    return Experiment(seed=command.practice.seed, world=world, ppo=ppo)
-
-
-def work(practice: Practice, world: WorldConfig, labels: Any, spell: Any, weights: Path) -> None:
+def work(make: Callable[[], Labelling], labels: Any, spell: Any, weights: Path) -> None:
     """Simulate and label without end, with the newest student in the file `weights`; a process."""
     # Ctrl-C reaches the whole process group; the parent terminates its workers
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     torch.set_num_threads(1)
-    scenes, student, stamp = TeachingScenes(practice, world), None, 0
+    scenes, student, stamp = make(), None, 0
     while True:
         if weights.exists() and weights.stat().st_mtime_ns != stamp:
             stamp = weights.stat().st_mtime_ns
@@ -91,111 +126,69 @@ def work(practice: Practice, world: WorldConfig, labels: Any, spell: Any, weight
         labels.put([part.numpy() for part in found])
 
 
-def save(
-    out: Path,
-    experiment: Experiment,
-    learner: Learner,
-    samples: int,
-    lines: list[dict[str, float]],
-    inherited: Sequence[Origin] = (),
-) -> None:
+def save(out: Path, lesson: Lesson, samples: int, lines: list[dict[str, float]]) -> None:
     """Write the networks as a checkpoint with its metrics. The critic is untrained; PPO's warm-up
-    trains it first.
-
-    inherited: origins of the policies that the student begins from and learns from.
-    """
-    notes = {
-        "experiment": json.dumps(to_json(experiment)),
-        lineage.NOTE: lineage.note((_TEACHER, *inherited)),
-    }
-    manifest = Manifest(assembly.layout(experiment), 0, samples, notes)
-    write(out, {"policy": learner.policy_state()}, manifest)
+    trains it first."""
+    manifest = Manifest(assembly.layout(lesson.experiment), 0, samples, dict(lesson.notes))
+    write(out, {"policy": lesson.learner.policy_state()}, manifest)
     (out / "metrics.jsonl").write_text("".join(f"{json.dumps(line)}\n" for line in lines))
 
 
-def teach(command: TeachCarry) -> None:
+def teach(settings: Settings, lesson: Lesson) -> None:
     """Collect labels and regress until the limit of time or batches."""
-    experiment = experiment_of(command)
-    learner = initialised(command, experiment)
     context = mp.get_context("spawn")
-    labels, spell = context.Queue(4 * command.workers), context.Value("d", command.spell[0])
-    command.out.parent.mkdir(parents=True, exist_ok=True)
+    count = len(lesson.scenes)
+    labels, spell = context.Queue(4 * count), context.Value("d", settings.spell[0])
+    settings.out.parent.mkdir(parents=True, exist_ok=True)
     # a folder of our own: the workers load whatever is there
     shared = tempfile.TemporaryDirectory(
-        prefix=f".{command.out.name}.", dir=command.out.parent, ignore_cleanup_errors=True
+        prefix=f".{settings.out.name}.", dir=settings.out.parent, ignore_cleanup_errors=True
     )
     student = Path(shared.name) / "student"
-    if command.init is not None:
-        _publish(learner, student)
-    seed = command.practice.seed
+    if lesson.begun:
+        _publish(lesson.learner, student)
     processes = [
-        context.Process(
-            target=work,
-            args=(
-                replace(command.practice, seed=seed + 1000 * k),
-                experiment.world,
-                labels,
-                spell,
-                student,
-            ),
-            daemon=True,
-        )
-        for k in range(command.workers)
+        context.Process(target=work, args=(make, labels, spell, student), daemon=True)
+        for make in lesson.scenes
     ]
     for process in processes:
         process.start()
     try:
-        _regress(command, experiment, learner, Workers(labels, spell, student, processes))
+        _regress(settings, lesson, Workers(labels, spell, student, processes))
     finally:
         for process in processes:
             process.terminate()
             process.join()
         shared.cleanup()
-        learner.close()
+        lesson.learner.close()
 
 
-def initialised(command: TeachCarry, experiment: Experiment) -> Learner:
-    """Return the initial learner: new, or with the networks of `init`."""
-    learner = assembly.learner(experiment)
-    if command.init is not None:
-        found = read(checkpoint_folder(command.init), ("policy",))
-        mine, theirs = assembly.layout(experiment), found.manifest.layout
-        source = str(command.init)
-        replace(mine, hidden=theirs.hidden).require(theirs, source)
-        policy = widened(found.state["policy"], command.hidden, experiment.seed, source)
-        learner.load_policy_state({**policy, "actor": policy["average"]})
-    return learner
-
-
-def _regress(
-    command: TeachCarry, experiment: Experiment, learner: Learner, workers: Workers
-) -> None:
-    begun = (command.init, command.practice.walker)
-    terms = [
-        origin
-        for source in begun
-        if source is not None
-        for origin in lineage.of(read_manifest(checkpoint_folder(source)).notes)
-    ]
-    regression = Regression(learner, action_weights(experiment.world), command.rate, command.batch)
-    width = assembly.layout(experiment).observation
-    samples = Samples(command.capacity, width, regression.device)
-    _fill(samples, workers, command.first)
+def _regress(settings: Settings, lesson: Lesson, workers: Workers) -> None:
+    weights = action_weights(lesson.experiment.world)
+    regression = Regression(lesson.learner, weights, settings.rate, settings.batch)
+    width = assembly.layout(lesson.experiment).observation
+    samples = Samples(settings.capacity, width, regression.device)
+    _fill(samples, workers, settings.first)
     regression.begin(
         samples.observations[: samples.total], samples.teacher_actions[: samples.total]
     )
     began = reported = saved = time.monotonic()
     lines: list[dict[str, float]] = []
     errors, ended = [], []
+
+    def keep() -> None:
+        regression.updated_learner()
+        save(settings.out, lesson, samples.total, lines)
+
     try:
-        while (done := _progress(command, began, regression.steps)) < 1.0:
+        while (done := _progress(settings, began, regression.steps)) < 1.0:
             ended += _take(samples, workers)
-            rate = 1e-6 + command.rate * 0.5 * (1.0 + math.cos(math.pi * done))
-            errors += [regression.step(samples, rate) for _ in range(_chunk(command, regression))]
-            first, last = command.spell
+            rate = 1e-6 + settings.rate * 0.5 * (1.0 + math.cos(math.pi * done))
+            errors += [regression.step(samples, rate) for _ in range(_chunk(settings, regression))]
+            first, last = settings.spell
             workers.spell.value = first * (last / first) ** done
             now = time.monotonic()
-            over = _progress(command, began, regression.steps) >= 1.0
+            over = _progress(settings, began, regression.steps) >= 1.0
             if now - reported > _REPORT_S or over:
                 workers.check()
                 lines.append(
@@ -205,7 +198,7 @@ def _regress(
                         "batches": regression.steps,
                         "error": math.sqrt(float(torch.stack(errors).mean())),
                         "spell": workers.spell.value,
-                        **_report(ended),
+                        **_report(ended, lesson.stages),
                     }
                 )
                 text = ", ".join(f"{name} {value:.6g}" for name, value in lines[-1].items())
@@ -213,29 +206,22 @@ def _regress(
                 errors, ended, reported = [], [], now
                 _publish(regression.updated_learner(), workers.student)
             if now - saved > _SAVE_S:
-                save(
-                    command.out,
-                    experiment,
-                    regression.updated_learner(),
-                    samples.total,
-                    lines,
-                    terms,
-                )
+                keep()
                 saved = now
     finally:
-        save(command.out, experiment, regression.updated_learner(), samples.total, lines, terms)
-    print(f"{command.out}: {samples.total} samples, {regression.steps} batches")
+        keep()
+    print(f"{settings.out}: {samples.total} samples, {regression.steps} batches")
 
 
-def _progress(command: TeachCarry, began: float, steps: int) -> float:
+def _progress(settings: Settings, began: float, steps: int) -> float:
     """Return the elapsed fraction of the time or of the batches, the larger one."""
-    time_over = (time.monotonic() - began) / (60.0 * command.minutes)
-    return max(time_over, steps / command.batches if command.batches else 0.0)
+    time_over = (time.monotonic() - began) / (60.0 * settings.minutes)
+    return max(time_over, steps / settings.batches if settings.batches else 0.0)
 
 
-def _chunk(command: TeachCarry, regression: Regression) -> int:
+def _chunk(settings: Settings, regression: Regression) -> int:
     """Return the number of batches until the next check of the time."""
-    return min(_CHUNK, command.batches - regression.steps) if command.batches else _CHUNK
+    return min(_CHUNK, settings.batches - regression.steps) if settings.batches else _CHUNK
 
 
 def _publish(learner: Learner, weights: Path) -> None:
@@ -276,10 +262,10 @@ def _take(samples: Samples, workers: Workers, wait_s: float | None = None) -> li
             return ended
 
 
-def _report(ended: list[Tensor]) -> dict[str, float]:
+def _report(ended: list[Tensor], stages: Sequence[str]) -> dict[str, float]:
     """Return the figures of the episodes that the student drove alone, and of the others."""
-    names = ("steps", "fell", *Carry.stages)
-    facts = torch.cat(ended) if ended else torch.zeros(0, 3 + len(Carry.stages))
+    names = ("steps", "fell", *stages)
+    facts = torch.cat(ended) if ended else torch.zeros(0, 3 + len(stages))
     found: dict[str, float] = {}
     for group, some in (("student", facts[facts[:, 0] > 0]), ("mixed", facts[facts[:, 0] == 0])):
         if len(some):

@@ -60,8 +60,12 @@ class Regression:
         self.steps = 0
 
     def begin(self, observations: Tensor, teacher_actions: Tensor) -> None:
-        """Fix the normaliser. A new one is first fitted to samples [m, ..], the linear map too."""
-        if not self.learner.normaliser.count.any():
+        """Fix the normaliser, first fitted to samples [m, ..] where it is new, or knows not all
+        features, as that of another task; a new linear map is fitted too."""
+        known = self.learner.normaliser.count > 0
+        if not known.all():
+            self.learner.normaliser.update(observations.cpu())
+        if not known.any():
             self._fit(observations, teacher_actions)
         normaliser = self.learner.normaliser
         self._mean = normaliser.mean.float().to(self.device)
@@ -69,17 +73,19 @@ class Regression:
 
     @torch.no_grad()
     def _fit(self, observations: Tensor, teacher_actions: Tensor) -> None:
-        """Fit the linear map by least squares."""
-        self.learner.normaliser.update(observations.cpu())
+        """Fit the linear map by least squares; without one, the mean alone."""
         x = self.learner.normaliser(observations.cpu()).double()
         y = teacher_actions.cpu().double()
         mean = y.mean(dim=0)
+        for actor in (self.actor, self.average):
+            actor.head.bias.copy_(mean)
+        if self.actor.skip is None:
+            return
         ridge = x.T @ x + torch.eye(x.shape[1]).double()
         found = torch.linalg.solve(ridge, x.T @ (y - mean))
         for actor in (self.actor, self.average):
             assert actor.skip is not None
             actor.skip.weight.copy_(found.T)
-            actor.head.bias.copy_(mean)
 
     def step(self, samples: Samples, rate: float) -> Tensor:
         """Train on one batch; return the mean squared error of its actions [], in their units."""

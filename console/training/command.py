@@ -18,7 +18,7 @@ import torch
 from console import bounds
 from console.commands import Train
 from console.run import assembly, machine, mixing, recipe
-from console.run.directory import RunDirectory, RunError, checkpoint_folder, new_run
+from console.run.directory import RunDirectory, RunError, checkpoint_folder, new_run, policy_source
 from console.run.experiment import (
     Experiment,
     check,
@@ -118,11 +118,11 @@ def resolve(command: Train) -> Experiment:
     if command.objects:
         world = replace(world, objects=tuple(_furniture(name) for name in command.objects))
     if world.track.teacher:
-        where = _policy(world.track.teacher)
+        where = policy_source(world.track.teacher)
         world = replace(world, track=replace(world.track, teacher=where))
     for name in ("walker", "tracker"):
         if source := getattr(world, name):
-            world = replace(world, **{name: _policy(source)})
+            world = replace(world, **{name: policy_source(source)})
     experiment = replace(command.experiment, world=world)
     if experiment.style.mask_holding and not any(
         tasks.make(world.task).affordance.clips.holds for world in mixing.worlds(experiment)
@@ -143,13 +143,6 @@ def resolve(command: Train) -> Experiment:
     require_shape(command, experiment, workers(command, experiment))
     policy_teachers(experiment, assembly.trained)
     return experiment
-
-
-def _policy(named: str) -> str:
-    """Return a run or checkpoint as an absolute path, the name of a policy unchanged; RunError
-    where there is none."""
-    checkpoint_folder(Path(named))
-    return str(Path(named).resolve()) if Path(named).exists() else named
 
 
 def _furniture(name: str) -> str:

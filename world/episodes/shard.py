@@ -116,6 +116,7 @@ class Shard:
         if teacher is not None and simulator != "mujoco":
             raise ConfigError("--world.teacher: the teachers need --simulator mujoco")
         self._teacher = teacher
+        self._labelled: Tensor | None = None
         self._stall = StallTimeout(self.n, config.stall_s, device)
         disturbances.check(config, simulator)
         self._disturbances = (
@@ -132,6 +133,15 @@ class Shard:
         """The current states [n, 114] and goals [n, G]; overwritten by the next step."""
         return self._state, self._goal
 
+    def label(self) -> Tensor | None:
+        """The teacher's actions [n, 28] in the present states, NaN where it has none; none: no
+        teacher. The next step returns the same: a teacher is asked once in a control step."""
+        if self._teacher is not None and self._labelled is None:
+            self._labelled = self._teacher.label(
+                self._scenes, self._target(), self._variant, self.clock
+            )
+        return self._labelled
+
     def update_sampling(self, published: Mapping[str, Tensor]) -> None:
         """Adapt the sampling of initial states to what the learner publishes: failures [S], by
         segment of the reference motions."""
@@ -141,7 +151,8 @@ class Shard:
     def step(self, action: Tensor) -> Step:
         """One control step with actions [n, 28]; scenes whose episode ends are reset at once."""
         before = torch.cat((self._scenes.qpos, self._scenes.qvel), dim=1)
-        teacher_action = self._label()
+        teacher_action = self.label()
+        self._labelled = None
         if self._disturbances is not None:
             self._disturbances.push(self.clock)
         self._scenes.drive(self._scenes.set_points(action, self._target().set_points()))
@@ -210,12 +221,6 @@ class Shard:
         assert self._targets is not None
         moved = what.after(self.clock, body, target, self._targets, self._variant)
         return self._target() if moved else target
-
-    def _label(self) -> Tensor | None:
-        """The teacher's actions [n, 28] in the present states; none: no teacher."""
-        if self._teacher is None:
-            return None
-        return self._teacher.label(self._scenes, self._target(), self._variant, self.clock)
 
     def _target(self) -> Target:
         """Present targets of all scenes."""

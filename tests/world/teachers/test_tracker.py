@@ -37,7 +37,7 @@ def test_labels_move_a_student_without_reference_as_the_tracker_moves_itself(
     tracking, taught = shard(residual), shard(False, TrackerTeacher(act, residual))
     for _ in range(6):
         own = act(*tracking.observe())
-        label = taught._label()
+        label = taught.label()
         assert label is not None and label.dtype == torch.float32
         a, b = tracking.step(own), taught.step(label)
         assert b.teacher_action is not None and torch.equal(b.teacher_action, label)

@@ -68,7 +68,7 @@ def driven() -> tuple[Tensor, Tensor, Tensor]:
     one = shard(WalkerTeacher(Policy(assembly.trained(ROOT / "pretrained" / "walk").weights)))
     far, labelled, begun = [], [], []
     for _ in range(120):
-        label = one._label()
+        label = one.label()
         assert label is not None
         target, body = one._target(), one._scenes.body()
         assert target.box is not None
@@ -168,7 +168,7 @@ def test_its_labels_lead_to_seats() -> None:
     one = Shard(config, library, bank, range(N), 3, WalkerTeacher(act))
     reached, ended = torch.zeros(N, dtype=torch.bool), torch.zeros(N, dtype=torch.bool)
     for _ in range(330):
-        label = one._label()
+        label = one.label()
         assert label is not None
         reached |= label.isnan().any(dim=1) & ~ended
         ended[one.step(label.nan_to_num()).end_ids] = True
