@@ -50,7 +50,7 @@ def require(command: Any, prefix: str = "--") -> None:
         value = getattr(command, field.name)
         name = field.name.replace("_", "-")
         if dataclasses.is_dataclass(value) and not isinstance(value, type):
-            if field.name != "experiment":  # its paths are those of --motions and --objects
+            if field.name not in ("experiment", "world"):  # see --motions and --objects
                 require(value, prefix if field.name in UNNAMED else f"{prefix}{name}.")
         elif field.name in FIELDS:
             for one in _given(value):

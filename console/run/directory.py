@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pretrained
-from world.errors import InhabitError
+from world.errors import ConfigError, InhabitError
 from world.partial_files import replacing
 from world.placeholders import read_bounded
 
@@ -142,11 +142,14 @@ def new_run(task: str, root: Path = RUNS, today: datetime.date | None = None) ->
 def policy_source(named: str) -> str:
     """Return a run or checkpoint as an absolute path; the name of a policy, and "", unchanged.
 
-    Raises RunError where there is none.
+    Raises ConfigError where there is none.
     """
     if not named:
         return named
-    checkpoint_folder(Path(named))
+    try:
+        checkpoint_folder(Path(named))
+    except RunError as error:
+        raise ConfigError(str(error)) from None
     return str(Path(named).resolve()) if Path(named).exists() else named
 
 
