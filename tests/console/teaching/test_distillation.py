@@ -87,7 +87,7 @@ def test_the_teacher_labels_what_it_would_do(walker: PolicyTeacher) -> None:
 
 
 def test_a_student_that_drives_alone(walker: PolicyTeacher) -> None:
-    """With a spell without end the student's actions are taken, the teacher still labels."""
+    """With a spell without end the student's actions are taken; the teacher labels them."""
     one = LabelledShard(Labelled(steps=40, scenes=8, noise=0.0, seed=3), WORLD, walker)
     one._drives[:] = True
     one.shard._steps[:] = 0  # no episode times out, after which the teacher would drive
@@ -101,7 +101,7 @@ def test_a_student_that_drives_alone(walker: PolicyTeacher) -> None:
     watch = one.shard.observe
     one.shard.observe = lambda: (states.append([x.clone() for x in watch()]), watch())[1]  # type: ignore[method-assign]
     _, labels, _ = one.collect(student, 1e9)
-    for (state, goal), action in zip(states[1:], taken, strict=True):
+    for (state, goal), action in zip(states[1:21], taken[:20], strict=True):
         torch.testing.assert_close(action, student(state, goal))
     assert len(labels) and bool(labels.isfinite().all())
 
