@@ -6,9 +6,9 @@ BIN := .venv/bin
 RUN ?= runs/first
 MINUTES ?= 10
 TRIALS ?= 256
-# From the shipped walker: no cloning, and a noise under which it does not fall.
-FROM_WALKER := --init walk --clone-passes 0 --ppo.sigma 0 0.035 --ppo.kl-target 0 0.06 \
-    --world.initial.standing-fraction 0.4
+SEED ?= 0
+# Half of the time two shipped policies teach, half of it what they taught is trained on.
+HALF := $(shell awk 'BEGIN { print $(MINUTES) / 2 }')
 
 .PHONY: help setup demo train test check docs format proto clean
 .DEFAULT_GOAL := help
@@ -37,9 +37,12 @@ demo: setup
 	$(BIN)/inhabit demo
 
 train: setup
-	@echo "Trains sit for $(MINUTES) minutes, from the shipped policy that walks and on the package's own motions;"
+	@echo "Trains sit for $(MINUTES) minutes from the shipped policy that walks: half of them it learns from that policy"
+	@echo "and from one that follows the package's own motions of sitting down, then it goes on by reinforcement learning;"
 	@echo "then come $(TRIALS) trials on furniture that it has not seen, a report, a replay and a film: some 5 minutes more."
-	$(BIN)/inhabit train sit --run $(RUN) --restart --minutes $(MINUTES) $(FROM_WALKER)
+	$(BIN)/inhabit distill sit $(RUN)-taught --init walk --world.walker walk --world.tracker track-sit \
+	    --minutes $(HALF) --seed $(SEED)
+	$(BIN)/inhabit train sit --run $(RUN) --restart --init $(RUN)-taught --preset finetune --minutes $(HALF) --seed $(SEED)
 	$(BIN)/inhabit evaluate $(RUN) --trials $(TRIALS)
 	$(BIN)/inhabit report $(RUN) --trials 24
 	$(BIN)/inhabit synthesize $(RUN) --object chair-test-000 --start 3,0,180 --tries 6 --out $(RUN)/replay.html

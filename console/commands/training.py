@@ -8,7 +8,7 @@ import tyro
 
 from console.run.experiment import Experiment
 
-Preset = Literal["fast", "paper", "track"]
+Preset = Literal["fast", "paper", "track", "finetune"]
 Protocol = Literal["table1", "table3", "weights"]
 
 
@@ -39,7 +39,8 @@ class Train:
     """Run directory; default: runs/TASK-<date>-<n>. An existing one needs --resume or --restart."""
     preset: Preset = "fast"
     """Preset of the settings. fast has networks of 512 x 256, paper of 1024 x 512; track is for
-    motion tracking, and the default of that task. A recipe has its own."""
+    motion tracking, and the default of that task; finetune goes on from a policy that can already
+    do the task (--init). A recipe has its own."""
     recipe: str = ""
     """Recipe to train by, in stages: a NAME of the package (paper) or a .toml file. A stage lasts
     until its condition is measured. Flags of settings hold in all stages. See --dry-run."""

@@ -94,6 +94,39 @@ PRESETS: dict[str, Experiment] = {
             warmup_iterations=5,
         ),
     ),
+    # To go on from a policy that can already do the task, of `distill` or of another run: little
+    # noise, small steps, long rollouts (docs/lab-notes/sit.md, "From 76 to 82 %").
+    "finetune": Experiment(
+        horizon=32,
+        clone_passes=0,
+        world=WorldConfig(
+            held_out=False,
+            initial=InitialStates(
+                reference=0.12,
+                near=0.44,
+                far=0.44,
+                raised_seat_fraction=0.5,
+                standing_fraction=0.5,
+                near_m=(0.5, 1.7),
+                front_fraction=0.2,
+                front_m=(0.35, 1.3),
+                ahead_fraction=0.3,
+            ),
+        ),
+        ppo=LearnerConfig(
+            sigma=((0.0, 0.025),),
+            gamma=0.99,
+            minibatch=4096,
+            epochs=4,
+            clip=((0.0, 0.2),),
+            kl_target=((0.0, 0.04),),
+            actor_rate=6e-5,
+            observation_clip=10.0,
+            mirror_weight=0.005,
+            warmup_iterations=20,
+        ),
+        style=StyleConfig(gradient_penalty=8.0, steps_per_iteration=4, throttle=0.9),
+    ),
     # The paper's numbers; batch and rates stay, as a machine without 4096 scenes cannot take them.
     "paper": Experiment(
         world=WorldConfig(held_out=False),

@@ -201,8 +201,7 @@ def _regress(settings: Settings, lesson: Lesson, workers: Workers) -> None:
                         **_report(ended, lesson.stages),
                     }
                 )
-                text = ", ".join(f"{name} {value:.6g}" for name, value in lines[-1].items())
-                print(text, flush=True)
+                print(described(lines[-1], settings.minutes), flush=True)
                 errors, ended, reported = [], [], now
                 _publish(regression.updated_learner(), workers.student)
             if now - saved > _SAVE_S:
@@ -211,6 +210,26 @@ def _regress(settings: Settings, lesson: Lesson, workers: Workers) -> None:
     finally:
         keep()
     print(f"{settings.out}: {samples.total} samples, {regression.steps} batches")
+
+
+def described(line: Mapping[str, float], minutes: float) -> str:
+    """Return a line of metrics as text: how far it is, and how the student does alone."""
+    parts = [
+        f"{line['minutes']:.1f} of {minutes:g} min",
+        f"{line['samples']:,.0f} labels",
+        f"error {line['error']:.3f}",
+        f"student drives {line['spell']:.0f} steps at a time",
+    ]
+    alone = {
+        name.removeprefix("student/"): value
+        for name, value in line.items()
+        if name.startswith("student/")
+    }
+    if episodes := alone.pop("episodes", 0):
+        alone.pop("steps")
+        shares = ", ".join(f"{name} {100.0 * value:.0f} %" for name, value in alone.items())
+        parts.append(f"alone in {episodes:.0f} episodes: {shares}")
+    return "  ".join(parts)
 
 
 def _progress(settings: Settings, began: float, steps: int) -> float:

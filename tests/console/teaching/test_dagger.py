@@ -60,3 +60,19 @@ def test_a_worker_that_ended_is_one_clear_line() -> None:
     workers = dagger.Workers(None, None, Path(), [Ended()])
     with pytest.raises(InhabitError, match="a worker process ended with exit code 3"):
         workers.check()
+
+
+def test_a_line_says_how_far_it_is_and_how_the_student_does() -> None:
+    line = {"minutes": 1.26, "samples": 374240, "batches": 9, "error": 0.0412, "spell": 22.3}
+    assert dagger.described(line, 5.0) == (
+        "1.3 of 5 min  374,240 labels  error 0.041  student drives 22 steps at a time"
+    )
+    alone = {
+        "student/episodes": 52,
+        "student/steps": 99.0,
+        "student/fell": 0.46,
+        "student/seated": 0.3,
+    }
+    assert dagger.described(line | alone | {"mixed/fell": 1.0}, 5.0).endswith(
+        "at a time  alone in 52 episodes: fell 46 %, seated 30 %"
+    )
