@@ -27,7 +27,12 @@ def page() -> str:
     for group, entries in GROUPS:
         for entry in entries:
             found = list(fields.walk(entry.flags))
-            own = [f for f in found if entry is not train or f.name not in settings]
+            shown = entry is not train
+            own = [
+                f
+                for f in found
+                if f.name not in settings or (shown and not f.name.startswith("world."))
+            ]
             words = [f.name.upper() for f in own if f.positional]
             parts.append(f"## inhabit {group}{entry.name}\n")
             parts.append((entry.flags.__doc__ or "").strip() + "\n")
@@ -35,7 +40,8 @@ def page() -> str:
             rows = [(code(f.flag), f.meaning, code(f.default), code(f.kind), f.unit) for f in own]
             parts.append(table(("flag", "meaning", "default", "type", "unit"), rows))
             if len(found) > len(own):
+                which = "every field" if entry is train else "every field of `world`"
                 parts.append(
-                    "In addition, every field of [the configuration](configuration.md) is a flag.\n"
+                    f"In addition, {which} of [the configuration](configuration.md) is a flag.\n"
                 )
     return "\n".join(parts)
