@@ -32,8 +32,8 @@ class Entry:
 
 COMMANDS = (
     Entry("train", Train, "console.training.command:train"),
-    Entry("distill", Distill, "console.teaching.distillation:distill_command"),
     Entry("evaluate", Evaluate, "console.report.worst:evaluate_command"),
+    Entry("distill", Distill, "console.teaching.distillation:distill_command"),
     Entry("realism", Realism, "console.realism.command:realism_command"),
     Entry("report", Report, "console.report.command:report_command"),
     Entry("publish", Publish, "console.serving.publish:publish_command"),

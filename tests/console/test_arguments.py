@@ -27,7 +27,7 @@ WRONG = [
     ("evaluate sit --no-json", "--no-json: no flag of inhabit evaluate; perhaps --json; see"),
     ("evaluate sit lie", "lie: a word too many for inhabit evaluate; see"),
     ("train sit --runner cloud", "--runner cloud: choose one of local, ray; see"),
-    ("train sit --preset big", "--preset big: choose one of fast, paper, track; see"),
+    ("train sit --preset big", "--preset big: choose one of fast, paper, track, finetune; see"),
     ("motions import a --out b --unit yard", "--unit yard: choose one of cm, ft, in, m, mm; see"),
     ("train sit --scenes many", "--scenes many: must be a whole number, 1 to 1000000; see"),
     ("train sit --threads 1.5", "--threads 1.5: must be a whole number, 1 to 1024; see"),

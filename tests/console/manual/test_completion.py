@@ -38,7 +38,7 @@ ASKED: list[tuple[list[str], set[str]]] = [
     (["mot"], {"motions"}),
     (["motions", ""], {"import", "list", "check", "play", "vary"}),
     (["train", ""], set(REGISTRY)),
-    (["train", "sit", "--preset", ""], {"fast", "paper", "track"}),
+    (["train", "sit", "--preset", ""], {"fast", "paper", "track", "finetune"}),
     (["train", "sit", "--preset", "p"], {"paper"}),
     (["train", "sit", "--objects", "te"], {"test"}),
     (["train", "--seed", "3", "w"], {"walk"}),
@@ -84,7 +84,7 @@ def test_bash_completes_runs_policies_and_files(place: Path) -> None:
 
 def test_bash_completes_behind_an_equals_sign(place: Path) -> None:
     assert in_bash(place, "train", "sit", "--preset", "=", "p") == {"paper"}
-    assert in_bash(place, "train", "sit", "--preset", "=") == {"fast", "paper", "track"}
+    assert in_bash(place, "train", "sit", "--preset", "=") == {"fast", "paper", "track", "finetune"}
     assert in_bash(place, "train", "sit", "--preset", "=", "fast", "--runner", "l") == {"local"}
 
 

@@ -14,7 +14,7 @@ def found(kind: type) -> dict[str, Values]:
 def test_values_of_train() -> None:
     train = found(commands.Train)
     assert train["task"] == Values(tuple(REGISTRY))
-    assert train["preset"] == Values(("fast", "paper", "track"))
+    assert train["preset"] == Values(("fast", "paper", "track", "finetune"))
     assert train["init"] == Values(tuple(pretrained.names()), files=True, runs=True)
     assert train["run"] == Values(files=True, runs=True)
     assert train["objects"] == Values(("train", "test", "all"), files=True)
