@@ -16,6 +16,7 @@ from console.play.browser.view import View
 from console.play.command import serve
 from console.play.session import Session
 from console.serving import loading
+from policy.checkpoints.format import read_manifest
 from policy.checkpoints.served import Served
 from world import tasks
 from world.errors import ConfigError
@@ -41,19 +42,25 @@ def demo_command(command: Demo) -> int:
 
 
 def policies(words: Iterable[str]) -> dict[str, Served]:
-    """The policies by task: the package's, and those of RUN words instead.
+    """The policies by task: the package's, and those of RUN words instead. Of two of the package's
+    policies for a task it is the one that anyone may use.
 
     Raises InhabitError, in one line, for a word that is no policy, and for one that follows clips.
     """
     found = {
         task: pretrained.ROOT / name
-        for name in pretrained.names()
+        for name in sorted(pretrained.names(), key=_is_free)
         if not tasks.make(task := loading.task_of(pretrained.ROOT / name)).affordance.follows_clips
     }
     for word in words:
         path = loading.checkpoint_of(Path(word), "best")
         found[loading.task_of(path)] = path
     return {task: loading.served(task, path).check() for task, path in found.items()}
+
+
+def _is_free(name: str) -> bool:
+    """Anyone may use the package's policy of this name."""
+    return "research" not in read_manifest(pretrained.ROOT / name).notes.get("licence", "")
 
 
 def missing(found: Iterable[str]) -> str:
@@ -67,8 +74,8 @@ def missing(found: Iterable[str]) -> str:
     if not lack:
         return ""
     return (
-        f"*Not here: {' and '.join(lack)}. Their policies are trained on research-only motions, so "
-        "an installed package does not bring them. A checkout of the repository does, in "
+        f"*Not here: {' and '.join(lack)}. What there is was trained on research-only motions, so "
+        "an installed package does not bring it. A checkout of the repository does, in "
         f"`pretrained/`: `inhabit demo PATH/TO/pretrained/{lack[0]}`. Or train your own: "
         f"`inhabit train {lack[0]}`, then `inhabit demo runs/...`.*"
     )
