@@ -46,7 +46,7 @@ ASKED: list[tuple[list[str], set[str]]] = [
     (["train", "sit", "--world.no-mi"], {"--world.no-mirror"}),
     (["train", "sit", "--scenes", ""], set()),
     (["evaluate", "runs/first", "--perturb", "m"], {"moved"}),
-    (["evaluate", "--trials", "9", "s"], {"sit"} & POLICIES),
+    (["evaluate", "--trials", "9", "s"], {"sit", "sit-free"} & POLICIES),
     (["objects", "check", "x.obj", "--unit", ""], {"m", "cm", "mm", "in", "ft"}),
     (["completion", ""], {"bash", "zsh", "fish"}),
     (["bench", "wo"], {"world"}),
