@@ -45,7 +45,7 @@ train: setup
 	$(BIN)/inhabit train sit --run $(RUN) --restart --init $(RUN)-taught --preset finetune --minutes $(HALF) --seed $(SEED)
 	$(BIN)/inhabit evaluate $(RUN) --trials $(TRIALS)
 	$(BIN)/inhabit report $(RUN) --trials 24
-	$(BIN)/inhabit synthesize $(RUN) --object chair-test-000 --start 3,0,180 --tries 6 --out $(RUN)/replay.html
+	$(BIN)/inhabit synthesize $(RUN) --object chair-test-000 --start 3,0,180 --tries 6 --out $(RUN)/replay.html --overwrite
 	$(BIN)/inhabit video $(RUN) $(RUN)/film.mp4
 	@echo
 	@echo "Look at: $(RUN)/report.html   results, replays, pictures, curves"

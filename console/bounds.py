@@ -139,18 +139,13 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "in_hand": (_FRACTION,), "near": (_FRACTION,), "lifted": (_FRACTION,),
         "skew": ((0.001, 1000),), "seed": (_SEED,),
     },
-    "TeachCarry": {
+    "Dagger": {
         "minutes": ((0.001, 1e6),), "batches": (_COUNT,), "workers": (_THREADS,),
         "batch": ((1, 1e7),), "rate": (_FRACTION,), "spell": ((0.001, 1e6),),
         "first": ((1, 1e8),), "capacity": ((1, 1e8),), "hidden": ((1, 16384),),
     },
     "Labelled": {
         "steps": ((1, 1e5),), "scenes": ((1, 1e6),), "noise": ((0, 10),), "seed": (_SEED,),
-    },
-    "Distill": {
-        "minutes": ((0.001, 1e6),), "batches": (_COUNT,), "workers": (_THREADS,),
-        "batch": ((1, 1e7),), "rate": (_FRACTION,), "spell": ((0.001, 1e6),),
-        "first": ((1, 1e8),), "capacity": ((1, 1e8),), "hidden": ((1, 16384),),
     },
     "TeachTry": {
         "trials": ((1, 1e7),), "near_m": (_LENGTH_M,), "far_m": (_LENGTH_M,),
@@ -222,7 +217,7 @@ def require(command: Any, prefix: str = "--") -> None:
                 _ordered(value, f"{prefix}{name}")
 
 
-UNNAMED = ("experiment", "files", "mesh", "practice", "service")
+UNNAMED = ("dagger", "experiment", "files", "mesh", "practice", "service")
 """Fields whose flags have no prefix."""
 
 

@@ -171,9 +171,9 @@ class WorldConfig:
     """Run, checkpoint or name of a policy of the task walk that labels the way to the seat, the bed
     or the box with its actions; see ppo.imitation-weight. Empty: no such teacher."""
     tracker: str = ""
-    """Run or checkpoint of the task track, without a mixture, whose policy labels what is done
-    there (sit: sitting down; carry: picking the box up and putting it down): clips are laid over
-    the seat or the box, and it follows them. Empty: no such teacher."""
+    """Run, checkpoint or name of a policy of the task track, without a mixture, that labels what is
+    done there (sit: sitting down; carry: picking the box up and putting it down): clips are laid
+    over the seat or the box, and it follows them. Empty: no such teacher."""
     seed: int = 0
     """Seed of the furniture catalogue."""
     perturb: PerturbConfig = field(default_factory=PerturbConfig)

@@ -10,15 +10,23 @@ from world.config import InitialStates, WorldConfig
 
 
 @dataclass(frozen=True)
-class Practice:
+class Labelled:
     """The scenes in which states are visited and labelled."""
 
     steps: int = 40
     """Control steps of all scenes between two transfers of labels."""
     scenes: int = 128
-    """Scenes of a process, each with a box of its own size."""
+    """Scenes of a process; with a box each has one of its own size."""
     noise: float = 0.03
     """Standard deviation of the action noise in every other scene, in units of the action."""
+    seed: int = 0
+    """Seed of the scenes; each process adds 1000 times its number."""
+
+
+@dataclass(frozen=True)
+class Practice(Labelled):
+    """The scenes of the scripted teacher."""
+
     in_hand: float = 0.25
     """Fraction of the initial states with the box in hand."""
     near: float = 0.25
@@ -30,19 +38,14 @@ class Practice:
     walker: Path | None = None
     """Checkpoint of a carry policy that labels the approach instead of the scripted teacher, which
     then labels states near the box and stalled ones. Its neck must show the phase cue."""
-    seed: int = 0
-    """Seed of the scenes; each process adds 1000 times its number."""
 
 
 @dataclass(frozen=True)
-class TeachCarry:
-    """Train a carry policy by DAgger: imitation of the scripted teacher in the student's states."""
+class Dagger:
+    """Settings of DAgger: how long, and how the student is regressed on the labels."""
 
-    out: tyro.conf.Positional[Path]
-    """Checkpoint folder to write, every minute and at the end."""
-    practice: Annotated[Practice, tyro.conf.arg(name="")] = field(default_factory=Practice)
     minutes: float = 60.0
-    """Wall time of the training, min."""
+    """Wall time, min."""
     batches: int | None = None
     """Stop after so many batches, where that is before the wall time."""
     workers: int = 1
@@ -52,33 +55,30 @@ class TeachCarry:
     rate: float = 1e-3
     """Learning rate of the first batch; it decays to 1e-6 by a cosine."""
     spell: tuple[float, float] = (10.0, 100.0)
-    """Mean number of control steps that the student drives at a time, at the start and at the end
-    of the training. The teacher then drives for about 20 steps."""
-    init: Path | None = None
-    """Checkpoint of a carry policy with a linear map to start from; narrower networks are
-    widened."""
+    """Mean number of control steps that the student drives at a time, at the start and at the end.
+    The teacher then drives for about 20 steps."""
     first: int = 100_000
-    """Samples before the first batch; normaliser and linear map are fitted to them."""
+    """Samples before the first batch; the normaliser is fitted to them, and the linear map of a
+    policy that has one."""
     capacity: int = 6_000_000
     """Samples kept, the newest."""
     hidden: tuple[int, ...] = (512, 256)
     """Hidden widths of the networks."""
-    debug: bool = False
-    """Show the traceback of an error."""
 
 
 @dataclass(frozen=True)
-class Labelled:
-    """The scenes in which states are visited and labelled by policies."""
+class TeachCarry:
+    """Train a carry policy by DAgger: imitation of the scripted teacher in the student's states."""
 
-    steps: int = 40
-    """Control steps of all scenes between two transfers of labels."""
-    scenes: int = 128
-    """Scenes of a process."""
-    noise: float = 0.03
-    """Standard deviation of the action noise in every other scene, in units of the action."""
-    seed: int = 0
-    """Seed of the scenes; each process adds 1000 times its number."""
+    out: tyro.conf.Positional[Path]
+    """Checkpoint folder to write, every minute and at the end."""
+    practice: Annotated[Practice, tyro.conf.arg(name="")] = field(default_factory=Practice)
+    dagger: Annotated[Dagger, tyro.conf.arg(name="")] = field(default_factory=Dagger)
+    init: Path | None = None
+    """Checkpoint of a carry policy with a linear map to start from; narrower networks are
+    widened."""
+    debug: bool = False
+    """Show the traceback of an error."""
 
 
 @dataclass(frozen=True)
@@ -91,30 +91,16 @@ class Distill:
     out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="PATH")]
     """Checkpoint folder to write, every minute and at the end: train --init continues from it."""
     practice: Annotated[Labelled, tyro.conf.arg(name="")] = field(default_factory=Labelled)
-    minutes: float = 10.0
-    """Wall time, min."""
-    batches: int | None = None
-    """Stop after so many batches, where that is before the wall time."""
+    dagger: Annotated[Dagger, tyro.conf.arg(name="")] = field(
+        default_factory=lambda: Dagger(
+            minutes=10.0, spell=(10.0, 200.0), first=20_000, capacity=3_000_000
+        )
+    )
     motions: tuple[Path, ...] = ()
     """Motion clips, files or folders, of the initial states and for the tracker; default: the
     package's own clips."""
     init: Path | None = None
     """Run, checkpoint or name of a policy to start from, of this task or of another."""
-    workers: int = 1
-    """Processes that simulate and label."""
-    batch: int = 1024
-    """Samples of a batch, half of them from the newest third."""
-    rate: float = 1e-3
-    """Learning rate of the first batch; it decays to 1e-6 by a cosine."""
-    spell: tuple[float, float] = (10.0, 200.0)
-    """Mean number of control steps that the student drives at a time, at the start and at the end.
-    The teachers then drive for about 20 steps."""
-    first: int = 20_000
-    """Samples before the first batch; the normaliser is fitted to them."""
-    capacity: int = 3_000_000
-    """Samples kept, the newest."""
-    hidden: tuple[int, ...] = (512, 256)
-    """Hidden widths of the networks."""
     world: WorldConfig = field(
         default_factory=lambda: WorldConfig(
             held_out=False,

@@ -16,6 +16,7 @@ from console.play.browser.view import View
 from console.play.command import serve
 from console.play.session import Session
 from console.serving import loading
+from policy.checkpoints import licences
 from policy.checkpoints.format import read_manifest
 from policy.checkpoints.served import Served
 from world import tasks
@@ -60,7 +61,8 @@ def policies(words: Iterable[str]) -> dict[str, Served]:
 
 def _is_free(name: str) -> bool:
     """Anyone may use the package's policy of this name."""
-    return "research" not in read_manifest(pretrained.ROOT / name).notes.get("licence", "")
+    licence = read_manifest(pretrained.ROOT / name).notes.get("licence", "")
+    return licences.NO_COMMERCE not in licences.restrictions(licence)
 
 
 def missing(found: Iterable[str]) -> str:

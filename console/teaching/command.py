@@ -7,7 +7,7 @@ from pathlib import Path
 import torch
 
 from console.commands.teaching import Practice, TeachCarry, TeachRecord, TeachTry
-from console.run import assembly
+from console.run import ancestors, assembly
 from console.run.directory import checkpoint_folder
 from console.run.experiment import Experiment, to_json
 from console.teaching import dagger, recording, trials
@@ -15,7 +15,7 @@ from console.teaching.scenes import TeachingScenes
 from learner.config import LearnerConfig
 from learner.ppo import Learner
 from policy.checkpoints import lineage
-from policy.checkpoints.format import read, read_manifest
+from policy.checkpoints.format import read
 from policy.checkpoints.lineage import Origin
 from policy.checkpoints.transfer import widened
 from world.config import WorldConfig
@@ -38,7 +38,7 @@ class MakeScenes:
 
 def teach_command(command: TeachCarry) -> int:
     """Train a student of the scripted teacher."""
-    if not command.hidden:
+    if not command.dagger.hidden:
         raise ConfigError("--hidden must be one width or more")
     require_checkpoint(command.out)
     if command.practice.walker is not None:
@@ -48,15 +48,9 @@ def teach_command(command: TeachCarry) -> int:
     seed, world = command.practice.seed, experiment.world
     scenes = [
         MakeScenes(replace(command.practice, seed=seed + 1000 * k), world)
-        for k in range(command.workers)
+        for k in range(command.dagger.workers)
     ]
-    begun = (command.init, command.practice.walker)
-    origins = [
-        origin
-        for source in begun
-        if source is not None
-        for origin in lineage.of(read_manifest(checkpoint_folder(source)).notes)
-    ]
+    origins = ancestors.origins((command.init, command.practice.walker))
     notes = {
         "experiment": json.dumps(to_json(experiment)),
         lineage.NOTE: lineage.note((_TEACHER, *origins)),
@@ -65,7 +59,7 @@ def teach_command(command: TeachCarry) -> int:
     lesson = dagger.Lesson(
         scenes, experiment, student, command.init is not None, Carry.stages, notes
     )
-    dagger.teach(command, lesson)
+    dagger.teach(command.out, command.dagger, lesson)
     return 0
 
 
@@ -78,7 +72,7 @@ def require_checkpoint(out: Path) -> None:
 def experiment_of(command: TeachCarry) -> Experiment:
     """Return the experiment of the checkpoint."""
     world = WorldConfig(task="carry", episode_s=Carry.episode_s)
-    ppo = LearnerConfig(hidden=command.hidden, skip=True, observation_clip=10.0)
+    ppo = LearnerConfig(hidden=command.dagger.hidden, skip=True, observation_clip=10.0)
     return Experiment(seed=command.practice.seed, world=world, ppo=ppo)
 
 
@@ -90,7 +84,7 @@ def initialised(command: TeachCarry, experiment: Experiment) -> Learner:
         mine, theirs = assembly.layout(experiment), found.manifest.layout
         source = str(command.init)
         replace(mine, hidden=theirs.hidden).require(theirs, source)
-        policy = widened(found.state["policy"], command.hidden, experiment.seed, source)
+        policy = widened(found.state["policy"], command.dagger.hidden, experiment.seed, source)
         learner.load_policy_state({**policy, "actor": policy["average"]})
     return learner
 

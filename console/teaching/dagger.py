@@ -21,6 +21,7 @@ import torch
 import torch.multiprocessing as mp
 from torch import Tensor
 
+from console.commands.teaching import Dagger
 from console.run import assembly
 from console.run.experiment import Experiment
 from console.teaching.regression import Regression, Samples, action_weights
@@ -39,29 +40,6 @@ _FIRST_S, _SILENCE_S = 2.0, 120.0
 
 class TeachingError(InhabitError):
     """Worker processes that ended or send no labels."""
-
-
-class Settings(Protocol):
-    """Settings of DAgger, as flags of the commands."""
-
-    @property
-    def out(self) -> Path: ...
-    @property
-    def minutes(self) -> float: ...
-    @property
-    def batches(self) -> int | None: ...
-    @property
-    def workers(self) -> int: ...
-    @property
-    def batch(self) -> int: ...
-    @property
-    def rate(self) -> float: ...
-    @property
-    def spell(self) -> tuple[float, float]: ...
-    @property
-    def first(self) -> int: ...
-    @property
-    def capacity(self) -> int: ...
 
 
 class Labelling(Protocol):
@@ -134,15 +112,15 @@ def save(out: Path, lesson: Lesson, samples: int, lines: list[dict[str, float]])
     (out / "metrics.jsonl").write_text("".join(f"{json.dumps(line)}\n" for line in lines))
 
 
-def teach(settings: Settings, lesson: Lesson) -> None:
-    """Collect labels and regress until the limit of time or batches."""
+def teach(out: Path, settings: Dagger, lesson: Lesson) -> None:
+    """Collect labels and regress until the limit of time or batches; the checkpoint is `out`."""
     context = mp.get_context("spawn")
     count = len(lesson.scenes)
     labels, spell = context.Queue(4 * count), context.Value("d", settings.spell[0])
-    settings.out.parent.mkdir(parents=True, exist_ok=True)
+    out.parent.mkdir(parents=True, exist_ok=True)
     # a folder of our own: the workers load whatever is there
     shared = tempfile.TemporaryDirectory(
-        prefix=f".{settings.out.name}.", dir=settings.out.parent, ignore_cleanup_errors=True
+        prefix=f".{out.name}.", dir=out.parent, ignore_cleanup_errors=True
     )
     student = Path(shared.name) / "student"
     if lesson.begun:
@@ -154,7 +132,7 @@ def teach(settings: Settings, lesson: Lesson) -> None:
     for process in processes:
         process.start()
     try:
-        _regress(settings, lesson, Workers(labels, spell, student, processes))
+        _regress(out, settings, lesson, Workers(labels, spell, student, processes))
     finally:
         for process in processes:
             process.terminate()
@@ -163,7 +141,7 @@ def teach(settings: Settings, lesson: Lesson) -> None:
         lesson.learner.close()
 
 
-def _regress(settings: Settings, lesson: Lesson, workers: Workers) -> None:
+def _regress(out: Path, settings: Dagger, lesson: Lesson, workers: Workers) -> None:
     weights = action_weights(lesson.experiment.world)
     regression = Regression(lesson.learner, weights, settings.rate, settings.batch)
     width = assembly.layout(lesson.experiment).observation
@@ -178,7 +156,7 @@ def _regress(settings: Settings, lesson: Lesson, workers: Workers) -> None:
 
     def keep() -> None:
         regression.updated_learner()
-        save(settings.out, lesson, samples.total, lines)
+        save(out, lesson, samples.total, lines)
 
     try:
         while (done := _progress(settings, began, regression.steps)) < 1.0:
@@ -209,7 +187,7 @@ def _regress(settings: Settings, lesson: Lesson, workers: Workers) -> None:
                 saved = now
     finally:
         keep()
-    print(f"{settings.out}: {samples.total} samples, {regression.steps} batches")
+    print(f"{out}: {samples.total} samples, {regression.steps} batches")
 
 
 def described(line: Mapping[str, float], minutes: float) -> str:
@@ -232,13 +210,13 @@ def described(line: Mapping[str, float], minutes: float) -> str:
     return "  ".join(parts)
 
 
-def _progress(settings: Settings, began: float, steps: int) -> float:
+def _progress(settings: Dagger, began: float, steps: int) -> float:
     """Return the elapsed fraction of the time or of the batches, the larger one."""
     time_over = (time.monotonic() - began) / (60.0 * settings.minutes)
     return max(time_over, steps / settings.batches if settings.batches else 0.0)
 
 
-def _chunk(settings: Settings, regression: Regression) -> int:
+def _chunk(settings: Dagger, regression: Regression) -> int:
     """Return the number of batches until the next check of the time."""
     return min(_CHUNK, settings.batches - regression.steps) if settings.batches else _CHUNK
 

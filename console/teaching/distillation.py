@@ -4,26 +4,20 @@ The shards of training are the scenes, and what labels them is what labels them 
 (console.run.policy_teachers): a walker the way, a tracker the rest.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import torch
 from torch import Tensor
 
 from console.commands.teaching import Distill, Labelled
-from console.run import assembly, mixing
-from console.run.directory import checkpoint_folder, policy_source
+from console.run import ancestors, assembly, mixing
+from console.run.directory import policy_source
 from console.run.experiment import Experiment
 from console.run.policy_teachers import PolicyTeacher, policy_teachers
 from console.teaching import dagger
 from console.teaching.command import require_checkpoint
 from console.terminal import doing
 from learner.config import LearnerConfig
-from learner.ppo import Learner
-from policy.checkpoints import lineage
-from policy.checkpoints.format import read, read_manifest
-from policy.checkpoints.transfer import adopt
 from policy.model.acting import Policy
 from world import tasks
 from world.character import model as character
@@ -109,11 +103,11 @@ class MakeShard:
 def distill_command(command: Distill) -> int:
     """Train a student of the named policies."""
     world = resolve(command)
-    if not command.hidden:
+    if not command.dagger.hidden:
         raise ConfigError("--hidden must be one width or more")
     require_checkpoint(command.out)
     seed = command.practice.seed
-    ppo = LearnerConfig(hidden=command.hidden, observation_clip=10.0)
+    ppo = LearnerConfig(hidden=command.dagger.hidden, observation_clip=10.0)
     taught = policy_teachers(Experiment(seed=seed, world=world, ppo=ppo), assembly.trained)
     if world.task not in taught:
         raise ConfigError(
@@ -123,15 +117,23 @@ def distill_command(command: Distill) -> int:
     torch.set_num_threads(1)
     experiment = Experiment(seed=seed, world=mixing.untaught(world), ppo=ppo)
     with doing("reading furniture and clips"):
-        student = initialised(command, experiment)
-        notes = assembly.notes(experiment, _inherited(command))
+        student = assembly.learner(experiment)
+        if command.init is not None:
+            _, state, _ = ancestors.networks(command.init, experiment)
+            student.load_policy_state({**state, "actor": state["average"]})
+        sources = (command.init, world.walker, world.tracker)
+        notes = assembly.notes(experiment, ancestors.origins(sources))
     scenes = [
         MakeShard(replace(command.practice, seed=seed + 1000 * k), world, taught[world.task])
-        for k in range(command.workers)
+        for k in range(command.dagger.workers)
     ]
     stages = tasks.make(world.task).stages
     begun = command.init is not None
-    dagger.teach(command, dagger.Lesson(scenes, experiment, student, begun, stages, notes))
+    dagger.teach(
+        command.out,
+        command.dagger,
+        dagger.Lesson(scenes, experiment, student, begun, stages, notes),
+    )
     return 0
 
 
@@ -150,33 +152,3 @@ def resolve(command: Distill) -> WorldConfig:
         world = replace(world, motions=tuple(str(path.resolve()) for path in command.motions))
     named = {name: policy_source(getattr(world, name)) for name in ("walker", "tracker")}
     return replace(world, **named)
-
-
-def initialised(command: Distill, experiment: Experiment) -> Learner:
-    """Return the student: new, or with the networks of `init`, of this task or another."""
-    learner = assembly.learner(experiment)
-    if command.init is not None:
-        path = checkpoint_folder(command.init)
-        found, mine = read(path, ("policy",)), assembly.layout(experiment)
-        older, state = mixing.of_one_task(
-            assembly.experiment_of(found.manifest, path), found.state["policy"]
-        )
-        theirs = assembly.layout(older)
-        if theirs.task == mine.task:
-            mine.require(theirs, str(path))
-        else:
-            task, level = tasks.make(mine.task), tasks.make(theirs.task).level
-            state = adopt(state, theirs, mine, task.equivalents, str(path), level)
-        learner.load_policy_state({**state, "actor": state["average"]})
-    return learner
-
-
-def _inherited(command: Distill) -> Sequence[lineage.Origin]:
-    """Return the origins of the policies that the student begins from and learns from."""
-    named = (command.init, command.world.walker, command.world.tracker)
-    return [
-        origin
-        for source in named
-        if source
-        for origin in lineage.of(read_manifest(checkpoint_folder(Path(source))).notes)
-    ]

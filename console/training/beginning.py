@@ -4,14 +4,13 @@ import contextlib
 import json
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import torch
 
 from console.commands import Train
-from console.run import assembly, mixing
-from console.run.directory import RunDirectory, RunError, checkpoint_folder
+from console.run import ancestors, assembly, mixing
+from console.run.directory import RunDirectory, RunError
 from console.run.experiment import Experiment, differences, experiment_from_json, to_json
 from console.run.metrics import truncate_metrics
 from console.run.recipe import staged
@@ -19,16 +18,13 @@ from learner.cloning import clone
 from learner.loop import Loop
 from learner.ppo import Learner
 from policy.checkpoints import lineage
-from policy.checkpoints.format import Checkpoint, Manifest, read, read_manifest
+from policy.checkpoints.format import Checkpoint, Manifest, read_manifest
 from policy.checkpoints.lineage import Origin
 from policy.checkpoints.run_checkpoints import read_newest
-from policy.checkpoints.transfer import adopt
 from policy.errors import CheckpointError
 from world import device as devices
-from world import tasks
 from world.character.features import STATE
 from world.episodes.cloning import pairs
-from world.tasks.mixture import is_mixed
 
 #: Note of a checkpoint: the number of the stage that it is in.
 STAGE = "stage"
@@ -76,13 +72,7 @@ def inherited(run: RunDirectory, command: Train, experiment: Experiment) -> tupl
     --init, or those that the run's newest readable checkpoint names."""
     if not command.resume:
         world = experiment.world
-        sources = (command.init, world.track.teacher, world.walker, world.tracker)
-        return tuple(
-            origin
-            for source in sources
-            if source
-            for origin in lineage.of(read_manifest(checkpoint_folder(Path(source))).notes)
-        )
+        return ancestors.origins((command.init, world.track.teacher, world.walker, world.tracker))
     for path in sorted(run.checkpoints.glob("[0-9]*"), reverse=True):
         with contextlib.suppress(CheckpointError):
             notes = read_manifest(path).notes
@@ -107,27 +97,9 @@ def initialise(
         lines = f", {dropped} lines of metrics dropped" if dropped else ""
         note(f"resumed from {resumed.path}{lines}")
     elif command.init:
-        path = checkpoint_folder(command.init)
-        found, mine = read(path, ("policy",)), assembly.layout(experiment)
-        state, theirs = found.state["policy"], found.manifest.layout
-        mixed = mixing.mixture_of(experiment)
-        if theirs.goal != mine.goal and is_mixed(theirs.goal):
-            # of a mixture, the policy of this task alone, or else of its first one
-            older = assembly.experiment_of(found.manifest, path)
-            others = mixing.mixture_of(older)
-            own = command.task if others is not None and command.task in others.names else ""
-            older, state = mixing.of_one_task(older, state, own)
-            theirs = assembly.layout(older)
-        if mixed is not None and theirs.goal != mine.goal:
-            names, level = mixed.equivalents(theirs.task), tasks.make(theirs.task).level
-            state = adopt(state, theirs, mine, names, str(path), level)
-        elif theirs.task == mine.task:
-            mine.require(theirs, str(path))
-        else:
-            equivalents, level = tasks.make(command.task).equivalents, tasks.make(theirs.task).level
-            state = adopt(state, theirs, mine, equivalents, str(path), level)
+        path, state, task = ancestors.networks(command.init, experiment)
         learner.load_policy_state(state)
-        other = "" if theirs.task == mine.task else f", of the task {theirs.task}"
+        other = "" if task == experiment.world.task else f", of the task {task}"
         note(f"networks and normalisers from {path}{other}")
     elif experiment.clone_passes:
         note(f"behaviour cloning: {experiment.clone_passes} passes over clips")

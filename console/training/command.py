@@ -95,6 +95,11 @@ def resolve(command: Train) -> Experiment:
         raise ConfigError("--init starts a new run, --resume continues one: choose one")
     if (command.resume or command.restart) and command.run is None:
         raise ConfigError("--resume and --restart need --run")
+    if command.preset == "finetune" and not (command.init or command.resume):
+        raise ConfigError(
+            "--preset finetune goes on from a policy that can already do the task: add --init, or"
+            " choose the preset fast"
+        )
     if command.style_service.address and any(
         key.startswith("style.") for stage in command.experiment.stages for key in stage.settings
     ):

@@ -297,6 +297,7 @@ class Shard:
             self._teacher.load_state_dict(state_keys.part(state, "teacher_"))
         if self._disturbances is not None:
             self._disturbances.load_state_dict(state_keys.part(state, "disturbance_"))
+        self._labelled = None
         self.clock = int(state["clock"])
         self._scenes.choose(self._all, self._bank, self._variant)
         self._scenes.load_physics(state_keys.part(state, "physics_"))

@@ -15,10 +15,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from world import rotations, tasks
-from world.character import features
+from world import rotations
 from world.character.features import Body
-from world.character.model import BODIES, NU
+from world.character.model import NU
 from world.errors import ClipError
 from world.motions.clip import Clip
 from world.motions.objects import BoxTrack
@@ -26,8 +25,8 @@ from world.motions.variants import variant
 from world.scene.batch import Scenes
 from world.scene.target import BoxState, Target
 from world.tasks.carry import grips
-from world.tasks.track import Track
-from world.teachers.tracker import Act
+from world.teachers.laid import KEYS, LOST_M2, advanced, followed, level, turned
+from world.teachers.tracker import Act, labels
 from world.teachers.walker import TAKEN_M, WalkerTeacher
 from world.tracking.reference import Reference, reference
 from world.tracking.target import TrackTarget
@@ -41,22 +40,10 @@ _BEFORE, _AFTER = 70, 40
 _STANDS_M_S = 0.15
 #: Who has moved no key body by more than this, m, waits.
 _WAITS_M = 0.08
-#: Bodies by which a state is compared with a frame, and their weights.
-_KEYS = [
-    BODIES.index(name)
-    for name in (
-        "pelvis", "head", "torso", "right_hand", "left_hand", "right_foot", "left_foot",
-    )
-]  # fmt: skip
+#: Weights of the key bodies where a state is compared with a frame.
 _WEIGHT = torch.tensor([1.0, 1.0, 1.0, 1.0, 1.0, 1.5, 1.5])
 #: Weight of the box's squared displacement in this comparison.
 _BOX_WEIGHT = 8.0
-#: The reference is at most so many frames ahead of the one that is nearest to the state. Were it
-#: not bound to the state, who stands still would see it pass, and learn the mean of what it shows.
-_AHEAD = 10
-#: Nothing is labelled in states that are this far from every frame, m²: 0.4 m for each key body. A
-#: tracker has never seen them, and what it does there would outweigh all that it knows.
-_LOST_M2 = 1.2
 #: Costs of a fit: a metre of misplaced pelvis costs 1, one of width, depth and stand these.
 _WIDTH_COST, _DEPTH_COST, _STAND_COST = 10.0, 3.0, 4.0
 #: A pick-up begins, and goes on, while the pelvis is within these of the clip's, m, and the first
@@ -118,7 +105,7 @@ class AlignedTracker:
 
         Raises ClipError where no clip picks a box up from standing still.
         """
-        self._act, self._residual, self._task = act, residual, Track()
+        self._act, self._residual = act, residual
         self._walker, self._mass = walker, bank.mass
         self._pick = _variants(clips, bank, stands_m, picks=True)
         if self._pick is None:
@@ -223,31 +210,25 @@ class AlignedTracker:
         origin = torch.cat(
             (anchor[:, :2] - variants.anchor[number, :2], 0.0 * mass[:, None]), dim=1
         )
-        frames = variants.low[number, None] + torch.arange(_BEFORE + _AFTER + 1)
-        frames = torch.minimum(frames, variants.high[number, None])
-        here = body.position[:, _KEYS] - origin[:, None]
+        frames = followed(variants.low[number], variants.high[number], _BEFORE + _AFTER + 1)
+        here = body.position[:, KEYS] - origin[:, None]
         away = here[:, None] - variants.keys[frames]
         moved = (seen.position - origin)[:, None] - known.box[frames, :3]
         distance = (away.square().sum(dim=3) * _WEIGHT).sum(dim=2)
         distance = distance + _BOX_WEIGHT * moved.square().sum(dim=2)
-        least, nearest = distance.min(dim=1)
-        nearest = frames.gather(1, nearest[:, None])[:, 0]
-        now = self._frame[rows]
-        following = torch.maximum(torch.minimum(now + 1, nearest + _AHEAD), nearest)
-        frame = torch.minimum(following, variants.high[number])
+        frame = advanced(self._frame[rows], distance, frames)
         there = TrackTarget(
             origin, back, seen.corners(), origin, seen,
             reference=known, residual=self._residual, frame=frame, origin=origin,
             lost=torch.zeros_like(frame), mass=mass,
         )  # fmt: skip
-        action = self._act(tasks.state(body, there), self._task.goal_features(body, there))
-        base = there.reference_set_points() if self._residual else None
-        label = scenes.actions(scenes.set_points(action, base)).to(torch.float32)
+        label = labels(self._act, self._residual, scenes, body, there)
         self._frame[rows] = frame
         strayed = away[:, 0, 0, :2].norm(dim=1) > _LEAVES_M
         done = (frame >= variants.high[number]) | strayed
         self._stage[rows[done]] = _FREE
-        return torch.where((least > _LOST_M2)[:, None], torch.nan, label)
+        lost = distance.amin(dim=1) > LOST_M2
+        return torch.where(lost[:, None], torch.nan, label)
 
     def state_dict(self) -> dict[str, Tensor]:
         """Which variants the scenes follow, and where in them."""
@@ -270,26 +251,18 @@ def _seen(
 ) -> tuple[Body, BoxState]:
     """Return the characters and boxes of the scenes `rows` in the clips' axes: turned by back
     [m, 2] (cosine, sine), and the box's own axes by quarter turns [m]."""
-    qpos, qvel = scenes.qpos[rows].float(), scenes.qvel[rows].float()
     turn = rotations.from_heading(back)
-    qpos[:, :2] = rotations.turn(back, qpos[:, :2])
-    qpos[:, 3:7] = rotations.multiply(turn, qpos[:, 3:7])
-    qvel[:, :2] = rotations.turn(back, qvel[:, :2])
-
-    def turned(value: Tensor) -> Tensor:
-        return torch.cat((rotations.turn(back, value[:, :2]), value[:, 2:]), dim=1)
-
     own = rotations.from_heading(rotations.cos_sin(turns * _QUARTER))
     seen = replace(
         box,
-        position=turned(box.position),
+        position=level(back, box.position),
         rotation=rotations.multiply(rotations.multiply(turn, box.rotation), own),
-        velocity=turned(box.velocity),
+        velocity=level(back, box.velocity),
         half=_half(box.half, turns),
-        start=turned(box.start),
-        target=turned(box.target),
+        start=level(back, box.start),
+        target=level(back, box.target),
     )
-    return features.body(qpos, qvel), seen
+    return turned(scenes, rows, back), seen
 
 
 def _misfit(half: Tensor, stand: Tensor, variants: _Variants, turns: int) -> Tensor:
@@ -334,7 +307,7 @@ def _variants(
     anchor, facing = known.picked if picks else known.put, known.heading[known.first + at]
     low, high = known.first + low, torch.minimum(known.first + high, known.stop - 1)
     low = _moving(known, low, known.first + at)
-    keys = known.position[:, _KEYS]
+    keys = known.position[:, KEYS]
     return _Variants(known, keys, low, high, anchor, facing, 0.5 * known.size, stand.float())
 
 
@@ -346,7 +319,7 @@ def _moving(known: Reference, low: Tensor, at: Tensor) -> Tensor:
     """
     found = low.clone()
     for number, (first, last) in enumerate(zip(low.tolist(), at.tolist(), strict=True)):
-        keys = known.position[first : last + 1, _KEYS]
+        keys = known.position[first : last + 1, KEYS]
         stands = (keys - keys[0]).norm(dim=2).amax(dim=1) < _WAITS_M
         found[number] = first + int(torch.nonzero(stands)[-1])
     return found

@@ -12,16 +12,15 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from world import rotations, tasks
-from world.character import features
+from world import rotations
 from world.character.features import Body
-from world.character.model import BODIES, NU
+from world.character.model import NU
 from world.errors import ClipError
 from world.motions.clip import Clip
 from world.scene.batch import Scenes
 from world.scene.target import Target
-from world.tasks.track import Track
-from world.teachers.tracker import Act
+from world.teachers.laid import KEYS, LOST_M2, advanced, followed, level, turned
+from world.teachers.tracker import Act, labels
 from world.teachers.walker import WalkerTeacher
 from world.tracking.reference import Reference, reference
 from world.tracking.target import TrackTarget
@@ -33,18 +32,8 @@ _UPRIGHT = 0.97
 #: Frames before the root begins to sink that are followed too: in more of them the person waits,
 #: and a student that does not see the reference would learn to wait.
 _LEAD = 6
-#: Bodies by which a state is compared with a frame, and their weights.
-_KEYS = [
-    BODIES.index(name)
-    for name in (
-        "pelvis", "head", "torso", "right_hand", "left_hand", "right_foot", "left_foot",
-    )
-]  # fmt: skip
+#: Weights of the key bodies where a state is compared with a frame.
 _WEIGHT = torch.tensor([1.0, 1.0, 1.0, 0.3, 0.3, 1.0, 1.0])
-#: The reference is at most so many frames ahead of the one that is nearest to the state.
-_AHEAD = 10
-#: Nothing is labelled in states that are this far from every frame, m².
-_LOST_M2 = 1.2
 #: Cost of a metre between the heights of both seats, where one of misplaced feet is 1.
 _HEIGHT_COST = 4.0
 #: The scene follows no clip.
@@ -82,7 +71,7 @@ class SeatedTracker:
 
         Raises ClipError where there is none.
         """
-        self._act, self._residual, self._task = act, residual, Track()
+        self._act, self._residual = act, residual
         self._walker, self._sittings = walker, _sittings(clips)
         self._clip = torch.full((scenes,), _FREE)
         self._frame = torch.zeros(scenes, dtype=torch.int64)
@@ -117,21 +106,16 @@ class SeatedTracker:
         laid = _lay(scenes, rows, target, known, clip)
         frames = self._frames(clip)
         distance = self._distance(laid, frames)
-        least, nearest = distance.min(dim=1)
-        nearest = frames.gather(1, nearest[:, None])[:, 0]
-        bound = torch.minimum(self._frame[rows] + 1, nearest + _AHEAD)
-        frame = torch.minimum(torch.maximum(bound, nearest), known.high[clip])
+        frame = advanced(self._frame[rows], distance, frames)
         self._frame[rows] = frame
         there = TrackTarget(
             laid.point, known.facing[clip], laid.corners, laid.point,
             reference=known.reference, residual=self._residual, frame=frame, origin=laid.origin,
             lost=torch.zeros_like(frame), mass=torch.zeros(len(rows)),
         )  # fmt: skip
-        body = laid.body
-        action = self._act(tasks.state(body, there), self._task.goal_features(body, there))
-        base = there.reference_set_points() if self._residual else None
-        label = scenes.actions(scenes.set_points(action, base)).to(torch.float32)
-        return torch.where((least > _LOST_M2)[:, None], torch.nan, label)
+        label = labels(self._act, self._residual, scenes, laid.body, there)
+        lost = distance.amin(dim=1) > LOST_M2
+        return torch.where(lost[:, None], torch.nan, label)
 
     def _best(self, scenes: Scenes, rows: Tensor, target: Target) -> Tensor:
         """[m] int64: the clips with a seat as high as the scene's, some frame of which is nearest
@@ -148,13 +132,12 @@ class SeatedTracker:
     def _frames(self, clip: Tensor) -> Tensor:
         """[m, F] int64: the frames that are followed of these clips, the last one repeated."""
         known = self._sittings
-        ahead = torch.arange(_BEFORE + _AFTER + _LEAD + 1)
-        return torch.minimum(known.low[clip, None] + ahead, known.high[clip, None])
+        return followed(known.low[clip], known.high[clip], _BEFORE + _AFTER + _LEAD + 1)
 
     def _distance(self, laid: "_Laid", frames: Tensor) -> Tensor:
         """[m, F]: of the key bodies from these frames, squared, weighted and summed, m²."""
-        here = laid.body.position[:, _KEYS] - laid.origin[:, None]
-        away = here[:, None] - self._sittings.reference.position[frames][:, :, _KEYS]
+        here = laid.body.position[:, KEYS] - laid.origin[:, None]
+        away = here[:, None] - self._sittings.reference.position[frames][:, :, KEYS]
         return (away.square().sum(dim=3) * _WEIGHT).sum(dim=2)
 
     def state_dict(self) -> dict[str, Tensor]:
@@ -184,16 +167,11 @@ def _lay(scenes: Scenes, rows: Tensor, target: Target, known: _Sittings, clip: T
     """Turn the scenes `rows`, whose targets these are, as the clips [m] stand."""
     turn = rotations.yaw(known.facing[clip]) - rotations.yaw(target.facing)
     back = rotations.cos_sin(turn)
-    qpos, qvel = scenes.qpos[rows].float(), scenes.qvel[rows].float()
-    qpos[:, :2] = rotations.turn(back, qpos[:, :2])
-    qpos[:, 3:7] = rotations.multiply(rotations.from_heading(back), qpos[:, 3:7])
-    qvel[:, :2] = rotations.turn(back, qvel[:, :2])
-    point = torch.cat((rotations.turn(back, target.point[:, :2]), target.point[:, 2:]), dim=1)
-    level = rotations.turn(back[:, None], target.corners[..., :2])
-    corners = torch.cat((level, target.corners[..., 2:]), dim=2)
+    point = level(back, target.point)
     origin = point - known.point[clip]
     origin[:, 2] = 0.0  # both stand on the floor
-    return _Laid(features.body(qpos, qvel), point, corners, origin)
+    corners = level(back[:, None], target.corners)
+    return _Laid(turned(scenes, rows, back), point, corners, origin)
 
 
 def _sittings(clips: Sequence[Clip]) -> _Sittings:

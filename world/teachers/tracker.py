@@ -11,13 +11,29 @@ import torch
 from torch import Tensor
 
 from world import tasks
+from world.character.features import Body
 from world.scene.batch import Scenes
 from world.scene.target import Target
 from world.tasks.track import Track
-from world.tracking.target import tracked
+from world.tracking.target import TrackTarget, tracked
 
 Act = Callable[[Tensor, Tensor], Tensor]
 """Actions [n, 28] of states [n, 114] and goals [n, g] of the task track."""
+
+
+_TRACK = Track()
+
+
+def labels(act: Act, residual: bool, scenes: Scenes, body: Body, target: TrackTarget) -> Tensor:
+    """Return what a tracker does [m, 28] float32 for characters that follow a reference, as actions
+    about the neutral set-points, which those of a student are.
+
+    residual: its own actions are added to the reference's set-points. body, target: in the same
+    axes, which need not be the scenes'.
+    """
+    action = act(tasks.state(body, target), _TRACK.goal_features(body, target))
+    base = target.reference_set_points() if residual else None
+    return scenes.actions(scenes.set_points(action, base)).to(torch.float32)
 
 
 class TrackerTeacher:
@@ -27,17 +43,14 @@ class TrackerTeacher:
     def __init__(self, act: Act, residual: bool) -> None:
         """residual: the tracker's actions are added to the reference's set-points, not to the
         neutral ones."""
-        self._act, self._residual, self._task = act, residual, Track()
+        self._act, self._residual = act, residual
 
     def reset(self, rows: Tensor, target: Target) -> None:
         """Nothing: a tracker acts on the present state alone."""
 
     def label(self, scenes: Scenes, target: Target, variant: Tensor, clock: int) -> Tensor:
         """Teacher actions [n, 28] float32, in the student's units: about the neutral set-points."""
-        target, body = tracked(target), scenes.body()
-        action = self._act(tasks.state(body, target), self._task.goal_features(body, target))
-        base = target.reference_set_points() if self._residual else None
-        return scenes.actions(scenes.set_points(action, base)).to(torch.float32)
+        return labels(self._act, self._residual, scenes, scenes.body(), tracked(target))
 
     def state_dict(self) -> dict[str, Tensor]:
         """Nothing."""

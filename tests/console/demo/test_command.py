@@ -18,6 +18,15 @@ def test_every_shipped_policy_is_there_and_a_named_one_replaces_that_of_its_task
     assert all(served.task.name == task for task, served in found.items())
 
 
+def test_of_two_policies_of_a_task_it_plays_the_one_that_anyone_may_use(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for names in (["sit", "sit-free"], ["sit-free", "sit"]):
+        monkeypatch.setattr(pretrained, "names", lambda names=names: names)
+        licence = policies(())["sit"].manifest.notes["licence"]
+        assert licence.startswith("Apache-2.0")
+
+
 def test_what_is_missing_and_how_to_get_it() -> None:
     assert missing(["sit", "lie", "carry", "walk"]) == ""
     text = missing(["carry", "walk"])

@@ -54,6 +54,31 @@ def test_a_student_is_a_checkpoint(tmp_path: Path, capsys: pytest.CaptureFixture
     assert sorted(p.name for p in tmp_path.iterdir()) == ["student"]
 
 
+@pytest.mark.parametrize(
+    ("task", "teachers"),
+    [
+        ("lie", ["--world.walker", "walk", "--world.pieces", "4"]),
+        (
+            "carry",
+            [
+                *("--world.walker", "walk", "--world.tracker", "track"),
+                *("--world.carry.sizes", "2", "--world.carry.scale", "0.8", "0.8"),
+                *("--world.carry.stand-m", "0.5", "0.5"),
+            ],
+        ),
+    ],
+)
+def test_other_tasks_from_nothing(task: str, teachers: list[str], tmp_path: Path) -> None:
+    out = tmp_path / task
+    words = ["distill", task, str(out), *SMALL, "--batches", "60", "--first", "1000"]
+    assert main([*words, "--batch", "128", "--hidden", "64", "32", *teachers]) == 0
+    found = assembly.trained(out)
+    assert found.task == task and found.manifest.layout.hidden == (64, 32)
+    lines = [json.loads(line) for line in (out / "metrics.jsonl").read_text().splitlines()]
+    # the first guess is the mean of the labels: what is learned is less than their deviation
+    assert lines[-1]["samples"] >= 1000 and 0 < lines[-1]["error"] < 0.5
+
+
 def test_the_teacher_labels_what_it_would_do(walker: PolicyTeacher) -> None:
     """While the teacher alone drives, without noise, its label is the action that is taken, and
     states before a fall and without a label are left out."""

@@ -111,6 +111,15 @@ def test_init_takes_networks_and_refuses_other_shapes(
     assert "hidden" in said(capsys)
 
 
+def test_the_preset_finetune_needs_a_policy_to_go_on_from(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    words = ["train", "sit", "--preset", "finetune", "--dry-run"]
+    assert main(words) == 2
+    assert "--preset finetune goes on from a policy" in said(capsys)
+    assert main([*words, "--init", "walk"]) == 0
+
+
 def test_init_takes_another_tasks_networks(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

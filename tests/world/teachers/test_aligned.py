@@ -23,6 +23,7 @@ from world.motions.variants import variant
 from world.objects.box_bank import BoxBank, boxes
 from world.teachers import aligned
 from world.teachers.aligned import AlignedTracker
+from world.teachers.laid import AHEAD
 
 N = 8
 CONFIG = WorldConfig(
@@ -113,10 +114,10 @@ def test_the_reference_goes_on_and_waits(clip: Clip) -> None:
     one.label(shard._scenes, target, shard._variant, 1)
     assert torch.equal(one._frame[following], first[following] + 1)
     # who stands still does not see it pass: it waits some frames ahead of the nearest one
-    for clock in range(2, aligned._AHEAD + 4):
+    for clock in range(2, AHEAD + 4):
         one.label(shard._scenes, target, shard._variant, clock)
     assert one._pick is not None
-    bound = torch.minimum(first + aligned._AHEAD, one._pick.high[one._variant])
+    bound = torch.minimum(first + AHEAD, one._pick.high[one._variant])
     assert torch.equal(one._frame[following], bound[following])
 
 

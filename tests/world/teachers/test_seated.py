@@ -19,6 +19,7 @@ from world.motions.library import MotionLibrary
 from world.motions.synthetic.library import walking
 from world.objects.furniture_bank import FurnitureBank, variants
 from world.teachers import seated
+from world.teachers.laid import AHEAD
 from world.teachers.seated import SeatedTracker
 from world.teachers.walker import WalkerTeacher
 
@@ -118,7 +119,7 @@ def test_the_reference_goes_on_and_waits(clips: list[Clip], bank: FurnitureBank)
     torch.testing.assert_close(one._frame, first + 5)
     for _ in range(40):
         labels(one, shard)
-    torch.testing.assert_close(one._frame, first + seated._AHEAD)
+    torch.testing.assert_close(one._frame, first + AHEAD)
     lay(one, shard, 1, int(one._sittings.high[1] - one._sittings.low[1]))
     for _ in range(3):
         labels(one, shard)
