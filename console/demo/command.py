@@ -23,7 +23,7 @@ from world import tasks
 from world.errors import ConfigError
 
 #: Initial camera: position and look-at point, m.
-_CAMERA, _LOOK_AT = (0.2, -6.9, 5.2), (0.1, -0.1, 0.2)
+_CAMERA, _LOOK_AT = (0.2, -5.4, 3.7), (0.1, -0.3, 0.2)
 
 
 def demo_command(command: Demo) -> int:

@@ -69,6 +69,7 @@ class Frames(Generic[M]):
         """rolling: the oldest moments are forgotten beyond LIMIT, instead of stopping there."""
         self.stepped = scene
         self.model: mujoco.MjModel = scene.model
+        self.piece = ""
         self.moments: list[M] = [scene.now()]
         self.ended = ""
         """Reason why the scene does not continue, or ""."""

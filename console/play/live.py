@@ -17,7 +17,7 @@ class Live(Frames[Moment]):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        self.scene = scene
+        self.scene, self.piece = scene, scene.piece.name
 
     def curves(self) -> Curves:
         """See Source."""

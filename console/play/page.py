@@ -25,7 +25,7 @@ def page(source: Source, title: str, about: str) -> str:
     error = np.nan_to_num(curves.error_m, posinf=99.0)
     poses = np.stack([source.poses(frame) for frame in range(len(source))])
     # a ball out of the scene has no position
-    data = drawn(source.model, np.nan_to_num(poses, nan=AWAY_M), error, end) | {
+    data = drawn(source.model, np.nan_to_num(poses, nan=AWAY_M), error, end, source.piece) | {
         "about": about,
         "success_m": curves.success_m,
         "fell": bool(len(fallen)),

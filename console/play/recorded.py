@@ -31,6 +31,7 @@ class Recorded:
         self, take: Take, name: str, curves: Curves, origins: dict[str, str] | None = None
     ) -> None:
         self.model, self.name = recording.model_of(take), name
+        self.piece = take.piece
         self._take, self._curves, self._origins = take, curves, origins or {}
         self._data = mujoco.MjData(self.model)
 

@@ -35,6 +35,8 @@ class Source(Protocol):
 
     model: mujoco.MjModel
     """Model of the scene."""
+    piece: str
+    """Name of the furniture, whose class gives its colour; empty: the colours of the model."""
 
     def __len__(self) -> int:
         """Return T."""

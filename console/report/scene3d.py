@@ -1,6 +1,7 @@
 """A recorded trial as data of the page's viewer: shapes on bodies, and body poses over time."""
 
 import base64
+from functools import cache
 from typing import Any
 
 import mujoco
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 
 from console.evaluation.stepping import Track
 from console.recording.format import pose
+from console.video import stage
 from world.character import model as character
 
 #: Positions are stored as millimetres, rotations in 1/32767, both in 16 bits.
@@ -16,6 +18,7 @@ _PER_M, _UNIT = 1000.0, 32767.0
 _KINDS = {
     int(mujoco.mjtGeom.mjGEOM_SPHERE): "sphere",
     int(mujoco.mjtGeom.mjGEOM_CAPSULE): "capsule",
+    int(mujoco.mjtGeom.mjGEOM_ELLIPSOID): "ellipsoid",
     int(mujoco.mjtGeom.mjGEOM_CYLINDER): "cylinder",
     int(mujoco.mjtGeom.mjGEOM_BOX): "box",
     int(mujoco.mjtGeom.mjGEOM_MESH): "mesh",
@@ -30,6 +33,7 @@ def drawable(track: Track, every: int = 1) -> dict[str, Any]:
         body_poses(track)[::every],
         track.error_m[::every],
         -(-track.steps // every),
+        track.take.piece,
     )
     return data | {"hz": character.CONTROL_HZ / every}
 
@@ -39,10 +43,11 @@ def drawn(
     poses: NDArray[np.float64],
     error_m: NDArray[Any],
     end: int,
+    piece: str = "",
 ) -> dict[str, Any]:
-    """Return the same of poses [T, nbody, 7] of a model, errors [T] m, and the first step that is
-    not evaluated."""
-    shapes, bodies = shapes_of(model)
+    """Return the same of poses [T, nbody, 7] of a model, errors [T] m, the first step that is not
+    evaluated, and the name of the furniture, whose class gives its colour."""
+    shapes, bodies = shapes_of(model, piece)
     return {
         "hz": character.CONTROL_HZ,
         "frames": len(poses),
@@ -55,22 +60,43 @@ def drawn(
     }
 
 
-def shapes_of(model: mujoco.MjModel) -> tuple[list[dict[str, Any]], list[int]]:
+def shapes_of(
+    model: mujoco.MjModel, piece: str = "", look: stage.Shapes = "body"
+) -> tuple[list[dict[str, Any]], list[int]]:
     """Return the visible shapes without the floor, each with the index of its body in the list of
-    bodies."""
+    bodies.
+
+    piece: name of the furniture; furniture, boxes and balls then have the colours of films.
+    look: body, a rounded character in clothes; shapes, its collision shapes.
+    """
     shapes: list[dict[str, Any]] = []
     bodies: list[int] = []
-    for geom in range(model.ngeom):
+    clothed = _clothed() if look == "body" else {}
+    for number in range(model.nbody):
+        found = clothed.get(model.body(number).name)
+        if found is None:
+            found = _shapes_on(model, number)
+            if piece and model.body(number).name not in character.BODIES:
+                colour = _rounded(np.array(stage.colour_of(model, number, piece)[:3]))
+                found = [shape | {"rgb": colour} for shape in found]
+        if found:
+            shapes += [shape | {"body": len(bodies)} for shape in found]
+            bodies.append(number)
+    return shapes, bodies
+
+
+def _shapes_on(model: mujoco.MjModel, body: int, group: int | None = None) -> list[dict[str, Any]]:
+    """Return the visible shapes of a body, all or of one group of geoms."""
+    shapes: list[dict[str, Any]] = []
+    first = int(model.body_geomadr[body])
+    for geom in range(first, first + int(model.body_geomnum[body])):
         kind = _KINDS.get(int(model.geom_type[geom]))
         rgba = model.geom_rgba[geom]
-        if kind is None or rgba[3] == 0.0:
+        hidden = group is not None and int(model.geom_group[geom]) != group
+        if kind is None or rgba[3] == 0.0 or hidden:
             continue
-        body = int(model.geom_bodyid[geom])
-        if body not in bodies:
-            bodies.append(body)
         shape: dict[str, Any] = {
             "kind": kind,
-            "body": bodies.index(body),
             "size": _rounded(model.geom_size[geom]),
             "pos": _rounded(model.geom_pos[geom]),
             "quat": _rounded(model.geom_quat[geom]),
@@ -79,7 +105,14 @@ def shapes_of(model: mujoco.MjModel) -> tuple[list[dict[str, Any]], list[int]]:
         if kind == "mesh":
             shape |= _mesh(model, int(model.geom_dataid[geom]))
         shapes.append(shape)
-    return shapes, bodies
+    return shapes
+
+
+@cache
+def _clothed() -> dict[str, list[dict[str, Any]]]:
+    """Return the shapes of the rounded character by body."""
+    model = stage.character_alone()
+    return {name: _shapes_on(model, model.body(name).id, stage.SHOWN) for name in character.BODIES}
 
 
 def body_poses(track: Track) -> NDArray[np.float64]:

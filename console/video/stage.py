@@ -23,7 +23,8 @@ FLOOR = "floor"
 SHOWN, OBJECTS = 0, 1
 #: Group of the character's collision shapes behind a rounded body.
 _COLLISION = 3
-_SKY_TOP, _SKY_BOTTOM = (0.62, 0.74, 0.86), (0.86, 0.90, 0.93)
+#: Colours of the sky above and at the horizon.
+SKY_TOP, SKY_BOTTOM = (0.62, 0.74, 0.86), (0.86, 0.90, 0.93)
 _FLOOR, _LINES = (0.80, 0.82, 0.83), (0.70, 0.725, 0.745)
 #: Direction of the light, and its distance from what is looked at, m: so far that all of the floor
 #: that can be seen lies in front of it.
@@ -126,7 +127,7 @@ def stage(simulated: mujoco.MjModel, piece: str = "", shapes: Shapes = "body") -
     model.stat.extent, model.stat.center[:] = EXTENT_M, 0.0
     model.vis.map.znear, model.vis.map.zfar = 0.02, 12.0
     model.vis.map.fogstart, model.vis.map.fogend = 1.3, 2.7
-    model.vis.rgba.fog[:] = model.vis.rgba.haze[:] = (*_SKY_BOTTOM, 1.0)
+    model.vis.rgba.fog[:] = model.vis.rgba.haze[:] = (*SKY_BOTTOM, 1.0)
     return model
 
 
@@ -162,8 +163,8 @@ def _surroundings(spec: mujoco.MjSpec) -> None:
         name="sky",
         type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
         builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=_SKY_TOP,
-        rgb2=_SKY_BOTTOM,
+        rgb1=SKY_TOP,
+        rgb2=SKY_BOTTOM,
         width=128,
         height=768,
     )

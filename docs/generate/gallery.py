@@ -215,6 +215,7 @@ def replay(track: Track, about: str, success_m: float, every: int = 1) -> dict[s
         body_poses(track)[:frames:every],
         track.error_m[:frames:every],
         min(track.steps, frames) // every,
+        track.take.piece,
     )
     data["hz"] /= every
     return data | {"about": about, "success_m": success_m, "fell": fell is not None}

@@ -9,6 +9,7 @@ import viser
 from numpy.typing import NDArray
 
 from console.report.scene3d import shapes_of
+from console.video.stage import Shapes
 
 #: Digits to which colours are compared.
 _DIGITS = 3
@@ -20,6 +21,9 @@ def mesh_of(shape: dict[str, Any]) -> trimesh.Trimesh:
     size, kind = shape["size"], shape["kind"]
     if kind == "sphere":
         found = trimesh.creation.icosphere(subdivisions=2, radius=size[0])
+    elif kind == "ellipsoid":
+        found = trimesh.creation.icosphere(subdivisions=3, radius=1.0)
+        found.apply_scale(size)
     elif kind == "capsule":
         found = trimesh.creation.capsule(height=2 * size[1], radius=size[0], count=(12, 16))
         # the capsule of some versions of trimesh starts at the origin, MuJoCo's is centred
@@ -48,12 +52,15 @@ class Drawn:
         server: viser.ViserServer,
         name: str,
         model: mujoco.MjModel,
+        piece: str = "",
+        look: Shapes = "body",
         ghost: bool = False,
     ) -> None:
-        """ghost: in one colour, transparent, without a shadow."""
+        """piece, look: see console.report.scene3d.shapes_of. ghost: in one colour, transparent,
+        without a shadow."""
         self._server = server
         self._root = server.scene.add_frame(name, show_axes=False)
-        shapes, self._bodies = shapes_of(model)
+        shapes, self._bodies = shapes_of(model, piece, look)
         self._nodes = [
             server.scene.add_frame(f"{name}/body{body}", show_axes=False) for body in self._bodies
         ]

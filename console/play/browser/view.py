@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import torch
 import viser
+from numpy.typing import NDArray
 
 from console.play import saving
 from console.play.browser.drawing import Drawn
@@ -20,6 +21,7 @@ from console.play.recorded import Recorded
 from console.play.server import Server
 from console.play.session import Session
 from console.play.source import HZ, Curves
+from console.video.stage import SKY_BOTTOM, SKY_TOP, Shapes
 from world.errors import InhabitError
 from world.realism.measures import Motion
 
@@ -30,6 +32,15 @@ _MIDDLE_M = (1.2, 0.0)
 #: In a narrow window: greatest factor of the camera's distance, and how far the look-at point is
 #: towards the camera, as a fraction of that distance.
 _FARTHEST, _BELOW = 1.9, 0.7
+#: Intensity of the light from all around, beside the lamps.
+_AMBIENT = 0.3
+
+
+def _sky() -> NDArray[np.uint8]:
+    """Return an image of the sky of films, darker above."""
+    share = np.linspace(0.0, 2.5, 256).clip(max=1.0)[:, None]  # the horizon is above the middle
+    rows = (1.0 - share) * np.array(SKY_TOP) + share * np.array(SKY_BOTTOM)
+    return np.repeat((255.0 * rows).round().astype(np.uint8)[:, None], 4, axis=1)
 
 
 class View:
@@ -59,7 +70,8 @@ class View:
 
     def _stage(self) -> None:
         scene = self.server.scene
-        scene.configure_environment_map("studio", environment_intensity=0.5)
+        scene.configure_environment_map("studio", environment_intensity=_AMBIENT)
+        scene.set_background_image(_sky(), "png")
         self._world = scene.add_frame("/world", show_axes=False)
         scene.add_grid(
             "/world/floor",
@@ -114,6 +126,9 @@ class View:
                 "speed", tuple(f"{s:g}" for s in SPEEDS), initial_value="1"
             )
             self._follow = gui.add_checkbox("follow the character", False)
+            self._collisions = gui.add_checkbox(
+                "collision shapes", False, hint="what the simulator collides, without clothes"
+            )
 
         def toggle(_: Any) -> None:
             session.player.play(not session.player.playing)
@@ -129,6 +144,7 @@ class View:
         self.on(self._newest, newest)
         self.on(self._branch, lambda _: session.player.branch())
         self.on(self._follow, lambda _: None)
+        self.on(self._collisions, lambda _: self._redraw())
         self.on(self._speed, lambda _: session.player.run(float(self._speed.value)))
 
     def offer_saving(self, recording: bool = True) -> None:
@@ -217,7 +233,8 @@ class View:
         source = self.session.player.source
         if self._drawn is not None:
             self._drawn.remove()
-        self._drawn = Drawn(self.server, "/world/scene", source.model)
+        look: Shapes = "shapes" if self._collisions.value else "body"
+        self._drawn = Drawn(self.server, "/world/scene", source.model, source.piece, look)
         weights = source.scene.task.terms if isinstance(source, Live) else {}
         if self._measured is not None:
             self._switch_plots(self._measured, source.curves(), weights)

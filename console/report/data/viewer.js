@@ -55,6 +55,15 @@ function rounded(radius, half) {
   }
   return around([...profile, ...profile.map(([r, z, a, b]) => [r, -z, a, -b]).reverse()], 18);
 }
+function ellipsoid(x, y, z) {  // a normal is scaled by the inverse of what scales its point
+  const out = rounded(1, 0), half = [x, y, z];
+  for (let i = 0; i < out.length; i += 6) {
+    for (let k = 0; k < 3; k++) { out[i + k] *= half[k]; out[i + 3 + k] /= half[k]; }
+    const l = Math.hypot(out[i + 3], out[i + 4], out[i + 5]) || 1;
+    for (let k = 3; k < 6; k++) out[i + k] /= l;
+  }
+  return out;
+}
 function triangles(vertices, faces) {
   const out = [];
   for (let f = 0; f < faces.length; f += 3) {
@@ -76,6 +85,7 @@ function shapeTriangles(shape) {
   const [a, b, c] = shape.size;
   if (shape.kind === "sphere") return rounded(a, 0);
   if (shape.kind === "capsule") return rounded(a, b);
+  if (shape.kind === "ellipsoid") return ellipsoid(a, b, c);
   if (shape.kind === "box") return box(a, b, c);
   if (shape.kind === "mesh") return triangles(shape.vertices, shape.faces);
   return around([[0, -b, 0, -1], [a, -b, 0, -1], [a, -b, 1, 0], [a, b, 1, 0], [a, b, 0, 1],

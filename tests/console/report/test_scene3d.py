@@ -8,7 +8,9 @@ import pytest
 
 from console.evaluation.stepping import Track
 from console.report import scene3d
+from console.video import stage
 from tests.support.console.recordings import take
+from world.character import model as character
 from world.furniture.catalogue import catalogue, find
 from world.objects.furniture_bank import FurnitureBank
 from world.scene.model import compile_scene
@@ -23,6 +25,33 @@ def test_visible_shapes_without_the_floor() -> None:
     assert len(boxes) == len(piece.boxes) and {s["kind"] for s in boxes} == {"box"}
     assert boxes[0]["size"] == pytest.approx(piece.boxes[0].half_m, abs=1e-4)
     assert len(bodies) == 16 and all(s["kind"] != "plane" for s in shapes)
+    assert boxes[0]["rgb"] == pytest.approx(model.geom_rgba[model.ngeom - 1][:3], abs=1e-4)
+
+
+def test_furniture_and_character_have_the_colours_of_films() -> None:
+    """As `stage`, whose model films are drawn from, has them."""
+    piece = find("sofa-train-000")
+    model = compile_scene(piece)
+    film = stage.stage(model, piece.name)
+    shapes, bodies = scene3d.shapes_of(model, piece.name)
+    for number, body in enumerate(bodies):
+        drawn = film.body(model.body(body).name).id
+        rows = np.flatnonzero((film.geom_bodyid == drawn) & (film.geom_group <= stage.OBJECTS))
+        mine = [shape for shape in shapes if shape["body"] == number]
+        assert len(mine) == len(rows)
+        for shape, row in zip(mine, rows, strict=True):
+            assert shape["rgb"] == pytest.approx(film.geom_rgba[row][:3], abs=1e-4)
+            assert shape["size"] == pytest.approx(film.geom_size[row], abs=1e-4)
+            assert shape["pos"] == pytest.approx(film.geom_pos[row], abs=1e-4)
+
+
+def test_collision_shapes_are_those_of_the_model() -> None:
+    model = compile_scene(find("chair-train-000"))
+    shapes, bodies = scene3d.shapes_of(model, look="shapes")
+    own = [body for body in bodies if model.body(body).name in character.BODIES]
+    found = [s for s in shapes if bodies[s["body"]] in own]
+    assert len(found) == sum(int(model.body_geomnum[body]) for body in own)
+    assert {s["kind"] for s in found} == {"sphere", "capsule", "box"}
 
 
 def test_hulls_bring_their_corners_and_faces() -> None:
@@ -62,16 +91,22 @@ def test_the_viewer_gets_the_simulators_poses() -> None:
     state.mocap_pos[0] = shown.take.mocap_pos[3]
     mujoco.mj_forward(model, state)
     for shape in data["shapes"]:
-        assert shape["kind"] in ("sphere", "capsule", "box")
+        assert shape["kind"] in ("ellipsoid", "capsule", "box")
     root = poses[3, data["root"]]
     assert root[:3] / 1000 == pytest.approx(state.xpos[1], abs=6e-4)
     assert root[3:] / 32767 == pytest.approx(state.xquat[1], abs=4e-5)
     # every visible geom stands where body pose and local pose put it
-    place = next(s for s in data["shapes"] if s["kind"] == "sphere" and s["size"][0] == 0.095)
-    at = poses[3, place["body"]]
-    rotation = np.zeros(9)
-    mujoco.mju_quat2Mat(rotation, at[3:] / 32767)
-    head = at[:3] / 1000 + rotation.reshape(3, 3) @ place["pos"]
-    assert head == pytest.approx(state.geom("head").xpos, abs=2e-3)
-    used = len(shown.take.boxes)
-    assert sum(shape["kind"] == "box" for shape in data["shapes"]) == used + 2  # and two feet
+    furniture = model.body("furniture").id
+    boxes = [shape for shape in data["shapes"] if shape["kind"] == "box"]
+    geoms = [
+        geom
+        for geom in np.flatnonzero(model.geom_bodyid == furniture)
+        if model.geom_rgba[geom][3] > 0.0
+    ]
+    assert len(boxes) == len(geoms) == len(shown.take.boxes)
+    for shape, geom in zip(boxes, geoms, strict=True):
+        at = poses[3, shape["body"]]
+        rotation = np.zeros(9)
+        mujoco.mju_quat2Mat(rotation, at[3:] / 32767)
+        place = at[:3] / 1000 + rotation.reshape(3, 3) @ shape["pos"]
+        assert place == pytest.approx(state.geom_xpos[geom], abs=2e-3)

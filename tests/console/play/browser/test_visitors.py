@@ -43,6 +43,7 @@ def test_every_task_and_control() -> None:
             goes_on(page)
             page.choose("speed", "1")
             page.tick("follow the character")
+            page.tick("collision shapes")
             page.press("Pause")
             until(page, "/Play/")
             page.press("Play")
