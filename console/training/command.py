@@ -96,9 +96,12 @@ def resolve(command: Train) -> Experiment:
     if (command.resume or command.restart) and command.run is None:
         raise ConfigError("--resume and --restart need --run")
     if command.preset == "finetune" and not (command.init or command.resume):
+        flag, other = "--preset finetune", "the preset fast"
+        if command.recipe:
+            flag, other = f"--recipe {command.recipe}", "another recipe"
         raise ConfigError(
-            "--preset finetune goes on from a policy that can already do the task: add --init, or"
-            " choose the preset fast"
+            f"{flag} goes on from a policy that can already do the task, or a part of it: add"
+            f" --init, or choose {other}"
         )
     if command.style_service.address and any(
         key.startswith("style.") for stage in command.experiment.stages for key in stage.settings

@@ -39,7 +39,23 @@ def test_the_packages_recipes_hold_what_they_promise(task: str) -> None:
         assert all(kinds[kind] > 0.0 for kind in stage.success), "measured kinds are drawn"
         assert (staged.world.perturb.projectiles_per_s > 0) == (stage.name == "disturbed")
     assert len(seeds) == len(names), "no stage repeats another's draws"
-    assert recipe.names(task) == (["paper", "weights"] if task == "carry" else ["paper"])
+    others = {"carry": ["weights"], "lie": ["free"]}
+    assert recipe.names(task) == sorted(["paper", *others.get(task, [])])
+
+
+def test_a_recipe_that_goes_on_from_a_policy_has_little_noise_and_no_cloning() -> None:
+    experiment, _ = recipe.start(recipe.find("free", "lie"), ())
+    experiment = replace(experiment, world=replace(experiment.world, task="lie"))
+    assert experiment.clone_passes == 0 and experiment.horizon == 32
+    stages = [check(recipe.staged(experiment, i)) for i in range(1, len(experiment.stages) + 1)]
+    far = [stage.world.initial.far for stage in stages]
+    assert far == sorted(far), "from clips to the way"
+    last = stages[-1]
+    assert last.ppo.sigma[-1][1] < 0.02 and last.world.initial.far_m == (1.0, 10.0)
+    end = recipe.stage_end(experiment, len(stages), KINDS)
+    assert end is not None and end.at_least >= last.ppo.sigma[-1][0], "the noise has come down"
+    disturbed = [stage.world.perturb.projectiles_per_s > 0 for stage in stages]
+    assert disturbed == [False] * (len(stages) - 1) + [True]
 
 
 def test_a_stage_changes_its_settings_alone_and_not_those_of_the_next() -> None:

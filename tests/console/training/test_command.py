@@ -118,6 +118,10 @@ def test_the_preset_finetune_needs_a_policy_to_go_on_from(
     assert main(words) == 2
     assert "--preset finetune goes on from a policy" in said(capsys)
     assert main([*words, "--init", "walk"]) == 0
+    words = ["train", "lie", "--recipe", "free", "--dry-run"]
+    assert main(words) == 2
+    assert "--recipe free goes on from a policy" in said(capsys)
+    assert main([*words, "--init", "sit-free"]) == 0
 
 
 def test_init_takes_another_tasks_networks(
