@@ -89,6 +89,7 @@ def test_a_replay_ends_after_its_success_or_fall(
         mocap_quat=np.tile([1.0, 0, 0, 0], (length, 1)),
         stand=np.zeros(0),
         balls=np.zeros((0, 0, 3)),
+        piece="",
         meta={"success_at_step": success, "fell_at_step": fell},
     )
 
