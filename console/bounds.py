@@ -44,7 +44,7 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "reference_stages": (_FRACTION,), "raised_seat_fraction": (_FRACTION,),
         "standing_fraction": (_FRACTION,), "near_m": (_LENGTH_M,),
         "front_fraction": (_FRACTION,), "front_m": (_LENGTH_M,), "far_m": (_LENGTH_M,),
-        "ahead_fraction": (_FRACTION,),
+        "ahead_fraction": (_FRACTION,), "focus": (_FRACTION,),
     },
     "CarryConfig": {
         "scale": ((0.1, 10),), "sizes": ((1, 1e5),), "weight_kg": ((0.01, 1000),),

@@ -38,6 +38,9 @@ class InitialStates:
     ahead_fraction: float = 0.6
     """Of the far states: fraction whose target lies within 45 degrees of the direction of
     motion."""
+    focus: float = 0.0
+    """Of the near and far states with furniture: fraction whose piece is drawn by the pieces'
+    recent failure rates, those of episodes that began near; for the others all are as likely."""
 
 
 @dataclass(frozen=True)

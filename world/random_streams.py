@@ -54,3 +54,12 @@ def normal(seed: int, scenes: Tensor, counter: Tensor | int, width: int) -> Tens
     radius = torch.sqrt(-2.0 * torch.log(1.0 - u[:, :half]))
     angle = (2.0 * math.pi) * u[:, half:]
     return torch.cat((radius * torch.cos(angle), radius * torch.sin(angle)), dim=1)[:, :width]
+
+
+def drawn(weight: Tensor, u: Tensor) -> Tensor:
+    """Return indices [n] int64, with probabilities in proportion to `weight` [F], from uniform u
+    [n]."""
+    edges = weight.cumsum(0)
+    found = torch.searchsorted(edges, u.double() * edges[-1], right=True)
+    # a product that rounds up to the total must not end behind the last weight above 0
+    return torch.minimum(found, torch.nonzero(weight > 0)[-1])

@@ -29,3 +29,23 @@ def test_the_order_of_episodes_does_not_matter_and_a_restart_goes_on() -> None:
     again.load_state_dict(one.state_dict())
     for counts in (other, again):
         assert torch.equal(counts.published()["world.failures"], one.published()["world.failures"])
+
+
+def test_pieces_are_rated_by_the_episodes_that_tell_them() -> None:
+    found = Failures()
+    told = torch.tensor([2.0, 2.0, 0.0, torch.nan, 2.0, 0.0])
+    found.add({"piece": told, "success": torch.tensor([0.0, 1.0, 1.0, 0.0, 0.0, 1.0])})
+    assert "world.failures" not in found.published()
+    rates = found.published()["world.pieces"]
+    torch.testing.assert_close(rates, torch.tensor([0.0, torch.nan, 2 / 3]), equal_nan=True)
+    found.add({"piece": torch.tensor([2.0]), "success": torch.tensor([1.0])})
+    # of 3 x 0.98 and one more, 2 x 0.98 failed
+    assert found.published()["world.pieces"][2] == pytest.approx(1.96 / 3.94)
+    again = Failures()
+    again.load_state_dict(found.state_dict())
+    torch.testing.assert_close(
+        again.published()["world.pieces"], found.published()["world.pieces"], equal_nan=True
+    )
+    # a run of a version that knew no pieces
+    again.load_state_dict({"counts": torch.ones(2)})
+    assert again.published()["world.failures"].tolist() == [1.0, 1.0]

@@ -52,3 +52,11 @@ def test_no_two_purposes_share_a_key() -> None:
     assert len(keys) == len(set(keys)) == 10
     u = [random_streams.uniform(0, key, torch.arange(4), 0, 2) for key in keys]
     assert len({tuple(x.flatten().tolist()) for x in u}) == len(keys)
+
+
+def test_weighted_draws_miss_a_weight_of_zero_and_follow_the_others() -> None:
+    weight = torch.tensor([0.0, 1.0, 3.0, 0.0]).double()
+    found = random_streams.drawn(weight, torch.linspace(0, 1, 4001))
+    counts = torch.bincount(found, minlength=4).tolist()
+    assert (counts[0], counts[3]) == (0, 0)
+    assert abs(counts[1] - 1000) <= 1

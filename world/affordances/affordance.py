@@ -86,7 +86,7 @@ class ClipStates:
 #: Settings of furniture alone.
 FURNITURE_SETTINGS = frozenset(
     {"objects", "pieces", "scales", "scale", "seed", "teacher"}
-    | {"initial.raised_seat_fraction", "initial.front_m"}
+    | {"initial.raised_seat_fraction", "initial.front_m", "initial.focus"}
 )
 
 

@@ -143,10 +143,10 @@ class Shard:
         return self._labelled
 
     def update_sampling(self, published: Mapping[str, Tensor]) -> None:
-        """Adapt the sampling of initial states to what the learner publishes: failures [S], by
-        segment of the reference motions."""
+        """Adapt the sampling of initial states to what the learner publishes; see
+        AdaptiveSampler."""
         if isinstance(self._sampler, AdaptiveSampler):
-            self._sampler.update_sampling(published["failures"])
+            self._sampler.update_sampling(published)
 
     def step(self, action: Tensor) -> Step:
         """One control step with actions [n, 28]; scenes whose episode ends are reset at once."""
@@ -207,6 +207,7 @@ class Shard:
                     for k, name in enumerate((*self.task.stages, HELD))
                 },
                 **{k: value[ends].float() for k, value in target.episode_records().items()},
+                **self._sampled(ends),
             },
             broken=before[broken],
             teacher_action=teacher_action,
@@ -215,6 +216,12 @@ class Shard:
         if len(again):
             self._reset(again)
         return step
+
+    def _sampled(self, ends: Tensor) -> dict[str, Tensor]:
+        """What the ended episodes tell the learner for the sampler."""
+        if not isinstance(self._sampler, AdaptiveSampler):
+            return {}
+        return self._sampler.episode_records(self._variant[ends], self._kind[ends])
 
     def _disturbed(self, what: Disturbances, body: Body, target: Target) -> Target:
         """Present targets after balls are thrown and objects moved."""

@@ -4,6 +4,7 @@ states with furniture anywhere.
 An initial state is a pure function of (seed, scene, episode).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import torch
@@ -61,6 +62,29 @@ class FurnitureSampler:
     ) -> None:
         self._config, self._bank, self._seed = config, bank, seed
         self._character = CharacterSampler(config, library)
+        names = list(dict.fromkeys(piece.name for piece in bank.pieces))
+        # sizes of a piece count as one: each would have too few episodes
+        self._piece = torch.tensor([names.index(piece.name) for piece in bank.pieces])
+        self._weight: Tensor | None = None
+
+    def update_sampling(self, published: Mapping[str, Tensor]) -> None:
+        """Draw more often, in near and far states, the pieces whose recent failure rates in
+        `pieces` [P] are high; a piece without an episode yet counts as the mean of the others."""
+        focus, rates = self._config.initial.focus, published.get("pieces")
+        if not focus or rates is None:
+            return
+        rate = torch.full((int(self._piece.max()) + 1,), torch.nan, dtype=torch.float64)
+        rate[: len(rates)] = rates.double()[: len(rate)]
+        rate = rate.nan_to_num(float(rate.nanmean()))[self._piece]
+        mean = float(rate.mean())
+        self._weight = 1.0 - focus + focus * rate / mean if mean > 0.0 else None
+
+    def episode_records(self, variant: Tensor, kind: Tensor) -> dict[str, Tensor]:
+        """`piece` [k], the number of the piece; NaN for episodes that did not begin near: from far
+        many end on the way, and reference states say little of a piece."""
+        if not self._config.initial.focus:
+            return {}
+        return {"piece": torch.where(kind == 1, self._piece[variant].float(), torch.nan)}
 
     def draw(self, scenes: Tensor, episodes: Tensor) -> FurnitureInitialStates:
         """Initial states for scene ids [m] and episode numbers [m] (int64 both)."""
@@ -91,7 +115,7 @@ class FurnitureSampler:
         back = -(initial.front_m[0] + span * u[:, 5].square())[:, None]
         towards = back * rotations.turn(facing, unit((u[:, 6] - 0.5) / 3))
         offset = torch.where(before[:, None], towards, offset)
-        variant = (u[:, 4] * len(bank)).long().clamp_max(len(bank) - 1)
+        variant = self._variant(u[:, 4])
         offset = bank.clear_of(variant, offset, facing, before)
         point = torch.where(from_clip[:, None], frames.seat[:, :2] - frames.qpos[:, :2], offset)
         facing = torch.where(from_clip[:, None], frames.facing, facing)
@@ -119,6 +143,13 @@ class FurnitureSampler:
             point=torch.where(same[:, None], states.point[0], states.point),
             qpos=torch.where(same[:, None], states.qpos[0], states.qpos),
         )
+
+    def _variant(self, u: Tensor) -> Tensor:
+        """Variants [n] drawn by u [n] in [0, 1)."""
+        if self._weight is not None:
+            return random_streams.drawn(self._weight, u)
+        count = len(self._bank)
+        return (u * count).long().clamp_max(count - 1)
 
     def target(self, states: FurnitureInitialStates) -> Target:
         """Targets of the furniture of `states`."""

@@ -1,5 +1,6 @@
 """Protocols of initial states and their samplers, for any object."""
 
+from collections.abc import Mapping
 from typing import Protocol, TypeVar, runtime_checkable
 
 from torch import Tensor
@@ -64,8 +65,14 @@ class InitialStateSampler(Protocol[States]):
 class AdaptiveSampler(Protocol):
     """A sampler that draws more initial states where episodes failed."""
 
-    def update_sampling(self, failures: Tensor) -> None:
-        """Take the recent failures [S], by segment of the reference motions."""
+    def update_sampling(self, published: Mapping[str, Tensor]) -> None:
+        """Take what the learner publishes: `failures` [S], recent ones by segment of the reference
+        motions, and `pieces` [P], recent failure rates of pieces."""
+        ...
+
+    def episode_records(self, variant: Tensor, kind: Tensor) -> dict[str, Tensor]:
+        """What ended episodes tell the learner for it, by name, [k] each; variant, kind [k] as of
+        their initial states."""
         ...
 
 

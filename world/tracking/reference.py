@@ -119,15 +119,6 @@ class Reference:
         return frames / frames.mean() if bool(frames.any()) else torch.ones_like(frames)
 
 
-def drawn(weight: Tensor, u: Tensor) -> Tensor:
-    """Return indices [n] int64, with probabilities in proportion to `weight` [F], from uniform u
-    [n]."""
-    edges = weight.cumsum(0)
-    found = torch.searchsorted(edges, u.double() * edges[-1], right=True)
-    # a product that rounds up to the total must not end behind the last weight above 0
-    return torch.minimum(found, torch.nonzero(weight > 0)[-1])
-
-
 def reference(clips: Sequence[Clip], handling_weight: float = 1.0) -> Reference:
     """Return the reference of `clips`; ClipError where none is long enough.
 

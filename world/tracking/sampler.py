@@ -3,6 +3,7 @@
 An initial state is a pure function of (seed, scene, episode).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import torch
@@ -15,7 +16,7 @@ from world.initial.reference import LIFT_M
 from world.scene.batch import Scenes
 from world.scene.target import BoxState
 from world.tracking.bank import TrackBank
-from world.tracking.reference import Reference, drawn
+from world.tracking.reference import Reference
 from world.tracking.target import HANDS, TrackTarget
 
 #: Initial position of an unused box, on its stand, m.
@@ -60,17 +61,23 @@ class TrackSampler:
         self._weight = self._reference.start_weight
         self._aim = _aims(self._reference)
 
-    def update_sampling(self, failures: Tensor) -> None:
-        """Draw more states in, and shortly before, the segments of recent failures [S]."""
-        harder = self._reference.harder(failures)
+    def update_sampling(self, published: Mapping[str, Tensor]) -> None:
+        """Draw more states in, and shortly before, the segments of recent `failures` [S]."""
+        if "failures" not in published:
+            return
+        harder = self._reference.harder(published["failures"])
         mixed = 1.0 - self._focus + self._focus * harder
         self._weight = self._reference.start_weight * mixed
+
+    def episode_records(self, variant: Tensor, kind: Tensor) -> dict[str, Tensor]:
+        """Nothing: the target records the segment."""
+        return {}
 
     def draw(self, scenes: Tensor, episodes: Tensor) -> TrackInitialStates:
         """The initial states of the given scene ids [m] and episode numbers [m] (int64 both)."""
         count = 5 if self._displaced_m else 2
         u = random_streams.uniform(self._seed, random_streams.EPISODE, scenes, episodes, count)
-        states = self.at(drawn(self._weight, u[:, 0]), u[:, 1])
+        states = self.at(random_streams.drawn(self._weight, u[:, 0]), u[:, 1])
         return self._displaced(states, u[:, 2:]) if self._displaced_m else states
 
     def _displaced(self, states: TrackInitialStates, u: Tensor) -> TrackInitialStates:

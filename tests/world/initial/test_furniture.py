@@ -109,3 +109,39 @@ def test_clips_without_a_seat_are_refused_for_clip_starts(bank: FurnitureBank) -
     with pytest.raises(ClipError, match="no clip uses a seat"):
         FurnitureSampler(CONFIG, only, bank, 0)
     FurnitureSampler(WorldConfig(initial=InitialStates(0, 1, 1)), only, bank, 0)
+
+
+def test_pieces_that_fail_are_drawn_more_often(library: MotionLibrary, bank: FurnitureBank) -> None:
+    config = replace(CONFIG, initial=InitialStates(0, 0.5, 0.5, focus=0.5))
+    sampler, n = FurnitureSampler(config, library, bank, 0), 8192
+    scenes, episodes = torch.arange(n), torch.ones(n, dtype=torch.int64)
+    pieces = len(bank) // CONFIG.scales
+
+    def shares() -> torch.Tensor:
+        drawn = sampler.draw(scenes, episodes).variant // CONFIG.scales
+        return torch.bincount(drawn, minlength=pieces) / n
+
+    even = torch.full((pieces,), 1 / pieces)
+    torch.testing.assert_close(shares(), even, atol=0.015, rtol=0)
+    # half are drawn evenly, half by the rates, whose sum is 0.8 + 0.2 (the mean of those known
+    # for the last five: 0.5)
+    rates = torch.tensor([0.8, 0.2, 0.5])
+    sampler.update_sampling({"pieces": rates, "failures": torch.ones(3)})
+    weights = torch.cat((rates, torch.full((pieces - 3,), 0.5)))
+    wanted = 0.5 / pieces + 0.5 * weights / weights.sum()
+    torch.testing.assert_close(shares(), wanted, atol=0.015, rtol=0)
+    # nothing fails: evenly again
+    sampler.update_sampling({"pieces": torch.zeros(pieces)})
+    torch.testing.assert_close(shares(), even, atol=0.015, rtol=0)
+
+
+def test_episodes_that_began_near_tell_their_piece(
+    library: MotionLibrary, bank: FurnitureBank
+) -> None:
+    variant, kind = torch.tensor([0, 3, 5, 4]), torch.tensor([1, 1, 1, 2])
+    plain = FurnitureSampler(CONFIG, library, bank, 0)
+    assert plain.episode_records(variant, kind) == {}
+    config = replace(CONFIG, initial=InitialStates(focus=0.3))
+    told = FurnitureSampler(config, library, bank, 0).episode_records(variant, kind)["piece"]
+    wanted = torch.tensor([0.0, 1.0, 2.0, torch.nan])
+    torch.testing.assert_close(told, wanted, equal_nan=True)

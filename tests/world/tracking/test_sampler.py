@@ -62,10 +62,10 @@ def test_failures_draw_half_of_the_starts_to_where_they_happened() -> None:
         return float(((near >= 0) & (near <= 2)).float().mean())
 
     before = share()
-    sampler.update_sampling(failures)
+    sampler.update_sampling({"failures": failures})
     assert before < 0.1
     assert 0.4 < share() < 0.65
-    sampler.update_sampling(torch.zeros(segment + 1))
+    sampler.update_sampling({"failures": torch.zeros(segment + 1)})
     assert share() == before
 
 
