@@ -11,11 +11,14 @@ from console.run import mixing
 from console.run.experiment import Experiment
 from policy.model.acting import Policy
 from world import tasks
+from world.character import features
 from world.config import WorldConfig
 from world.errors import ConfigError
 from world.motions.library import MotionLibrary
 from world.objects.bank import ObjectBank
-from world.teachers.aligned import AlignedTracker, Boxes
+from world.teachers.aligned import AlignedTracker
+from world.teachers.boxes import Boxes
+from world.teachers.laden import laden_walker
 from world.teachers.seated import SeatedTracker
 from world.teachers.teacher import Teacher
 from world.teachers.tracker import TrackerTeacher
@@ -67,8 +70,12 @@ class PolicyTeacher:
             act, residual = handler.policy(), handler.world.track.residual
             if not tasks.make(world.task).affordance.clips.holds:
                 return SeatedTracker(act, residual, library.clips, scenes, walks)
-            laid, stands = cast("Boxes", bank), world.carry.stand_m
-            return AlignedTracker(act, residual, library.clips, laid, stands, scenes, walks)
+            boxes, stands, clips = cast("Boxes", bank), world.carry.stand_m, library.clips
+            laden = None
+            if walker is not None:
+                usual = walker.weights["normaliser.mean"][: features.STATE.width]
+                laden = laden_walker(walker.policy(), usual, clips, boxes)
+            return AlignedTracker(act, residual, clips, boxes, stands, scenes, walks, laden)
         assert walks is not None, "a teacher has a policy"
         return walks
 

@@ -117,6 +117,12 @@ def _addresses() -> tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...], tup
 
 BALL_QPOS, HINGE_QPOS, BALL_DOF, HINGE_DOF = _addresses()
 
+#: The joint of each control, and the controls of both arms.
+_CONTROL_JOINTS = tuple(j.name for j in JOINTS for _ in range(3 if j.is_ball else 1))
+ARM_CONTROLS = [
+    k for k, name in enumerate(_CONTROL_JOINTS) if name.endswith(("_shoulder", "_elbow"))
+]
+
 #: Sign of each hinge about its body's y axis: elbows flex about −y, knees about +y.
 HINGE_SIGN = tuple(-1.0 if "elbow" in j.name else 1.0 for j in JOINTS if not j.is_ball)
 

@@ -74,7 +74,8 @@ class FurnitureSampler:
         if not focus or rates is None:
             return
         rate = torch.full((int(self._piece.max()) + 1,), torch.nan, dtype=torch.float64)
-        rate[: len(rates)] = rates.double()[: len(rate)]
+        rate = rate.to(self._piece.device)
+        rate[: len(rates)] = rates.to(rate)[: len(rate)]
         rate = rate.nan_to_num(float(rate.nanmean()))[self._piece]
         mean = float(rate.mean())
         self._weight = 1.0 - focus + focus * rate / mean if mean > 0.0 else None

@@ -11,6 +11,7 @@ from world import rotations
 from world.errors import PieceError
 from world.furniture.piece import TEST_SCALES, Piece
 from world.furniture.usage import usage, use_points
+from world.objects.footprint import Footprint
 from world.scene import slots
 from world.scene.batch import Scenes
 from world.scene.model import Ball, compile_scene
@@ -63,8 +64,10 @@ class FurnitureBank:
         ends = rotations.turn_back(
             self.facing[:, None], self.corners[..., :2] - self.point[:, None, :2]
         )
-        #: The footprint in the frame of the use point (+x along its facing), [V, 2] each, m.
-        self.low, self.high = ends.amin(dim=1), ends.amax(dim=1)
+        #: The footprints in the frame of the use point (+x along its facing).
+        self.ground = Footprint.of(ends)
+        #: Of these, [V, 2] each, m.
+        self.low, self.high = self.ground.low, self.ground.high
         reach = torch.maximum(-self.low.amin(dim=1), self.high.amax(dim=1))
         # seats whose furniture is larger than the nearest initial states are distant: sofas, beds
         self._large = reach > _LARGE_M
@@ -161,8 +164,11 @@ class FurnitureBank:
         low, high = self.low[variant] - _CLEAR_M, self.high[variant] + _CLEAR_M
         root = rotations.turn_back(facing, -offset)
         if self._wide:
-            to_edge = torch.stack((self.high[variant, 0], torch.zeros_like(root[:, 0])), dim=1)
-            root = torch.where(before[:, None], root + to_edge, root)
+            edge, aside = self.ground.edge[variant], self.ground.aside[variant]
+            # in a notch a standing character has room ahead, little to the sides
+            straight = torch.where(aside != 0.0, _NARROW, 1.0)
+            there = torch.stack((root[:, 0] + edge, root[:, 1] * straight + aside), dim=1)
+            root = torch.where(before[:, None], there, root)
         # factor of the vector from the use point to the root at which it leaves the footprint
         room = torch.where(root > 0.0, high, -low) / root.abs().clamp_min(1e-6)
         pushed = root * room.amin(dim=1, keepdim=True).clamp_min(1.0)
@@ -190,6 +196,8 @@ _STANDS_M = 0.75
 _LARGE_M = 0.75
 #: Least distance of a standing character from a bed's footprint, m.
 _CLEAR_M = 0.35
+#: Of the sideways distances of initial states in a notch: fraction that stays.
+_NARROW = 0.25
 #: Greatest height of a seat that the character, with its hip at 0.89 m, can get onto, m; the scale
 #: of pieces is limited to it.
 MAX_SEAT_M = 0.70

@@ -13,9 +13,10 @@ from torch import Tensor
 from world import rotations
 from world.affordances import BED
 from world.character.features import Body, Feature, Table
+from world.objects.footprint import Footprint
 from world.scene.target import Target
 from world.tasks.evaluation import Evaluation, Published
-from world.tasks.route import Footprint, entry, footprint, offset, way
+from world.tasks.route import entry, footprint, offset, way
 from world.tasks.sit import compressed, fallen
 from world.tasks.task import Task
 
@@ -155,14 +156,17 @@ def arrived(body: Body, target: Target, ground: Footprint) -> Tensor:
     here = offset(body.root[:, :2], target)
     goal = entry(ground)
     at_entry = (goal - here).norm(dim=1) < _ARRIVED_M
-    corridor = (here[:, 0] > 0.0) & (here[:, 0] < goal[:, 0]) & (here[:, 1].abs() < _CORRIDOR_M)
-    return at_entry | corridor | ground.holds(here)
+    beside = (here[:, 1] - 0.5 * ground.aside).abs()
+    corridor = (here[:, 0] > 0.0) & (here[:, 0] < goal[:, 0]) & (beside < _CORRIDOR_M)
+    # a footprint with a notch holds a floor to walk on, and the part that reaches forward
+    notched = ground.edge < ground.high[:, 0]
+    return at_entry | corridor | (ground.holds(here) & ~(notched & (here[:, 0] > ground.edge)))
 
 
 def _on(body: Body, target: Target, ground: Footprint, hip: Tensor) -> Tensor:
     """[n] in [0, 1]: how far the root is over the front edge and low enough to rest there."""
     here = offset(body.root[:, :2], target)
-    over = ((ground.high[:, 0] - here[:, 0] + 0.05) / 0.25).clamp(0.0, 1.0)
+    over = ((ground.edge - here[:, 0] + 0.05) / 0.25).clamp(0.0, 1.0)
     low = ((hip[:, 2] + 0.30 - body.root[:, 2]) / 0.15).clamp(0.0, 1.0)
     return torch.where(ground.holds(here, 0.05), over * low, 0.0)
 

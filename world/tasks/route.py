@@ -1,36 +1,20 @@
 """Shortest route round a piece of furniture to its access side."""
 
-from dataclasses import dataclass
-
 import torch
 from torch import Tensor
 
 from world import rotations
+from world.objects.footprint import Footprint
 from world.scene.target import Target
 
 #: Clearance of the route, and of its end point, from the furniture's footprint, m.
 MARGIN_M, ENTRY_M = 0.30, 0.32
 #: A front corner is passed this far ahead of the front edge, m.
 _ROUND_M = 0.20
+#: Half the width of the way into a notch, m.
+_MOUTH_M = 0.35
 #: Routes that differ in length by less than this count as equal, m.
 _EITHER_M = 0.6
-
-
-@dataclass(frozen=True)
-class Footprint:
-    """Bounding rectangles of n pieces on the floor, in the target's frame: origin at the use point,
-    +x along its facing."""
-
-    low: Tensor
-    """[n, 2] m."""
-    high: Tensor
-    """[n, 2] m."""
-
-    def holds(self, offset: Tensor, margin_m: float = 0.0) -> Tensor:
-        """[n] bool: whether the points [n, 2] of that frame lie within margin_m of the
-        rectangles."""
-        inside = (offset > self.low - margin_m) & (offset < self.high + margin_m)
-        return inside.all(dim=1)
 
 
 def footprint(target: Target) -> Footprint:
@@ -38,7 +22,7 @@ def footprint(target: Target) -> Footprint:
     corners = rotations.turn_back(
         target.facing[:, None], target.corners[..., :2] - target.point[:, None, :2]
     )
-    return Footprint(corners.amin(dim=1), corners.amax(dim=1))
+    return Footprint.of(corners)
 
 
 def offset(root_xy: Tensor, target: Target) -> Tensor:
@@ -48,8 +32,7 @@ def offset(root_xy: Tensor, target: Target) -> Tensor:
 
 def entry(ground: Footprint) -> Tensor:
     """[n, 2]: the point at which the character stands before getting on, target's frame, m."""
-    ahead = ground.high[:, 0] + ENTRY_M
-    return torch.stack((ahead, torch.zeros_like(ahead)), dim=1)
+    return torch.stack((ground.edge + ENTRY_M, ground.aside), dim=1)
 
 
 def way(root_xy: Tensor, heading: Tensor, target: Target) -> tuple[Tensor, Tensor]:
@@ -58,10 +41,16 @@ def way(root_xy: Tensor, heading: Tensor, target: Target) -> tuple[Tensor, Tenso
     The route passes the corners of the footprint, widened by MARGIN_M: straight from the front, by
     the front corner from a side, and from behind by the shorter side. Where both sides differ by
     less than _EITHER_M, it takes the one that the heading [n, 2] points to: a policy would learn
-    the mean of both.
+    the mean of both. Into a notch it leads from its mouth.
     """
     ground, here = footprint(target), offset(root_xy, target)
     goal = entry(ground)
+    notched = ground.edge < ground.high[:, 0]
+    within = notched & (here[:, 0] < goal[:, 0] + (ground.high[:, 0] - ground.edge))
+    within &= (here[:, 0] > ground.edge) & ((here[:, 1] - goal[:, 1]).abs() < _MOUTH_M)
+    inside = goal - here
+    goal = torch.stack((ground.high[:, 0] + ENTRY_M, ground.aside), dim=1)
+    into = ground.high[:, 0] - ground.edge
     front, back = ground.high[:, 0] + MARGIN_M, ground.low[:, 0] - MARGIN_M
     x, y = here[:, 0], here[:, 1]
     straight = goal - here
@@ -90,5 +79,8 @@ def way(root_xy: Tensor, heading: Tensor, target: Target) -> tuple[Tensor, Tenso
     free = (x >= ground.high[:, 0]) & (level | (x >= ground.high[:, 0] + _ROUND_M))
     aim = torch.where(free[:, None], straight, aim)
     best = torch.where(free, length, best)
+    best = best + torch.where(notched, into, 0.0)
+    aim = torch.where(within[:, None], inside, aim)
+    best = torch.where(within, inside.norm(dim=1), best)
     unit = aim / aim.norm(dim=1, keepdim=True).clamp_min(1e-6)
     return rotations.turn(target.facing, unit), best

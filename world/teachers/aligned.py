@@ -1,4 +1,5 @@
 """A tracking policy as the teacher of picking a box up and of putting it down, wherever it stands.
+Policies that walk label the ways to the box and with it.
 
 A clip shows how people take one box from one place. Variants of the clip with other boxes and
 stands are made; the one that fits is laid over the scene so that both boxes coincide, and the
@@ -9,7 +10,6 @@ references to the scene too, before training; here it is done while the student 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 import torch
@@ -25,14 +25,16 @@ from world.motions.variants import variant
 from world.scene.batch import Scenes
 from world.scene.target import BoxState, Target
 from world.tasks.carry import grips
+from world.teachers.boxes import QUARTER, Boxes, half_turned, quarter_turns, sizes
+from world.teachers.laden import LadenWalker
 from world.teachers.laid import KEYS, LOST_M2, advanced, followed, level, turned
 from world.teachers.tracker import Act, labels
 from world.teachers.walker import TAKEN_M, WalkerTeacher
 from world.tracking.reference import Reference, reference
 from world.tracking.target import TrackTarget
 
-#: Ratio of neighbouring sizes of box that have variants of their own; step of their stands, m.
-_RATIO, _STANDS_M = 1.12, 0.1
+#: Step of the stands that have variants of their own, m.
+_STANDS_M = 0.1
 #: Frames of a variant that are followed: so many before the grip or the release, and after it.
 _BEFORE, _AFTER = 70, 40
 #: In the first of these the person stands: slower than this, m/s. A clip that is still walking
@@ -53,16 +55,6 @@ _BEGINS_M, _LEAVES_M, _SLOW_M_S = 0.25, 0.8, 0.3
 _PUTS_M = 0.45
 #: Stages of a scene.
 _FREE, _PICKING, _PUTTING = 0, 1, 2
-_QUARTER = 0.5 * np.pi
-
-
-class Boxes(Protocol):
-    """The boxes of a bank of scenes."""
-
-    half: Tensor
-    """[V, 3]: half edges, m."""
-    mass: Tensor
-    """[V]: kg."""
 
 
 @dataclass(frozen=True)
@@ -99,14 +91,15 @@ class AlignedTracker:
         stands_m: tuple[float, float],
         scenes: int,
         walker: WalkerTeacher | None = None,
+        laden: LadenWalker | None = None,
     ) -> None:
         """act, residual: see TrackerTeacher. clips: those with a box are used. stands_m: lowest and
-        highest stand of the scenes.
+        highest stand of the scenes. walker, laden: label the ways to the box and with it.
 
         Raises ClipError where no clip picks a box up from standing still.
         """
         self._act, self._residual = act, residual
-        self._walker, self._mass = walker, bank.mass
+        self._walker, self._laden, self._mass = walker, laden, bank.mass
         self._pick = _variants(clips, bank, stands_m, picks=True)
         if self._pick is None:
             raise ClipError(
@@ -129,7 +122,8 @@ class AlignedTracker:
             self._walker.reset(rows, target)
 
     def label(self, scenes: Scenes, target: Target, variant: Tensor, clock: int) -> Tensor:
-        """Teacher actions [n, 28] float32, in the student's units; NaN on the way with the box."""
+        """Teacher actions [n, 28] float32, in the student's units; NaN where no part has a
+        label."""
         assert target.box is not None
         body, box = scenes.body(), target.box
         taken = (box.position - box.start).norm(dim=1) > TAKEN_M
@@ -144,6 +138,10 @@ class AlignedTracker:
             rows = torch.nonzero(self._stage == stage).flatten()
             if variants is not None and len(rows):
                 found[rows] = self._follow(scenes, rows, variants, box, self._mass[variant[rows]])
+        carrying = taken & (self._stage == _FREE) & grips(body, box)
+        if self._laden is not None and bool(carrying.any()):
+            label = self._laden.label(scenes, target, box)
+            found = torch.where(carrying[:, None], label, found)
         return found
 
     def _begin(self, body: Body, box: BoxState, stands: Tensor, taken: Tensor) -> None:
@@ -171,7 +169,7 @@ class AlignedTracker:
         place = rotations.turn_back(rotations.cos_sin(variants.anchor[:, 3]), first)
         costs = []
         for turn in range(4):
-            local = rotations.turn_back(rotations.cos_sin(yaw + turn * _QUARTER), here)
+            local = rotations.turn_back(rotations.cos_sin(yaw + turn * QUARTER), here)
             off = (local[:, None] - place).norm(dim=2)
             costs.append(torch.where(off < _BEGINS_M, off, torch.inf))
         cost = torch.stack(costs, dim=1)
@@ -181,7 +179,7 @@ class AlignedTracker:
         fits = best.isfinite()
         rows, turns, number, yaw = rows[fits], turns[fits], number[fits], yaw[fits]
         self._stage[rows], self._variant[rows], self._turns[rows] = _PICKING, number, turns
-        self._yaw[rows] = yaw + turns * _QUARTER - variants.anchor[number, 3]
+        self._yaw[rows] = yaw + turns * QUARTER - variants.anchor[number, 3]
         self._frame[rows] = -1
 
     def _choose_put(self, rows: Tensor, body: Body, box: BoxState, variants: _Variants) -> None:
@@ -189,8 +187,7 @@ class AlignedTracker:
         clip's person faces where it does."""
         half, stand = box.half[rows], box.target[rows, 2] - box.half[rows, 2]
         heading = body.heading[rows]
-        off = rotations.yaw(rotations.heading(box.rotation[rows])) - rotations.yaw(heading)
-        turns = (-torch.round(off / _QUARTER)).long() % 4
+        turns = quarter_turns(heading, box.rotation[rows])
         cost = torch.stack([_misfit(half, stand, variants, t) for t in range(4)], dim=1)
         number = cost[torch.arange(len(rows)), turns].argmin(dim=1)
         theirs = variants.facing[number]
@@ -252,13 +249,13 @@ def _seen(
     """Return the characters and boxes of the scenes `rows` in the clips' axes: turned by back
     [m, 2] (cosine, sine), and the box's own axes by quarter turns [m]."""
     turn = rotations.from_heading(back)
-    own = rotations.from_heading(rotations.cos_sin(turns * _QUARTER))
+    own = rotations.from_heading(rotations.cos_sin(turns * QUARTER))
     seen = replace(
         box,
         position=level(back, box.position),
         rotation=rotations.multiply(rotations.multiply(turn, box.rotation), own),
         velocity=level(back, box.velocity),
-        half=_half(box.half, turns),
+        half=half_turned(box.half, turns),
         start=level(back, box.start),
         target=level(back, box.target),
     )
@@ -268,15 +265,10 @@ def _seen(
 def _misfit(half: Tensor, stand: Tensor, variants: _Variants, turns: int) -> Tensor:
     """[n, V]: cost of each variant for boxes of these half edges [n, 3] and stands [n], m, whose
     axes are turned by quarter turns."""
-    wanted = _half(half, torch.full((len(half),), turns))
+    wanted = half_turned(half, torch.full((len(half),), turns))
     off = (wanted[:, None] - variants.half).abs()
     high = (stand[:, None] - variants.stand).abs()
     return _WIDTH_COST * off[..., 1] + _DEPTH_COST * off[..., 0] + _STAND_COST * high
-
-
-def _half(half: Tensor, turns: Tensor) -> Tensor:
-    """Half edges [n, 3] along axes that are turned by quarter turns [n]."""
-    return torch.where((turns % 2 == 0)[:, None], half, half[:, [1, 0, 2]])
 
 
 def _variants(
@@ -287,7 +279,7 @@ def _variants(
     cut: list[tuple[int, int, int, float]] = []
     for clip in _originals(clips):
         assert clip.box is not None
-        for edges in _sizes(bank):
+        for edges in sizes(bank):
             factors = edges / np.asarray(clip.box.size_m)
             for stand in _steps(stands_m):
                 found = variant(clip, stand, factors.tolist())
@@ -342,18 +334,6 @@ def _originals(clips: Sequence[Clip]) -> list[Clip]:
 def _rest_m(box: BoxTrack) -> float:
     """Least height of a box's underside, m."""
     return float(box.pose[:, 2].min()) - 0.5 * box.size_m[2]
-
-
-def _sizes(bank: Boxes) -> list[np.ndarray]:
-    """Edges [3] of boxes, m, of which one is like each of the bank's, held by either pair of
-    faces."""
-    edges = 2.0 * bank.half.double().numpy()
-    order = np.argsort(edges[:, 1])
-    chosen: list[np.ndarray] = []
-    for one in edges[order]:
-        if not chosen or one[1] > _RATIO * chosen[-1][1]:
-            chosen.append(one)
-    return [found for one in chosen for found in (one, one[[1, 0, 2]])]
 
 
 def _steps(stands_m: tuple[float, float]) -> list[float]:

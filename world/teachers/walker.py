@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from world import tasks
+from world import rotations, tasks
 from world.character.features import Body
 from world.scene.batch import Scenes
 from world.scene.target import BoxState, Target
@@ -26,7 +26,7 @@ _GAP_M = 0.18
 #: is slower than this, m/s: from there on people bend and reach.
 _THERE_M, _NEAR_M, _SLOW_M_S = 0.08, 0.2, 0.05
 #: A walker stops so far before its goal, m, which is therefore set beyond the place.
-_SHORT_M = 0.2
+SHORT_M = 0.2
 #: A box this far from where it was has been taken, m.
 TAKEN_M = 0.05
 #: On the way round furniture the goal is this far ahead, m.
@@ -90,7 +90,7 @@ def to_box(body: Body, box: BoxState) -> Lead:
     point, ahead = standing_place(here, box)
     beyond = point - here
     far = beyond.norm(dim=1, keepdim=True).clamp_min(1e-6)
-    aim = point + beyond / far * far.clamp_max(_SHORT_M)
+    aim = point + beyond / far * far.clamp_max(SHORT_M)
     away = beyond.norm(dim=1)
     stands = body.root_velocity[:, :2].norm(dim=1) < _SLOW_M_S
     there = (away < _THERE_M) | (stands & (away < _NEAR_M))
@@ -106,19 +106,20 @@ def to_furniture(body: Body, target: Target) -> Lead:
     direction, length = way(here, body.heading, target)
     away = (place - local).norm(dim=1)
     straight = (length - away < _ROUND_M) & (away < _AHEAD_M)
-    reach = torch.where(straight, away + away.clamp_max(_SHORT_M), _AHEAD_M)
+    reach = torch.where(straight, away + away.clamp_max(SHORT_M), _AHEAD_M)
     aim = here + direction * reach[:, None]
     facing = torch.where(straight[:, None], target.facing, direction)
-    edge = ground.high[:, 0] + _EDGE_M
-    x, beside = local[:, 0], local[:, 1].abs()
+    edge = ground.edge + _EDGE_M
+    x, beside = local[:, 0], (local[:, 1] - ground.aside).abs()
     before = (x > ground.low[:, 0]) & (x < place[:, 0] + _BEYOND_M) & (beside < _BESIDE_M)
     turned = before & ((body.heading * target.facing).sum(dim=1) > _TURNED)
-    behind = target.point[:, :2] + target.facing * (edge - _BACK_M)[:, None]
+    back = torch.stack((edge - _BACK_M, ground.aside), dim=1)
+    behind = target.point[:, :2] + rotations.turn(target.facing, back)
     aim = torch.where(turned[:, None], behind, aim)
     facing = torch.where(turned[:, None], target.facing, facing)
     there = turned & (x < edge + _EDGE_THERE_M) & (beside < _EDGE_BESIDE_M)
     low = body.root[:, 2] < target.point[:, 2] + _LOW_M
-    sits = before & low & (x < ground.high[:, 0] + _ON_M)
+    sits = before & low & (x < ground.edge + _ON_M)
     return Lead(aim, facing, there | sits)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from world.errors import PieceError
+from world.furniture import sofa
 from world.furniture.catalogue import catalogue, find
 from world.furniture.usage import UsePoint, use_points
 
@@ -44,3 +45,21 @@ def test_corners_begin_behind_the_user_whichever_way_he_faces(quarters: int) -> 
     assert ahead[:4].max() < ahead[4:].min()
     assert left[[0, 1, 4, 5]].max() < left[[2, 3, 6, 7]].min()
     assert (corners[::2, 2] < corners[1::2, 2]).all()
+
+
+def test_an_l_shaped_sofa_has_front_corners_of_its_own_on_either_side() -> None:
+    """Its seat is 0.55 m deep and ends in the middle of it for who lies; the chaise on the right
+    is 0.6 m longer. Turned about, it is on the right still."""
+    piece = sofa.build(sofa.Dimensions(arms="corner", base="plinth"))
+    (spot,) = use_points(piece, "lie")
+    corners = spot.corners(piece) - np.array(spot.point_m)
+    front = corners[4:].reshape(2, 2, 3)
+    assert front[0, :, 0] == pytest.approx([0.875, 0.875], abs=0.01)
+    assert front[1, :, 0] == pytest.approx([0.275, 0.275], abs=0.01)
+    # all else is the bounding box
+    whole = np.array(sorted(map(tuple, piece.corners() - np.array(spot.point_m))))
+    assert corners[:6] == pytest.approx(whole[:6])
+    # who sits on its middle seat has the chaise on the right as well
+    (seat,) = use_points(piece, "sit")
+    seen = seat.corners(piece)
+    assert (seen[4:6, 0] - seen[6:, 0]) == pytest.approx([0.6, 0.6], abs=0.01)

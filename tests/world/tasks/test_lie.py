@@ -302,3 +302,56 @@ def test_the_shard_runs_and_tells_its_stages(library: MotionLibrary, bank: Furni
     assert seen.shape == (32, 114)
     assert goal.shape == (32, Lie.goal.width)
     assert torch.equal(seen, state(shard._scenes.body(), shard._target()))
+
+
+def corner_sofa(yaw: float = 0.0) -> Target:
+    """The sofa is 0.3 m deep before the hip; on the right a chaise reaches to 1.0 m."""
+    straight = torch.tensor(
+        [[x, y, z] for x in (-0.4, 0.3) for y in (-0.9, 0.9) for z in (0.0, 0.8)]
+    )
+    straight[4:6, 0] = 1.0
+    c, s = math.cos(yaw), math.sin(yaw)
+    turn = torch.tensor([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return Target(
+        torch.tensor([[0.0, 0.0, 0.42]]),
+        torch.tensor([[c, s]]),
+        (straight @ turn.T)[None],
+        (torch.tensor([[0.0, REACH_M, 0.42]]) @ turn.T),
+    )
+
+
+@pytest.mark.parametrize("yaw", [0.0, 2.0])
+def test_the_way_onto_an_l_shaped_sofa_is_through_its_notch(yaw: float) -> None:
+    """The mouth is at (1.32, 0.3), the entry at (0.62, 0.3)."""
+    place = corner_sofa(yaw)
+    c, s = math.cos(yaw), math.sin(yaw)
+    turn = torch.tensor([[c, -s], [s, c]])
+
+    def led(x: float, y: float) -> tuple[torch.Tensor, float]:
+        here = torch.tensor([[x, y]]) @ turn.T
+        direction, length = way(here, torch.tensor([[1.0, 0.0]]) @ turn.T, place)
+        return direction[0] @ turn, float(length)
+
+    mouth, entry = torch.tensor([1.32, 0.3]), torch.tensor([0.62, 0.3])
+    # from the front on the chaise's side: to the mouth first
+    here = torch.tensor([2.5, -0.5])
+    direction, length = led(2.5, -0.5)
+    torch.testing.assert_close(direction, (mouth - here) / (mouth - here).norm())
+    assert length == pytest.approx(float((mouth - here).norm()) + 0.7, abs=1e-5)
+    # at the mouth and in the notch: straight in
+    for x, y in ((1.3, 0.4), (0.9, 0.2)):
+        direction, length = led(x, y)
+        straight = entry - torch.tensor([x, y])
+        torch.testing.assert_close(direction, straight / straight.norm())
+        assert length == pytest.approx(float(straight.norm()), abs=1e-5)
+    # at the chaise's end one is not there yet; in the notch one is
+    task = Lie()
+    for x, y, there in (
+        (1.32, -0.5, False),
+        (0.8, -0.5, False),
+        (0.7, 0.3, True),
+        (0.1, 0.0, True),
+    ):
+        xy = (torch.tensor([[x, y]]) @ turn.T)[0]
+        found = task.stage(standing(float(xy[0]), float(xy[1])), place)[0, 0]
+        assert bool(found) is there, (x, y)
