@@ -172,7 +172,8 @@ class WorldConfig:
     teacher. See ppo.imitation-weight, and track.teacher. Evaluation uses no teacher."""
     walker: str = ""
     """Run, checkpoint or name of a policy of the task walk that labels the way to the seat, the bed
-    or the box with its actions; see ppo.imitation-weight. Empty: no such teacher."""
+    or the box with its actions; with world.tracker, and clips that walk with a box, also the way
+    with the box, with the arms of these clips. See ppo.imitation-weight. Empty: no such teacher."""
     tracker: str = ""
     """Run, checkpoint or name of a policy of the task track, without a mixture, that labels what is
     done there (sit: sitting down; carry: picking the box up and putting it down): clips are laid

@@ -51,8 +51,8 @@ _WIDTH_COST, _DEPTH_COST, _STAND_COST = 10.0, 3.0, 4.0
 #: A pick-up begins, and goes on, while the pelvis is within these of the clip's, m, and the first
 #: while it is slower than this, m/s.
 _BEGINS_M, _LEAVES_M, _SLOW_M_S = 0.25, 0.8, 0.3
-#: Putting down begins with the box this near to its target, m.
-_PUTS_M = 0.45
+#: Putting down begins with the box this near to its target, m, by one who is slower than this, m/s.
+_PUTS_M, _ARRIVES_M_S = 0.45, 0.5
 #: Stages of a scene.
 _FREE, _PICKING, _PUTTING = 0, 1, 2
 
@@ -154,6 +154,7 @@ class AlignedTracker:
         if self._put is None:
             return
         near = (box.position - box.target)[:, :2].norm(dim=1) < _PUTS_M
+        near &= body.root_velocity[:, :2].norm(dim=1) < _ARRIVES_M_S
         rows = torch.nonzero(free & taken & near & grips(body, box)).flatten()
         if len(rows):
             self._choose_put(rows, body, box, self._put)
