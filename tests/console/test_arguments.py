@@ -89,6 +89,7 @@ def test_the_help_of_a_task_has_its_own_settings(capsys: pytest.CaptureFixture[s
     furniture = {
         "--objects", "--world.pieces", "--world.scales", "--world.scale", "--world.seed",
         "--world.initial.raised-seat-fraction", "--world.initial.front-m",
+        "--world.initial.focus",
     }  # fmt: skip
     shared = found["walk"]
     assert found["lie"] == found["sit"] == shared | furniture
