@@ -18,7 +18,7 @@ from world.motions.library import MotionLibrary
 from world.objects.bank import ObjectBank
 from world.teachers.aligned import AlignedTracker
 from world.teachers.boxes import Boxes
-from world.teachers.laden import laden_walker
+from world.teachers.carrying import carrying_walker
 from world.teachers.seated import SeatedTracker
 from world.teachers.teacher import Teacher
 from world.teachers.tracker import TrackerTeacher
@@ -71,11 +71,11 @@ class PolicyTeacher:
             if not tasks.make(world.task).affordance.clips.holds:
                 return SeatedTracker(act, residual, library.clips, scenes, walks)
             boxes, stands, clips = cast("Boxes", bank), world.carry.stand_m, library.clips
-            laden = None
+            carrying = None
             if walker is not None:
                 usual = walker.weights["normaliser.mean"][: features.STATE.width]
-                laden = laden_walker(walker.policy(), usual, clips, boxes)
-            return AlignedTracker(act, residual, clips, boxes, stands, scenes, walks, laden)
+                carrying = carrying_walker(walker.policy(), usual, clips, boxes)
+            return AlignedTracker(act, residual, clips, boxes, stands, scenes, walks, carrying)
         assert walks is not None, "a teacher has a policy"
         return walks
 

@@ -26,7 +26,7 @@ from world.scene.batch import Scenes
 from world.scene.target import BoxState, Target
 from world.tasks.carry import grips
 from world.teachers.boxes import QUARTER, Boxes, half_turned, quarter_turns, sizes
-from world.teachers.laden import LadenWalker
+from world.teachers.carrying import CarryingWalker
 from world.teachers.laid import KEYS, LOST_M2, advanced, followed, level, turned
 from world.teachers.tracker import Act, labels
 from world.teachers.walker import TAKEN_M, WalkerTeacher
@@ -91,15 +91,15 @@ class AlignedTracker:
         stands_m: tuple[float, float],
         scenes: int,
         walker: WalkerTeacher | None = None,
-        laden: LadenWalker | None = None,
+        carrying: CarryingWalker | None = None,
     ) -> None:
         """act, residual: see TrackerTeacher. clips: those with a box are used. stands_m: lowest and
-        highest stand of the scenes. walker, laden: label the ways to the box and with it.
+        highest stand of the scenes. walker, carrying: label the ways to the box and with it.
 
         Raises ClipError where no clip picks a box up from standing still.
         """
         self._act, self._residual = act, residual
-        self._walker, self._laden, self._mass = walker, laden, bank.mass
+        self._walker, self._carrying, self._mass = walker, carrying, bank.mass
         self._pick = _variants(clips, bank, stands_m, picks=True)
         if self._pick is None:
             raise ClipError(
@@ -139,8 +139,8 @@ class AlignedTracker:
             if variants is not None and len(rows):
                 found[rows] = self._follow(scenes, rows, variants, box, self._mass[variant[rows]])
         carrying = taken & (self._stage == _FREE) & grips(body, box)
-        if self._laden is not None and bool(carrying.any()):
-            label = self._laden.label(scenes, target, box)
+        if self._carrying is not None and bool(carrying.any()):
+            label = self._carrying.label(scenes, target, box)
             found = torch.where(carrying[:, None], label, found)
         return found
 

@@ -23,7 +23,7 @@ from world.motions.uses.box import BOX
 from world.objects.box_bank import BoxBank, boxes
 from world.scene.target import BoxState
 from world.tasks.carry import grips
-from world.teachers.laden import LadenWalker, laden_walker, to_target
+from world.teachers.carrying import CarryingWalker, carrying_walker, to_target
 
 N = 32
 CONFIG = WorldConfig(
@@ -56,7 +56,7 @@ def test_arms_are_those_of_the_box_and_the_rest_is_the_walker_s(clips: list[Clip
 
     usual = torch.arange(float(features.STATE.width))
     bank = BoxBank(boxes(CONFIG.carry))
-    teacher = laden_walker(act, usual, clips, bank)
+    teacher = carrying_walker(act, usual, clips, bank)
     assert teacher is not None
     shard = made(clips)
     target = shard._target()
@@ -78,7 +78,7 @@ def test_arms_are_those_of_the_box_and_the_rest_is_the_walker_s(clips: list[Clip
 def test_without_a_clip_that_walks_with_a_box_there_is_no_such_teacher(clips: list[Clip]) -> None:
     bank = BoxBank(boxes(CONFIG.carry))
     usual = torch.zeros(features.STATE.width)
-    assert laden_walker(lambda s, g: s, usual, clips[1:], bank) is None
+    assert carrying_walker(lambda s, g: s, usual, clips[1:], bank) is None
 
 
 def led(x: float, y: float, degrees: float, stand: tuple[float, float]) -> tuple[Tensor, Tensor]:
@@ -121,8 +121,8 @@ def carried(clips: list[Clip]) -> tuple[float, float]:
     weights = assembly.trained(ROOT / "pretrained" / "walk").weights
     bank = BoxBank(boxes(CONFIG.carry))
     mean = weights["normaliser.mean"][: features.STATE.width]
-    teacher = laden_walker(Policy(weights), mean, clips, bank)
-    assert isinstance(teacher, LadenWalker)
+    teacher = carrying_walker(Policy(weights), mean, clips, bank)
+    assert isinstance(teacher, CarryingWalker)
     shard = made(clips)
     held = torch.ones(N, dtype=torch.bool)
     start = shard._scenes.body().root.clone()

@@ -60,7 +60,7 @@ class _Holds:
     """[V, A]: set-points of the arms, rad: medians over the frames."""
 
 
-class LadenWalker:
+class CarryingWalker:
     """Labels of scenes with the box in hand, without state of its own."""
 
     def __init__(self, act: Act, usual: Tensor, holds: _Holds) -> None:
@@ -85,8 +85,10 @@ class LadenWalker:
         return scenes.actions(wanted).to(torch.float32)
 
 
-def laden_walker(act: Act, usual: Tensor, clips: Sequence[Clip], bank: Boxes) -> LadenWalker | None:
-    """Return the teacher for a bank's boxes, act and usual as of LadenWalker; None where no clip
+def carrying_walker(
+    act: Act, usual: Tensor, clips: Sequence[Clip], bank: Boxes
+) -> CarryingWalker | None:
+    """Return the teacher for a bank's boxes, act and usual as of CarryingWalker; None where no clip
     walks with a box."""
     made = []
     for clip in clips:
@@ -104,7 +106,7 @@ def laden_walker(act: Act, usual: Tensor, clips: Sequence[Clip], bank: Boxes) ->
         first = int(known.first[number])
         frames = first + torch.from_numpy(np.flatnonzero(_walks(clip)))
         arms.append(known.set_point[frames][:, ARM_CONTROLS].median(dim=0).values)
-    return LadenWalker(act, usual, _Holds(0.5 * known.size, torch.stack(arms)))
+    return CarryingWalker(act, usual, _Holds(0.5 * known.size, torch.stack(arms)))
 
 
 def _walks(clip: Clip) -> np.ndarray:
