@@ -9,10 +9,11 @@ from collections.abc import Mapping
 import torch
 from torch import Tensor
 
-#: Under these names episodes tell the segment that they ended in, or the piece that they had, and
-#: workers are told the counts of the first, the failure rates of the second.
+#: Under this name episodes tell the segment that they ended in, and workers are told the counts.
 SEGMENT, PUBLISHED = "segment", "world.failures"
-PIECE, PUBLISHED_PIECES = "piece", "world.pieces"
+#: Names that begin so tell the piece that an episode had, of one usage each, as piece_sit; workers
+#: are told the failure rates, as world.piece_sit.
+PIECE, WORLD = "piece_", "world."
 #: Share of the counts that an iteration keeps.
 _DECAY = 0.98
 
@@ -23,34 +24,38 @@ class Failures:
 
     def __init__(self) -> None:
         self._counts = torch.zeros(0)
-        self._pieces = torch.zeros(2, 0)
+        self._pieces: dict[str, Tensor] = {}
 
     def add(self, episodes: Mapping[str, Tensor]) -> None:
         """Count the finished episodes [K] of an iteration."""
         if SEGMENT in episodes:
             told, segment = _numbers(episodes[SEGMENT])
             self._counts = _added(self._counts[None], segment, [episodes["fall"][told]])[0]
-        if PIECE in episodes:
-            told, piece = _numbers(episodes[PIECE])
+        for name in filter(_is_piece, episodes):
+            told, piece = _numbers(episodes[name])
             failed = 1.0 - episodes["success"][told]
-            self._pieces = _added(self._pieces, piece, [torch.ones_like(failed), failed])
+            counts = self._pieces.get(name, torch.zeros(2, 0))
+            self._pieces[name] = _added(counts, piece, [torch.ones_like(failed), failed])
 
     def published(self) -> dict[str, Tensor]:
         """What workers are told with the weights, each once there is any: decayed counts of falls
         [S], and failure rates of pieces [P], NaN for those without an episode."""
         found = {PUBLISHED: self._counts.clone()} if len(self._counts) else {}
-        ended, failed = self._pieces
-        return found | ({PUBLISHED_PIECES: failed / ended} if len(ended) else {})
+        rates = {WORLD + name: failed / ended for name, (ended, failed) in self._pieces.items()}
+        return found | {name: rate for name, rate in rates.items() if len(rate)}
 
     def state_dict(self) -> dict[str, Tensor]:
         """Everything that an exact restart needs."""
-        return {"counts": self._counts, "pieces": self._pieces}
+        return {"counts": self._counts, **self._pieces}
 
     def load_state_dict(self, state: Mapping[str, Tensor]) -> None:
         """Restore what `state_dict` gave."""
         self._counts = state["counts"].clone()
-        if "pieces" in state:  # older runs counted none
-            self._pieces = state["pieces"].clone()
+        self._pieces = {name: state[name].clone() for name in filter(_is_piece, state)}
+
+
+def _is_piece(name: str) -> bool:
+    return name.startswith(PIECE)
 
 
 def _numbers(told: Tensor) -> tuple[Tensor, Tensor]:

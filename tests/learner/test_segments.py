@@ -34,18 +34,27 @@ def test_the_order_of_episodes_does_not_matter_and_a_restart_goes_on() -> None:
 def test_pieces_are_rated_by_the_episodes_that_tell_them() -> None:
     found = Failures()
     told = torch.tensor([2.0, 2.0, 0.0, torch.nan, 2.0, 0.0])
-    found.add({"piece": told, "success": torch.tensor([0.0, 1.0, 1.0, 0.0, 0.0, 1.0])})
+    found.add({"piece_sit": told, "success": torch.tensor([0.0, 1.0, 1.0, 0.0, 0.0, 1.0])})
     assert "world.failures" not in found.published()
-    rates = found.published()["world.pieces"]
+    rates = found.published()["world.piece_sit"]
     torch.testing.assert_close(rates, torch.tensor([0.0, torch.nan, 2 / 3]), equal_nan=True)
-    found.add({"piece": torch.tensor([2.0]), "success": torch.tensor([1.0])})
+    found.add({"piece_sit": torch.tensor([2.0]), "success": torch.tensor([1.0])})
     # of 3 x 0.98 and one more, 2 x 0.98 failed
-    assert found.published()["world.pieces"][2] == pytest.approx(1.96 / 3.94)
+    assert found.published()["world.piece_sit"][2] == pytest.approx(1.96 / 3.94)
     again = Failures()
     again.load_state_dict(found.state_dict())
     torch.testing.assert_close(
-        again.published()["world.pieces"], found.published()["world.pieces"], equal_nan=True
+        again.published()["world.piece_sit"], found.published()["world.piece_sit"], equal_nan=True
     )
     # a run of a version that knew no pieces
     again.load_state_dict({"counts": torch.ones(2)})
     assert again.published()["world.failures"].tolist() == [1.0, 1.0]
+
+
+def test_usages_count_their_pieces_apart() -> None:
+    """In a mixture number 1 is a chair of sit and a bed of lie."""
+    found, nan = Failures(), torch.nan
+    told = {"piece_sit": torch.tensor([1.0, nan]), "piece_lie": torch.tensor([nan, 1.0])}
+    found.add({**told, "success": torch.tensor([0.0, 1.0])})
+    assert found.published()["world.piece_sit"][1] == 1.0
+    assert found.published()["world.piece_lie"][1] == 0.0

@@ -15,8 +15,6 @@ _SQUARE_RAD = math.radians(30.0)
 #: A side whose edge is this much farther from the hip than the other's is the far side of a double
 #: bed, and no access side, m.
 _ACROSS_M = 0.3
-
-
 #: What lies within these distances to one side of the use point is before a character's half, m.
 _HALF_M = (0.10, 0.60)
 #: Halves whose fronts differ by more than this have corners of their own, m.
@@ -53,15 +51,15 @@ class UsePoint:
         for _ in range(quarter):
             x, y = y, -x
         corners = corners[np.lexsort((z, y, x))]
-        reach = [self._reach_m(piece, quarter, side) for side in (-1, 1)]
-        if abs(reach[0] - reach[1]) > _NOTCH_M:
+        fronts = [self._front_m(piece, quarter, side) for side in (-1, 1)]
+        if abs(fronts[0] - fronts[1]) > _NOTCH_M:
             ahead = _AHEAD[quarter]
             front = (corners @ ahead).max()
-            for k, found in ((4, reach[0]), (6, reach[1])):
+            for k, found in ((4, fronts[0]), (6, fronts[1])):
                 corners[k : k + 2] += (min(found, front) - front) * ahead
         return corners
 
-    def _reach_m(self, piece: Piece, quarter: int, side: int) -> float:
+    def _front_m(self, piece: Piece, quarter: int, side: int) -> float:
         """How far forward, m, in the piece's frame, it reaches before or beside one half of the
         character at the use point: on its left (1) or its right (-1)."""
         ahead, left = _AHEAD[quarter], _AHEAD[(quarter + 1) % 4]

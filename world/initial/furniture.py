@@ -62,15 +62,18 @@ class FurnitureSampler:
     ) -> None:
         self._config, self._bank, self._seed = config, bank, seed
         self._character = CharacterSampler(config, library)
+        #: Numbers are of this usage: the scenes of another task in a mixture have others.
+        self._told = f"piece_{bank.affordance}"
         names = list(dict.fromkeys(piece.name for piece in bank.pieces))
         # sizes of a piece count as one: each would have too few episodes
         self._piece = torch.tensor([names.index(piece.name) for piece in bank.pieces])
         self._weight: Tensor | None = None
 
     def update_sampling(self, published: Mapping[str, Tensor]) -> None:
-        """Draw more often, in near and far states, the pieces whose recent failure rates in
-        `pieces` [P] are high; a piece without an episode yet counts as the mean of the others."""
-        focus, rates = self._config.initial.focus, published.get("pieces")
+        """Draw more often, in near and far states, the pieces whose recent failure rates [P] are
+        high, which come as `piece_sit` and the like; a piece without an episode yet counts as the
+        mean of the others."""
+        focus, rates = self._config.initial.focus, published.get(self._told)
         if not focus or rates is None:
             return
         rate = torch.full((int(self._piece.max()) + 1,), torch.nan, dtype=torch.float64)
@@ -81,11 +84,11 @@ class FurnitureSampler:
         self._weight = 1.0 - focus + focus * rate / mean if mean > 0.0 else None
 
     def episode_records(self, variant: Tensor, kind: Tensor) -> dict[str, Tensor]:
-        """`piece` [k], the number of the piece; NaN for episodes that did not begin near: from far
-        many end on the way, and reference states say little of a piece."""
+        """Under the same name [k], the number of the piece; NaN for episodes that did not begin
+        near: from far many end on the way, and reference states say little of a piece."""
         if not self._config.initial.focus:
             return {}
-        return {"piece": torch.where(kind == 1, self._piece[variant].float(), torch.nan)}
+        return {self._told: torch.where(kind == 1, self._piece[variant].float(), torch.nan)}
 
     def draw(self, scenes: Tensor, episodes: Tensor) -> FurnitureInitialStates:
         """Initial states for scene ids [m] and episode numbers [m] (int64 both)."""

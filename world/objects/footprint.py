@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-#: One front corner this much further back than the other is that of a notch, m.
+#: Front corners that are seen apart by this much, m, have a notch between them: use points give
+#: them apart by 0.2 m or not at all.
 _NOTCH_M = 0.10
 #: In a notch a character stands so far aside of the use point, away from the part that reaches
 #: forward, m.

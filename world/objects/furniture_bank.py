@@ -197,7 +197,7 @@ _LARGE_M = 0.75
 #: Least distance of a standing character from a bed's footprint, m.
 _CLEAR_M = 0.35
 #: Of the sideways distances of initial states in a notch: fraction that stays.
-_NARROW = 0.25
+_NARROW = 0.1
 #: Greatest height of a seat that the character, with its hip at 0.89 m, can get onto, m; the scale
 #: of pieces is limited to it.
 MAX_SEAT_M = 0.70

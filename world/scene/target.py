@@ -60,7 +60,8 @@ class Target:
     side."""
     corners: Tensor
     """[n, 8, 3]: the corners of the object's bounding box, m; of furniture in the order of the use
-    point, +x along its facing, x slowest, z fastest, low first."""
+    point, +x along its facing, x slowest, z fastest, low first. The front corners of furniture that
+    reaches further forward on one side are those of each side (UsePoint.corners)."""
     head: Tensor | None = None
     """[n, 3]: the point on the surface below the head of a lying character, m."""
     box: BoxState | None = None

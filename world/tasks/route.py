@@ -45,12 +45,11 @@ def way(root_xy: Tensor, heading: Tensor, target: Target) -> tuple[Tensor, Tenso
     """
     ground, here = footprint(target), offset(root_xy, target)
     goal = entry(ground)
-    notched = ground.edge < ground.high[:, 0]
-    within = notched & (here[:, 0] < goal[:, 0] + (ground.high[:, 0] - ground.edge))
-    within &= (here[:, 0] > ground.edge) & ((here[:, 1] - goal[:, 1]).abs() < _MOUTH_M)
+    depth = ground.high[:, 0] - ground.edge
     inside = goal - here
-    goal = torch.stack((ground.high[:, 0] + ENTRY_M, ground.aside), dim=1)
-    into = ground.high[:, 0] - ground.edge
+    within = (depth > 0.0) & (here[:, 0] > ground.edge) & (inside[:, 0] > -depth)
+    within &= inside[:, 1].abs() < _MOUTH_M
+    goal = torch.stack((goal[:, 0] + depth, ground.aside), dim=1)
     front, back = ground.high[:, 0] + MARGIN_M, ground.low[:, 0] - MARGIN_M
     x, y = here[:, 0], here[:, 1]
     straight = goal - here
@@ -79,7 +78,7 @@ def way(root_xy: Tensor, heading: Tensor, target: Target) -> tuple[Tensor, Tenso
     free = (x >= ground.high[:, 0]) & (level | (x >= ground.high[:, 0] + _ROUND_M))
     aim = torch.where(free[:, None], straight, aim)
     best = torch.where(free, length, best)
-    best = best + torch.where(notched, into, 0.0)
+    best = best + depth
     aim = torch.where(within[:, None], inside, aim)
     best = torch.where(within, inside.norm(dim=1), best)
     unit = aim / aim.norm(dim=1, keepdim=True).clamp_min(1e-6)

@@ -20,12 +20,19 @@ from world.character.features import Body
 from world.character.model import NU
 from world.errors import ClipError
 from world.motions.clip import Clip
-from world.motions.objects import BoxTrack
 from world.motions.variants import variant
 from world.scene.batch import Scenes
 from world.scene.target import BoxState, Target
 from world.tasks.carry import grips
-from world.teachers.boxes import QUARTER, Boxes, half_turned, quarter_turns, sizes
+from world.teachers.boxes import (
+    QUARTER,
+    Boxes,
+    half_turned,
+    misfit,
+    originals,
+    quarter_turns,
+    sizes,
+)
 from world.teachers.carrying import CarryingWalker
 from world.teachers.laid import KEYS, LOST_M2, advanced, followed, level, turned
 from world.teachers.tracker import Act, labels
@@ -46,8 +53,8 @@ _WAITS_M = 0.08
 _WEIGHT = torch.tensor([1.0, 1.0, 1.0, 1.0, 1.0, 1.5, 1.5])
 #: Weight of the box's squared displacement in this comparison.
 _BOX_WEIGHT = 8.0
-#: Costs of a fit: a metre of misplaced pelvis costs 1, one of width, depth and stand these.
-_WIDTH_COST, _DEPTH_COST, _STAND_COST = 10.0, 3.0, 4.0
+#: Cost of a metre of the stand's height in a fit; a metre of misplaced pelvis costs 1.
+_STAND_COST = 4.0
 #: A pick-up begins, and goes on, while the pelvis is within these of the clip's, m, and the first
 #: while it is slower than this, m/s.
 _BEGINS_M, _LEAVES_M, _SLOW_M_S = 0.25, 0.8, 0.3
@@ -140,7 +147,7 @@ class AlignedTracker:
                 found[rows] = self._follow(scenes, rows, variants, box, self._mass[variant[rows]])
         carrying = taken & (self._stage == _FREE) & grips(body, box)
         if self._carrying is not None and bool(carrying.any()):
-            label = self._carrying.label(scenes, target, box)
+            label = self._carrying.label(scenes, body, target)
             found = torch.where(carrying[:, None], label, found)
         return found
 
@@ -267,9 +274,8 @@ def _misfit(half: Tensor, stand: Tensor, variants: _Variants, turns: int) -> Ten
     """[n, V]: cost of each variant for boxes of these half edges [n, 3] and stands [n], m, whose
     axes are turned by quarter turns."""
     wanted = half_turned(half, torch.full((len(half),), turns))
-    off = (wanted[:, None] - variants.half).abs()
     high = (stand[:, None] - variants.stand).abs()
-    return _WIDTH_COST * off[..., 1] + _DEPTH_COST * off[..., 0] + _STAND_COST * high
+    return misfit(wanted, variants.half) + _STAND_COST * high
 
 
 def _variants(
@@ -278,7 +284,7 @@ def _variants(
     """Return the variants for a bank's boxes; None without a clip for them."""
     made: list[Clip] = []
     cut: list[tuple[int, int, int, float]] = []
-    for clip in _originals(clips):
+    for clip in originals(clips):
         assert clip.box is not None
         for edges in sizes(bank):
             factors = edges / np.asarray(clip.box.size_m)
@@ -316,25 +322,6 @@ def _moving(known: Reference, low: Tensor, at: Tensor) -> Tensor:
         stands = (keys - keys[0]).norm(dim=2).amax(dim=1) < _WAITS_M
         found[number] = first + int(torch.nonzero(stands)[-1])
     return found
-
-
-def _originals(clips: Sequence[Clip]) -> list[Clip]:
-    """Return the clips with a held box; of a clip and its variants, which are named by it, the one
-    whose box rests lowest: all others can be made of it."""
-    lowest: dict[tuple[str, bool], Clip] = {}
-    for clip in clips:
-        if clip.box is None or not clip.box.held.any():
-            continue
-        key = clip.name.partition("~")[0], clip.name.endswith("~mirrored")
-        known = lowest.get(key)
-        if known is None or known.box is None or _rest_m(clip.box) < _rest_m(known.box):
-            lowest[key] = clip
-    return list(lowest.values())
-
-
-def _rest_m(box: BoxTrack) -> float:
-    """Least height of a box's underside, m."""
-    return float(box.pose[:, 2].min()) - 0.5 * box.size_m[2]
 
 
 def _steps(stands_m: tuple[float, float]) -> list[float]:

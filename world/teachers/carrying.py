@@ -22,14 +22,14 @@ from world.motions.variants import variant
 from world.scene.batch import Scenes
 from world.scene.target import BoxState, Target
 from world.tasks.walk import Walk
-from world.teachers.boxes import Boxes, half_turned, quarter_turns, sizes
+from world.teachers.boxes import Boxes, half_turned, misfit, originals, quarter_turns, sizes
 from world.teachers.tracker import Act
 from world.teachers.walker import SHORT_M
 from world.tracking.reference import reference
 
 #: Frames in which a clip's person walks are faster than this, m/s.
 _WALKS_M_S = 0.5
-#: The box is held so far ahead of the root, m, whatever it is like at the moment.
+#: Bounds of the distance from the root to the box ahead of it, m.
 _AHEAD_M = (0.25, 0.70)
 #: Until the root is so far from the middle of the stand that the box was taken from, m, a character
 #: steps back; its goal is so far behind it, m.
@@ -68,9 +68,10 @@ class CarryingWalker:
         the mean of the states that it was trained on."""
         self._act, self._usual, self._holds, self._task = act, usual, holds, Walk()
 
-    def label(self, scenes: Scenes, target: Target, box: BoxState) -> Tensor:
-        """Teacher actions [n, 28] float32, in the student's units."""
-        body = scenes.body()
+    def label(self, scenes: Scenes, body: Body, target: Target) -> Tensor:
+        """Teacher actions [n, 28] float32, in the student's units, of the scenes' characters."""
+        box = target.box
+        assert box is not None
         aim, facing = to_target(body, box)
         point = torch.cat((aim, torch.zeros_like(aim[:, :1])), dim=1)
         walk = Target(point, facing, target.corners)
@@ -79,8 +80,7 @@ class CarryingWalker:
         action = self._act(state, self._task.goal_features(body, walk))
         wanted = scenes.set_points(action).clone()
         half = half_turned(box.half, quarter_turns(body.heading, box.rotation))
-        off = (half[:, None, :2] - self._holds.half[:, :2]).abs()
-        number = (off * off.new_tensor((1.0, 3.0))).sum(dim=2).argmin(dim=1)
+        number = misfit(half, self._holds.half).argmin(dim=1)
         wanted[:, ARM_CONTROLS] = self._holds.arms[number].to(wanted)
         return scenes.actions(wanted).to(torch.float32)
 
@@ -91,8 +91,9 @@ def carrying_walker(
     """Return the teacher for a bank's boxes, act and usual as of CarryingWalker; None where no clip
     walks with a box."""
     made = []
-    for clip in clips:
-        if clip.box is None or not _walks(clip).any():
+    for clip in originals(clips):
+        assert clip.box is not None
+        if not _walks(clip).any():
             continue
         for edges in sizes(bank):
             found = variant(clip, 0.0, (edges / np.asarray(clip.box.size_m)).tolist())

@@ -49,7 +49,7 @@ def test_corners_begin_behind_the_user_whichever_way_he_faces(quarters: int) -> 
 
 def test_an_l_shaped_sofa_has_front_corners_of_its_own_on_either_side() -> None:
     """Its seat is 0.55 m deep and ends in the middle of it for who lies; the chaise on the right
-    is 0.6 m longer. Turned about, it is on the right still."""
+    is 0.6 m longer."""
     piece = sofa.build(sofa.Dimensions(arms="corner", base="plinth"))
     (spot,) = use_points(piece, "lie")
     corners = spot.corners(piece) - np.array(spot.point_m)

@@ -126,12 +126,14 @@ def test_pieces_that_fail_are_drawn_more_often(library: MotionLibrary, bank: Fur
     # half are drawn evenly, half by the rates, whose sum is 0.8 + 0.2 (the mean of those known
     # for the last five: 0.5)
     rates = torch.tensor([0.8, 0.2, 0.5])
-    sampler.update_sampling({"pieces": rates, "failures": torch.ones(3)})
+    sampler.update_sampling(
+        {"piece_sit": rates, "piece_lie": 1.0 - rates, "failures": torch.ones(3)}
+    )
     weights = torch.cat((rates, torch.full((pieces - 3,), 0.5)))
     wanted = 0.5 / pieces + 0.5 * weights / weights.sum()
     torch.testing.assert_close(shares(), wanted, atol=0.015, rtol=0)
     # nothing fails: evenly again
-    sampler.update_sampling({"pieces": torch.zeros(pieces)})
+    sampler.update_sampling({"piece_sit": torch.zeros(pieces)})
     torch.testing.assert_close(shares(), even, atol=0.015, rtol=0)
 
 
@@ -142,6 +144,6 @@ def test_episodes_that_began_near_tell_their_piece(
     plain = FurnitureSampler(CONFIG, library, bank, 0)
     assert plain.episode_records(variant, kind) == {}
     config = replace(CONFIG, initial=InitialStates(focus=0.3))
-    told = FurnitureSampler(config, library, bank, 0).episode_records(variant, kind)["piece"]
+    told = FurnitureSampler(config, library, bank, 0).episode_records(variant, kind)["piece_sit"]
     wanted = torch.tensor([0.0, 1.0, 2.0, torch.nan])
     torch.testing.assert_close(told, wanted, equal_nan=True)

@@ -78,3 +78,25 @@ def test_what_has_no_place_is_refused() -> None:
         FurnitureBank([])
     with pytest.raises(PieceError, match="has no place to lie"):
         FurnitureBank([find("chair-train-000")], "lie")
+
+
+@pytest.mark.parametrize("name", ["sofa-train-003", "sofa-train-009", "sofa-train-015"])
+def test_who_begins_before_an_l_shaped_sofa_stands_clear_of_its_chaise(name: str) -> None:
+    """0.4-1.3 m before the edge within 60 degrees of the facing, as initial states are drawn: in
+    the notch or before it, the root more than 0.15 m from every box."""
+    bank = FurnitureBank([find(name)], "lie")
+    distance, angle = torch.meshgrid(
+        torch.linspace(0.4, 1.3, 10), torch.linspace(-math.pi / 3, math.pi / 3, 13), indexing="ij"
+    )
+    offset = -distance.flatten()[:, None] * torch.stack(
+        (angle.flatten().cos(), angle.flatten().sin()), dim=1
+    )
+    n = len(offset)
+    facing, zero = torch.tensor([[1.0, 0.0]]).expand(n, -1), torch.zeros(n, dtype=torch.int64)
+    root = -bank.clear_of(zero, offset, facing, torch.ones(n, dtype=torch.bool))
+    assert float((root[:, 0] - bank.ground.edge).min()) > 0.15
+    for box in bank.pieces[0].boxes:
+        corners = box.corners()[:, :2] - bank.point[0, :2].numpy()
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        beyond = np.maximum(np.maximum(low - root.numpy(), root.numpy() - high), 0.0)
+        assert np.linalg.norm(beyond, axis=1).min() > 0.15

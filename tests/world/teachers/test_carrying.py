@@ -61,7 +61,7 @@ def test_arms_are_those_of_the_box_and_the_rest_is_the_walker_s(clips: list[Clip
     shard = made(clips)
     target = shard._target()
     assert target.box is not None
-    label = teacher.label(shard._scenes, target, target.box)
+    label = teacher.label(shard._scenes, shard._scenes.body(), target)
     legs = [k for k in range(character.NU) if k not in ARM_CONTROLS]
     torch.testing.assert_close(label[:, legs], torch.full((N, len(legs)), 0.1))
     assert float((label[:, ARM_CONTROLS] - 0.1).abs().amax(dim=1).min()) > 0.2
@@ -129,7 +129,7 @@ def carried(clips: list[Clip]) -> tuple[float, float]:
     for _ in range(60):
         target = shard._target()
         assert target.box is not None
-        step = shard.step(teacher.label(shard._scenes, target, target.box))
+        step = shard.step(teacher.label(shard._scenes, shard._scenes.body(), target))
         held[step.end_ids] = False
     body, target = shard._scenes.body(), shard._target()
     assert target.box is not None
