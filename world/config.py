@@ -98,6 +98,12 @@ class TrackConfig:
     """Greatest distance of an initial state from the reference's place, m, where the hands are free
     of the box, mostly away from it, and turned by up to 1 rad for each metre. The policy so learns
     to come back to the reference; evaluation has none."""
+    solid: bool = False
+    """Stands are solid, as in the scenes of carry, and a clip ends before the person in it walks
+    through one. False: they hold the box and let the character pass."""
+    walker: str = ""
+    """Run, checkpoint or name of a policy of the task walk: of the starts shortly before a box is
+    taken up from standing, some are as this policy comes to it. Empty: as the clip shows it."""
     handling: float = 2.0
     """Weight of frames in which the clip reaches for its object, lifts it or puts it down, in the
     draw of initial states; other frames have 1."""

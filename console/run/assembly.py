@@ -12,6 +12,7 @@ from torch import Tensor
 
 from actors.worker import ShardLike
 from console.run import mixing
+from console.run.arrivals import arrivals_of
 from console.run.directory import RunDirectory, checkpoint_folder
 from console.run.experiment import Experiment, experiment_from_json, to_json
 from console.run.nan_dump import NanDump
@@ -44,6 +45,8 @@ from world.tasks import Task
 from world.tasks.mixture import Mixture
 from world.tasks.symmetry import symmetry
 from world.teachers.teacher import Teacher
+from world.tracking.arrivals import Arrivals
+from world.tracking.bank import TrackBank
 
 
 def library(
@@ -120,6 +123,8 @@ class MakeShard:
     """Scenes in which a mixture has its shares."""
     taught: Mapping[str, PolicyTeacher] = field(default_factory=dict)
     """Of some tasks: the policies that label their scenes."""
+    arrivals: Arrivals | None = None
+    """Initial states of tracking; see world.track.walker."""
 
     def __call__(self, scenes: range) -> ShardLike:
         torch.set_num_threads(1)
@@ -140,7 +145,15 @@ class MakeShard:
         if taught is not None:
             teacher = taught.teacher(world, library_of(world), training_bank(world), len(scenes))
         made = shard(
-            world, scenes, self.seed, self.simulator, self.device, self.warp, shown, teacher
+            world,
+            scenes,
+            self.seed,
+            self.simulator,
+            self.device,
+            self.warp,
+            shown,
+            teacher,
+            self.arrivals,
         )
         return NanDump(made, scenes, training_bank(world).pieces, self.recordings)
 
@@ -154,13 +167,16 @@ def shard(
     warp: WarpConfig = DEFAULT,
     shown: Sequence[Task] = (),
     teacher: Teacher | None = None,
+    arrivals: Arrivals | None = None,
 ) -> Shard:
     """Return a shard on the clips and furniture of this process.
 
     shown: tasks whose goals are observed; see Shard. teacher: by default the one that `world`
-    names.
+    names. arrivals: states from which scenes that follow clips are joined too.
     """
     bank = training_bank(world)
+    if arrivals is not None and isinstance(bank, TrackBank):
+        bank = bank.joined_from(arrivals)
     library = library_of(world)
     teacher = teacher or teachers.make(world, bank, scenes)
     return Shard(world, library, bank, scenes, seed, teacher, simulator, device, warp, shown)
@@ -181,6 +197,7 @@ def make_shard(experiment: Experiment, run: RunDirectory, device: torch.device =
         mixing.mixture_of(experiment),
         experiment.block,
         policy_teachers(experiment, trained),
+        arrivals_of(experiment, trained),
     )
 
 

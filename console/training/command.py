@@ -27,6 +27,7 @@ from console.run.experiment import (
     with_learner_threads,
 )
 from console.run.metrics import Recorder, open_recorders
+from console.run.arrivals import walker_of
 from console.run.policy_teachers import policy_teachers
 from console.run.renamed import flag
 from console.terminal import doing, leave_soon
@@ -125,9 +126,9 @@ def resolve(command: Train) -> Experiment:
         world = replace(world, motions=tuple(str(path.resolve()) for path in command.motions))
     if command.objects:
         world = replace(world, objects=tuple(_furniture(name) for name in command.objects))
-    if world.track.teacher:
-        where = policy_source(world.track.teacher)
-        world = replace(world, track=replace(world.track, teacher=where))
+    for name in ("teacher", "walker"):
+        if source := getattr(world.track, name):
+            world = replace(world, track=replace(world.track, **{name: policy_source(source)}))
     for name in ("walker", "tracker"):
         if source := getattr(world, name):
             world = replace(world, **{name: policy_source(source)})
@@ -150,6 +151,7 @@ def resolve(command: Train) -> Experiment:
     check(experiment)
     require_shape(command, experiment, workers(command, experiment))
     policy_teachers(experiment, assembly.trained)
+    walker_of(experiment, assembly.trained)
     return experiment
 
 

@@ -21,7 +21,7 @@ from world.tasks.walk import Walk
 from world.teachers.tracker import Act
 
 #: Who picks a box up stands so far before its face, m (ACCAD's A5 and B19: 0.15 to 0.24).
-_GAP_M = 0.18
+STANDING_M = 0.18
 #: The approach ends within the first distance of there, m, or within the second for one that
 #: is slower than this, m/s: from there on people bend and reach.
 _THERE_M, _NEAR_M, _SLOW_M_S = 0.08, 0.2, 0.05
@@ -127,7 +127,7 @@ def standing_place(here: Tensor, box: BoxState) -> tuple[Tensor, Tensor]:
     """Return the floor points [n, 2], m, before the box's faces that are nearest to `here` [n, 2],
     m, and the headings [n, 2] towards the box; a deep box is taken from its long side."""
     ahead, _ = stand_poses(box)
-    points = box.position[:, None, :2] - ahead * (half_depths(box) + _GAP_M)[..., None]
+    points = box.position[:, None, :2] - ahead * (half_depths(box) + STANDING_M)[..., None]
     deeper = (half_depths(box) - MIN_HALF_DEPTH_M).clamp_min(0.0)
     face = ((points - here[:, None]).norm(dim=2) + DEPTH_COST * deeper).argmin(dim=1)
     rows = torch.arange(len(face), device=face.device)

@@ -16,6 +16,7 @@ from world.scene import box as box_scene
 from world.scene import slots
 from world.scene.box import STAND
 from world.scene.model import Ball, compile_scene
+from world.tracking.arrivals import Arrivals
 from world.tracking.reference import Reference
 from world.tracking.support import sunk_m, supports
 
@@ -43,7 +44,7 @@ class TrackBank:
         shared = slots.common([found.piece for found in holding])
         # stands are ours: who was recorded walked where one would be in the way. Beside seats and
         # beds they stay solid, as a simulator of all scenes at once has one setting for all.
-        passable = all(found.piece is STAND for found in holding)
+        passable = not config.solid and all(found.piece is STAND for found in holding)
         #: Position of the support's origin, m [C, 3], and its yaw (cosine, sine) [C, 2].
         self.origin = torch.tensor([found.origin_m for found in holding], dtype=torch.float32)
         yaw = torch.tensor([found.yaw_rad for found in holding], dtype=torch.float32)
@@ -83,6 +84,8 @@ class TrackBank:
         self.half = torch.tensor(half, dtype=torch.float32)
         self.mass = torch.tensor(mass, dtype=torch.float32)
 
+        self.arrivals: Arrivals | None = None
+
     def __len__(self) -> int:
         return len(self.models)
 
@@ -96,6 +99,12 @@ class TrackBank:
             raise ClipError("no clip has the object of the task whose goal is shown: add clips")
         found = copy.copy(self)
         found.reference = replace(self.reference, start_weight=weight)
+        return found
+
+    def joined_from(self, arrivals: Arrivals) -> "TrackBank":
+        """Return this bank, of whose pick-ups some begin in the states of `arrivals`."""
+        found = copy.copy(self)
+        found.arrivals = arrivals
         return found
 
 

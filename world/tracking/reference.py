@@ -18,6 +18,7 @@ from world.motions import segments
 from world.motions.clip import Clip
 from world.motions.uses.box import BOX
 from world.objects import clearance
+from world.scene.box import STAND
 
 #: A box between two holds counts as held, unless it is this close to where it is picked up or put
 #: down: m horizontally, m in height.
@@ -33,6 +34,8 @@ _LIMBS = torch.tensor(
         if not character.BODIES[body].endswith(_ARMS)
     ]
 )
+#: The column of a stand, from the centre of its top. Thighs come over the plate as people bend.
+_COLUMN = STAND.boxes[1]
 #: Least number of frames of an episode.
 SHORTEST = 15
 #: Number of frames of a segment: half a second.
@@ -55,7 +58,7 @@ class Reference:
     """[C] int64: the first frame of each clip."""
     stop: Tensor
     """[C] int64: one beyond the last that is followed: a clip ends before its body passes through
-    the box that it has put down, whose size and place are inferred."""
+    the box that it has put down, whose size and place are inferred, or through a solid stand."""
     qpos: Tensor
     """[F, 43]."""
     qvel: Tensor
@@ -119,13 +122,15 @@ class Reference:
         return frames / frames.mean() if bool(frames.any()) else torch.ones_like(frames)
 
 
-def reference(clips: Sequence[Clip], handling_weight: float = 1.0) -> Reference:
+def reference(
+    clips: Sequence[Clip], handling_weight: float = 1.0, solid: bool = False
+) -> Reference:
     """Return the reference of `clips`; ClipError where none is long enough.
 
     handling_weight: relative probability of initial states in frames in which the clip reaches for
-    its box, lifts it or lowers it.
+    its box, lifts it or lowers it. solid: boxes rest on solid stands.
     """
-    parts = [_frames(clip, number, handling_weight) for number, clip in enumerate(clips)]
+    parts = [_frames(clip, number, handling_weight, solid) for number, clip in enumerate(clips)]
     lengths = torch.tensor([clip.frames for clip in clips])
     first = lengths.cumsum(0) - lengths
     stop = first + torch.stack([part.pop("frames") for part in parts])
@@ -149,7 +154,7 @@ _BY_CLIP = ("boxed", "size", "picked", "has_picked", "put", "has_put")
 assert {f.name for f in fields(Reference)}.issuperset(_BY_CLIP)
 
 
-def _frames(clip: Clip, number: int, weight: float) -> dict[str, Tensor]:
+def _frames(clip: Clip, number: int, weight: float, solid: bool) -> dict[str, Tensor]:
     qpos, qvel = torch.from_numpy(clip.qpos()), torch.from_numpy(clip.qvel())
     body = features.body(qpos, qvel)
     coordinates = servos.coordinates(qpos)
@@ -163,7 +168,7 @@ def _frames(clip: Clip, number: int, weight: float) -> dict[str, Tensor]:
     }
     found |= _box(clip)
     found["set_point"] = _set_points(qpos, qvel, coordinates, found["held"])
-    begin, end = _free(found, clip)
+    begin, end = _free(found, clip, solid)
     sound = torch.from_numpy(segments.usable(clip)).clone()
     sound[:begin] = False
     sound[max(0, end - SHORTEST) :] = False
@@ -172,21 +177,48 @@ def _frames(clip: Clip, number: int, weight: float) -> dict[str, Tensor]:
     return found | {"frames": torch.tensor(end)}
 
 
-def _free(found: dict[str, Tensor], clip: Clip) -> tuple[int, int]:
+def _free(found: dict[str, Tensor], clip: Clip, solid: bool) -> tuple[int, int]:
     """Return (first, one beyond last) of the frames about the holds in which no limb but the arms
-    is in the resting box."""
+    is in the resting box, or after the grip in the column of a solid stand."""
     held = torch.nonzero(found["held"]).flatten()
     if not len(held):
         return 0, clip.frames
-    centre, axes = found["box"][:, None, :3], rotations.matrix(found["box"][:, 3:])[:, None]
-    away = clearance.points(found["qpos"])[:, _LIMBS] - centre
-    beyond = (away[..., None] * axes).sum(dim=-2).abs() - 0.5 * found["size"]
-    distance = beyond.clamp_min(0.0).norm(dim=-1) + beyond.amax(dim=-1).clamp_max(0.0)
-    inside = (clearance.RADII[_LIMBS] - distance).amax(dim=1) > _THROUGH_M
+    centres = clearance.points(found["qpos"])[:, _LIMBS]
+    inside = _depth_m(centres, found["box"], 0.5 * found["size"]) > _THROUGH_M
     clash = torch.nonzero(inside & ~found["held"]).flatten()
     before, after = clash[clash < held[0]], clash[clash > held[-1]]
     begin = int(before[-1]) + 1 if len(before) else 0
-    return begin, int(after[0]) if len(after) else clip.frames
+    ends = [clip.frames, *after[:1].tolist()]
+    if solid:
+        through = torch.nonzero(_through_stands(centres, found)).flatten()
+        ends += through[through > held[0]][:1].tolist()
+    return begin, min(ends)
+
+
+def _through_stands(centres: Tensor, found: dict[str, Tensor]) -> Tensor:
+    """[T] bool: a limb is in the column of a stand that the box is taken from, or put down on."""
+    half = torch.tensor(_COLUMN.half_m)
+    through = torch.zeros(len(centres), dtype=torch.bool)
+    for name in ("picked", "put"):
+        if not bool(found[f"has_{name}"]):
+            continue
+        spot = found[name]
+        centre = spot[:3] + torch.tensor(_COLUMN.centre_m)
+        centre[2] -= 0.5 * found["size"][2]
+        yaw = torch.stack((torch.cos(spot[3]), torch.sin(spot[3])))
+        pose = torch.cat((centre, rotations.from_heading(yaw)))
+        through |= _depth_m(centres, pose[None], half) > 0.0
+    return through
+
+
+def _depth_m(centres: Tensor, pose: Tensor, half: Tensor) -> Tensor:
+    """[T]: deepest penetration of the limbs [T, L, 3] into boxes with poses [T or 1, 7] and half
+    edges [3], m; negative for clearance."""
+    axes = rotations.matrix(pose[:, 3:])[:, None]
+    away = centres - pose[:, None, :3]
+    beyond = (away[..., None] * axes).sum(dim=-2).abs() - half
+    distance = beyond.clamp_min(0.0).norm(dim=-1) + beyond.amax(dim=-1).clamp_max(0.0)
+    return (clearance.RADII[_LIMBS] - distance).amax(dim=1)
 
 
 def _set_points(qpos: Tensor, qvel: Tensor, coordinates: Tensor, held: Tensor) -> Tensor:

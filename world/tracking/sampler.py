@@ -4,7 +4,7 @@ An initial state is a pure function of (seed, scene, episode).
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import torch
 from torch import Tensor
@@ -15,6 +15,7 @@ from world.errors import ConfigError
 from world.initial.reference import LIFT_M
 from world.scene.batch import Scenes
 from world.scene.target import BoxState
+from world.tracking.arrivals import Arrivals, PickUps
 from world.tracking.bank import TrackBank
 from world.tracking.reference import Reference
 from world.tracking.target import HANDS, TrackTarget
@@ -60,6 +61,7 @@ class TrackSampler:
             raise ConfigError(f"track.focus {self._focus}: choose a fraction from 0 to 1")
         self._weight = self._reference.start_weight
         self._aim = _aims(self._reference)
+        self._pick_ups = PickUps.of(self._reference)
 
     def update_sampling(self, published: Mapping[str, Tensor]) -> None:
         """Draw more states in, and shortly before, the segments of recent `failures` [S]."""
@@ -75,10 +77,34 @@ class TrackSampler:
 
     def draw(self, scenes: Tensor, episodes: Tensor) -> TrackInitialStates:
         """The initial states of the given scene ids [m] and episode numbers [m] (int64 both)."""
-        count = 5 if self._displaced_m else 2
+        arrivals = self._bank.arrivals
+        count = 10 if arrivals is not None else 5 if self._displaced_m else 2
         u = random_streams.uniform(self._seed, random_streams.EPISODE, scenes, episodes, count)
         states = self.at(random_streams.drawn(self._weight, u[:, 0]), u[:, 1])
-        return self._displaced(states, u[:, 2:]) if self._displaced_m else states
+        if self._displaced_m:
+            states = self._displaced(states, u[:, 2:5])
+        return states if arrivals is None else self._arrived(states, arrivals, u[:, 5:])
+
+    def _arrived(
+        self, states: TrackInitialStates, arrivals: Arrivals, u: Tensor
+    ) -> TrackInitialStates:
+        """The states [m], of those shortly before a pick-up from standing some as a walker comes to
+        it: u [m, 5] in [0, 1)."""
+        clip = self._reference.clip[states.frame]
+        rows = self._pick_ups.chosen(clip, states.frame, u[:, 0])
+        clip, u = clip[rows], u[rows]
+        frame = self._pick_ups.frames(clip, self._reference.first[clip], u[:, 1])
+        box = states.variant[rows] % self._bank.each
+        joined = self.at(frame, (box + 0.5) / self._bank.each)
+        come = self._pick_ups.laid(arrivals, clip, joined.origin, u[:, 2:])
+        new = replace(joined, qpos=come.qpos, qvel=come.qvel)
+        new.qpos[:, 2] += LIFT_M
+        found = {}
+        for field in fields(states):
+            value = getattr(states, field.name).clone()
+            value[rows] = getattr(new, field.name).to(value)
+            found[field.name] = value
+        return TrackInitialStates(**found)
 
     def _displaced(self, states: TrackInitialStates, u: Tensor) -> TrackInitialStates:
         """The states [m] moved away from the box, where the hands are free of it; the scene stays:

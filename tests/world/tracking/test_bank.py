@@ -1,5 +1,7 @@
 """The scenes of tracking: what their stands touch."""
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import torch
@@ -48,7 +50,10 @@ def test_a_stand_bears_the_box_and_lets_the_character_pass() -> None:
     for body in ("furniture", "stand"):
         first = int(made.body(body).geomadr[0])
         assert (made.geom_contype[first], made.geom_conaffinity[first]) == PASSABLE
-    # beside a seat all is solid
+    # beside a seat all is solid, and where it is asked for
+    firm = TrackBank(clips()[:2], alone.reference, replace(WORLD.track, solid=True)).models[0]
+    assert int(firm.geom_contype[firm.body("furniture").geomadr[0]]) == SOLID[0]
+    assert int(firm.geom_contype[firm.body("stand").geomadr[0]]) == SOLID[0]
     solid = bank().models[0]
     assert int(solid.geom_contype[solid.body("stand").geomadr[0]]) == SOLID[0]
 

@@ -119,3 +119,22 @@ def test_a_clip_ends_before_its_legs_pass_through_the_box_that_it_put_down() -> 
     late = reference([with_box_at(0, slice(0, int(held[0]) + 1))])
     begin = int(torch.nonzero(late.start_weight)[0])
     assert 0 < begin < held[0] and int(late.stop) == clip.frames
+
+
+def test_a_clip_ends_before_the_person_walks_through_a_solid_stand() -> None:
+    """Where the reference walks with the box after it has taken it up, the stand is put in its way:
+    its column is 0.1 m wide, from below the box to the floor."""
+    clip = clips()[0]
+    assert clip.box is not None
+    held = np.flatnonzero(clip.box.held)
+    first = int(held[0])
+    assert int(reference([clip], solid=True).stop) == clip.frames
+    pose = clip.box.pose.copy()
+    on_the_way = (first + int(held[-1])) // 2
+    pose[: first + 1, :2] = clip.root_position_m[on_the_way, :2]
+    moved = replace(clip, box=replace(clip.box, pose=pose))
+    assert int(reference([moved]).stop) == clip.frames
+    stop = int(reference([moved], solid=True).stop)
+    assert on_the_way - 20 < stop <= on_the_way
+    root = clip.root_position_m[stop - 1, :2] - clip.root_position_m[on_the_way, :2]
+    assert 0.05 < float(np.linalg.norm(root)) < 0.5
