@@ -123,7 +123,8 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
     },
     "Bench": {
         "scenes": ((1, 1e6),), "threads": (_THREADS,), "seconds": ((0.1, 1e6),),
-        "mutations": ((1, 1e9),), "rounds": ((1, 1e4),),
+        "mutations": ((1, 1e9),), "rounds": ((1, 1e4),), "samples": ((1, 1e12),),
+        "seeds": ((1, 1e4),),
         "fleet_actors": ((1, 512),),
     },
     "Demo": {"seed": (_SEED,)},

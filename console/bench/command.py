@@ -6,6 +6,7 @@ import tempfile
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from console.bench import meanings
 from console.bench import servos as bench_servos
 from console.bench import warp_world as bench_warp_world
 from console.bench import world as bench_world
+from console.bench.peers import side_by_side
 from console.bench.turns import turns
 from console.commands import Bench, Train
 from console.run import assembly, machine
@@ -37,6 +39,8 @@ from world.meshes import collection
 
 #: Goals of whole iterations on two cores, samples/s, by preset.
 GOAL_SAMPLES_PER_S = {"fast": 11_500.0, "paper": 7_500.0}
+#: Ends of the names of figures that stand in brackets beside another.
+SPREADS = (("_quartile_low", "_quartile_high"), ("_least", "_greatest"))
 
 
 def bench_command(command: Bench) -> int:
@@ -53,6 +57,20 @@ def bench_command(command: Bench) -> int:
         simulator=command.simulator,
     )
     experiment = check(with_learner_threads(experiment, threads))
+
+    def save(figures: Mapping[str, float], details: Mapping[str, Any]) -> None:
+        result = {
+            "name": command.part,
+            "preset": command.preset,
+            "machine": machine.describe(),
+            "threads": threads,
+            "scenes": experiment.scenes,
+            "figures": figures,
+            **details,
+        }
+        if command.json is not None:
+            write_json(command.json, result)
+
     measure = {
         "world": world_figures,
         "servos": servos,
@@ -65,41 +83,32 @@ def bench_command(command: Bench) -> int:
         "endurance": endurance,
         "scaling": scaling,
         "fuzz": fuzz,
-        "peers": peers,
+        "peers": side_by_side.peers,
+        "learning": partial(side_by_side.learning, save=save),
         "profile": profile,
         "films": films,
     }
     with doing(f"measuring {command.part}"):
         found = measure[command.part](command, experiment, threads)
     figures, details = found if isinstance(found, tuple) else (found, {})
-    result = {
-        "name": command.part,
-        "preset": command.preset,
-        "machine": machine.describe(),
-        "threads": threads,
-        "scenes": experiment.scenes,
-        "figures": figures,
-        **details,
-    }
     screen().print(table(command.part, figures))
-    if command.json is not None:
-        write_json(command.json, result)
+    save(figures, details)
     return 0
 
 
 def table(part: str, figures: Mapping[str, float]) -> Table:
     """Return the figures with their meanings, and whether they meet the limits stated for them.
 
-    The quartiles of a figure stand beside it, in brackets.
+    The quartiles of a figure, or its least and greatest, stand beside it, in brackets.
     """
     shown = Table("figure", "", "meaning", "limit", title=f"bench {part}", title_justify="left")
     for name, value in figures.items():
-        if name.endswith(("_quartile_low", "_quartile_high")):
+        if name.endswith(tuple(end for pair in SPREADS for end in pair)):
             continue
         text = f"{value:,.4g}"
-        if f"{name}_quartile_low" in figures:
-            low, high = figures[f"{name}_quartile_low"], figures[f"{name}_quartile_high"]
-            text += f" ({low:,.4g}-{high:,.4g})"
+        for first, last in SPREADS:
+            if f"{name}{first}" in figures:
+                text += f" ({figures[f'{name}{first}']:,.4g}-{figures[f'{name}{last}']:,.4g})"
         shown.add_row(name, text, meanings.meaning(name), meanings.verdict(name, figures))
     return shown
 
@@ -246,22 +255,6 @@ def scaling(command: Bench, experiment: Experiment, _threads: int) -> dict[str, 
 
     scenes = command.scenes or experiment.scenes // 2  # those of each of two actors of `train`
     return bench_scaling.measure(experiment, scenes, command.seconds)
-
-
-def peers(
-    command: Bench, experiment: Experiment, threads: int
-) -> tuple[dict[str, float], dict[str, Any]]:
-    """Measure whole iterations against those of other libraries on the same scenes."""
-    from console.bench.peers import alternation
-
-    return alternation.measure(
-        experiment,
-        threads,
-        command.seconds,
-        command.rounds,
-        command.peer_python,
-        actors=command.fleet_actors,
-    )
 
 
 def profile(command: Bench, _experiment: Experiment, threads: int) -> dict[str, float]:

@@ -48,6 +48,12 @@ MEANINGS = (
             " the scenes alone; 1 is the limit"),
     Meaning(r"inhabit_to_(\w+)_processor_ratio", r"samples per processor second over those of \1"),
     Meaning(r"inhabit_to_(\w+)_ratio", r"samples per second over those of \1"),
+    Meaning(r"(\w+)_at_(\d+)_return", r"\1: undiscounted return of the episodes that ended in the"
+            r" last window before \2 samples, mean over the seeds"),
+    Meaning(r"(\w+)_at_(\d+)_reward_per_step", r"\1: task reward of a control step in the last"
+            r" window before \2 samples, mean over the seeds"),
+    Meaning(r"(\w+)_at_(\d+)_falls_ratio", r"\1: share of the episodes in the last window before \2"
+            " samples that ended in a fall, mean over the seeds"),
     Meaning(r"goal_images_per_s", "goal of a film of 640 x 480 pixels on two quiet cores"),
     Meaning(r"quiet_images_per_s", "images per second of as many cores without other work, by the"
             " processor time of an image", "at least", "goal_images_per_s"),

@@ -27,6 +27,7 @@ class Bench:
             "scaling",
             "fuzz",
             "peers",
+            "learning",
             "profile",
             "films",
         ]
@@ -56,17 +57,25 @@ class Bench:
     rounds: int = 6
     """Rounds of bench peers; in each, every library takes a turn of --seconds."""
     peer_python: tuple[str, ...] = ()
-    """Interpreters of bench peers, NAME=PATH each (rsl_rl, skrl, torchrl, rllib, unilab);
-    default: the present one."""
+    """Interpreters of bench peers and bench learning, NAME=PATH each (rsl_rl, skrl, torchrl, rllib,
+    unilab); default: the present one."""
     fleet_actors: tuple[int, ...] = (1, 2, 4)
     """Numbers of Ray actors with which bench peers compares ours and RLlib's."""
+    samples: int = 10_000_000
+    """Samples of each training of bench learning; returns are compared at a fifth, half and all of
+    them."""
+    seeds: int = 3
+    """Number of trainings of each library in bench learning, with the seeds 0, 1, 2 and so on."""
+    only: tuple[str, ...] = ()
+    """Libraries of bench learning (inhabit, rsl_rl, skrl, torchrl, rllib, inhabit_equal); default:
+    all."""
     policy: Path = Path("sit")
     """Policy of bench profile and bench films, a name, a run or a checkpoint: its own training, or
     films of its trials, are measured."""
     motions: tuple[Path, ...] = ()
     """Motion clips, files or folders; default: the package's own clips."""
     json: Path | None = None
-    """JSON file of the figures."""
+    """JSON file of the figures. Bench learning goes on with the trainings that it lacks."""
     debug: bool = False
     """Show the traceback of an error."""
 

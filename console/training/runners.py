@@ -10,6 +10,7 @@ import torch
 
 from actors.local import LocalFleet, divide
 from actors.processes import ProcessFleet
+from actors.ray_actor import MakeShard
 from console.commands import Train
 from console.commands.training import StyleAddress
 from console.run import assembly, mixing
@@ -74,17 +75,23 @@ def open_runner(
 
 @contextmanager
 def local_runner(
-    experiment: Experiment, run: RunDirectory, workers: int, device: torch.device = CPU
+    experiment: Experiment,
+    run: RunDirectory,
+    workers: int,
+    device: torch.device = CPU,
+    wrap: Callable[[MakeShard], MakeShard] = lambda make: make,
 ) -> Iterator[Runner]:
     """Open a runner in this process; with several workers each is a process of its own.
 
     Scenes of mujoco-warp have one worker, in this process: the device steps them all at once.
+    wrap: makes another factory of shards of the experiment's.
     """
-    make = assembly.make_shard(experiment, run, device)
+    made = assembly.make_shard(experiment, run, device)
+    make = wrap(made)
     if experiment.simulator == "warp":
         # one inference of all scenes: a device would idle between blocks
         shape = (experiment.scenes, experiment.scenes, 1, experiment.seed, experiment.horizon)
-        fleet = LocalFleet(make, *shape, device=make.device)
+        fleet = LocalFleet(make, *shape, device=made.device)
     else:
         fleet = (LocalFleet if workers == 1 else ProcessFleet)(make, *_shape(experiment, workers))
     try:

@@ -33,7 +33,6 @@ from console.bench.peers.registry import (
     NAMES,
     OURS,
     OURS_TASK,
-    PEERS,
     SCENES,
     adapter,
     by_name,
@@ -200,15 +199,20 @@ def interpreters_of(given: Sequence[str]) -> dict[str, Path]:
     return {name: found.get(name, Path(sys.executable)) for name in (*NAMES, pools.NAME)}
 
 
-def installed(paths: Mapping[str, Path], note: Note = print) -> dict[str, str]:
-    """Return the version of each peer that its interpreter has.
+def installed(
+    paths: Mapping[str, Path],
+    note: Note = print,
+    names: Sequence[str] = NAMES,
+    required: bool = True,
+) -> dict[str, str]:
+    """Return the version of each peer of these that its interpreter has.
 
     note: receives a line for each that is missing or of another version than the pinned one.
-    Raises PeerError where none is installed.
+    Raises PeerError where none is installed, if one is required.
     """
     found: dict[str, str] = {}
     missing: list[str] = []
-    for peer in PEERS:
+    for peer in map(by_name, names):
         words = [str(paths[peer.name]), "-c", _VERSION, peer.distribution]
         asked = subprocess.run(words, capture_output=True, text=True, check=False)
         needs = _needs(peer.requirement)
@@ -220,7 +224,7 @@ def installed(paths: Mapping[str, Path], note: Note = print) -> dict[str, str]:
         if found[peer.name] != peer.version:
             note(f"{peer.title} {found[peer.name]}: not the pinned version {peer.version}")
     install = f"{EXTRA}, or --peer-python NAME=PATH of an interpreter that has it"
-    if not found:
+    if required and not found:
         raise PeerError(f"bench peers: not installed: {', '.join(missing)}: {install}")
     for name in missing:
         note(f"{by_name(name).title}: not measured: not installed in {paths[name]}: {install}")

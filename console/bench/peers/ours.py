@@ -1,13 +1,16 @@
-"""`inhabit train`'s own loop in a process of `inhabit bench peers`, with the local runner."""
+"""`inhabit train`'s own loop in a process of `inhabit bench peers` or `learning`, with the local
+runner."""
 
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import torch
 
 from console.bench.peers import protocol
+from console.bench.peers.counters import counted
 from console.bench.peers.protocol import Assignment, Iterate
 from console.run import assembly
 from console.run.directory import RunDirectory
@@ -37,8 +40,9 @@ def open_peer(assignment: Assignment) -> Iterator[Iterate]:
     student = assembly.learner(experiment)
     with tempfile.TemporaryDirectory() as folder:
         run = RunDirectory(Path(folder))
+        wrap = partial(counted, folder=assignment.counters)
         with (
-            local_runner(experiment, run, assignment.threads) as runner,
+            local_runner(experiment, run, assignment.threads, wrap=wrap) as runner,
             iterating(assignment, student, runner.fleet, runner.style) as iterate,
         ):
             yield iterate

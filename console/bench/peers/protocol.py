@@ -1,20 +1,26 @@
-"""The protocol between `inhabit bench peers` and the process of a peer: lines of JSON.
+"""The protocol between `inhabit bench peers` or `learning` and the process of a peer: JSON lines.
 
-Standard input: an Assignment, then {"seconds": S} for each turn. Standard output: {"ready": true}
-once two iterations have run, then a Turn for each turn. The process ends with its standard input.
+Standard input: an Assignment, then {"seconds": S} for each turn, or {"samples": N} for each window
+of a curve. Standard output: {"ready": true}, for turns once two iterations have run, then a Turn
+for each turn and a Window for each window. The process ends with its standard input.
 """
 
 import json
 import os
+import random
 import sys
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import IO, Any
 
+import numpy as np
 import torch
 
+from console.bench.peers import counters
+from console.bench.peers.curves import Window
 from console.run import machine
 from console.run.experiment import Experiment, experiment_from_json, to_json
 from world import precision
@@ -29,6 +35,9 @@ class Assignment:
     experiment: Experiment
     threads: int
     """Cores of the measurement: worker processes of the scenes, and threads of the update."""
+    counters: str = ""
+    """Folder in which the scenes count rewards and ends of episodes, for windows of a curve; empty:
+    nothing is counted."""
 
     @property
     def bf16(self) -> bool:
@@ -52,12 +61,14 @@ class Assignment:
 
     def to_json(self) -> dict[str, Any]:
         """Return the assignment as JSON values."""
-        return {"experiment": to_json(self.experiment), "threads": self.threads}
+        own = {"threads": self.threads, "counters": self.counters}
+        return {"experiment": to_json(self.experiment), **own}
 
     @staticmethod
     def from_json(value: dict[str, Any]) -> "Assignment":
         """Return the assignment of JSON values."""
-        return Assignment(experiment_from_json(value["experiment"]), int(value["threads"]))
+        experiment = experiment_from_json(value["experiment"])
+        return Assignment(experiment, int(value["threads"]), str(value["counters"]))
 
 
 @dataclass(frozen=True)
@@ -102,15 +113,30 @@ def serve(open_peer: Open) -> None:
 
 
 def answer(open_peer: Open, questions: IO[str], answers: IO[str]) -> None:
-    """Read an assignment, run its turns and write their results."""
+    """Read an assignment, run its turns or windows and write their results."""
     assignment = Assignment.from_json(json.loads(questions.readline()))
     torch.set_num_threads(assignment.threads)
+    seed_all(assignment.experiment.seed)
     with open_peer(assignment) as iterate:
-        for _ in range(WARM_ITERATIONS):
+        # a curve begins with the first sample
+        for _ in range(0 if assignment.counters else WARM_ITERATIONS):
             iterate()
+        training = Training(iterate, Path(assignment.counters))
         _write(answers, {"ready": True})
         for line in questions:
-            _write(answers, asdict(turn(iterate, float(json.loads(line)["seconds"]))))
+            asked = json.loads(line)
+            if "samples" in asked:
+                _write(answers, asdict(training.until(int(asked["samples"]))))
+            else:
+                _write(answers, asdict(turn(iterate, float(asked["seconds"]))))
+
+
+def seed_all(seed: int) -> None:
+    """Seed the generators that libraries draw networks, noise and minibatches from; the scenes have
+    their own streams of the experiment's seed."""
+    random.seed(seed)
+    np.random.seed(seed % 2**32)  # noqa: NPY002
+    torch.manual_seed(seed)
 
 
 def turn(iterate: Iterate, seconds: float) -> Turn:
@@ -130,6 +156,33 @@ def turn(iterate: Iterate, seconds: float) -> Turn:
         machine.process_tree_gb(),
         machine.process_tree_peak_gb(),
     )
+
+
+class Training:
+    """A training whose scenes are counted, window by window."""
+
+    def __init__(self, iterate: Iterate, folder: Path) -> None:
+        self._iterate, self._folder = iterate, folder
+        self._samples = 0
+        self._before = counters.Counts()
+
+    def until(self, samples: int) -> Window:
+        """Run whole iterations until this many samples have been trained on since the beginning."""
+        began = time.perf_counter()
+        while self._samples < samples:
+            self._samples += self._iterate()
+        seconds = time.perf_counter() - began
+        now = counters.read(self._folder)
+        found, self._before = now - self._before, now
+        return Window(
+            samples=self._samples,
+            control_steps=round(found.control_steps),
+            reward=found.reward,
+            episodes=round(found.episodes),
+            returns=found.returns,
+            falls=round(found.falls),
+            seconds=seconds,
+        )
 
 
 def _write(answers: IO[str], value: dict[str, Any]) -> None:

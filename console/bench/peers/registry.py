@@ -1,4 +1,4 @@
-"""The peers of `inhabit bench peers`: their packages, pinned versions, and what they compute."""
+"""The peers of `inhabit bench peers` and `learning`: packages, versions, and what they compute."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,6 +6,8 @@ from pathlib import Path
 EXTRA = "pip install 'inhabit[peers]'"
 #: Ours, whole and without the style reward, in the order in which they take turns.
 OURS, OURS_TASK = "inhabit", "inhabit_task"
+#: Ours in `bench learning`, with the learning rate of the others.
+OURS_EQUAL = "inhabit_equal"
 #: The scenes alone, without learning: what no library can exceed on them.
 SCENES = "scenes"
 

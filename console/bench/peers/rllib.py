@@ -60,10 +60,12 @@ def open_peer(assignment: Assignment) -> Iterator[Iterate]:
             use_kl_loss=False,
             vf_clip_param=math.inf,
         )
+        .debugging(seed=experiment.seed)
         .reporting(min_time_s_per_iteration=None, min_sample_timesteps_per_iteration=0)
     )
     with ray_session(workers + 1):
         algorithm = config.build_algo()
+        _begin_noise(algorithm, math.log(assignment.sigma))
 
         def iterate() -> int:
             before = _sampled(algorithm)
@@ -76,6 +78,21 @@ def open_peer(assignment: Assignment) -> Iterator[Iterate]:
             algorithm.stop()
 
 
+def _begin_noise(algorithm: Any, log_std: float) -> None:
+    """Let the learned deviation begin at this logarithm; its networks have no setting for it."""
+    import torch
+    from ray.rllib.core import DEFAULT_MODULE_ID
+
+    def begin(learner: Any) -> None:
+        with torch.no_grad():
+            learner.module[DEFAULT_MODULE_ID].pi.log_std.fill_(log_std)
+
+    algorithm.learner_group.foreach_learner(begin)
+    algorithm.env_runner_group.sync_weights(
+        from_worker_or_learner_group=algorithm.learner_group, inference_only=True
+    )
+
+
 def _sampled(algorithm: Any) -> int:
     """Return the number of control steps that an algorithm has sampled."""
     return int(algorithm.metrics.peek(("env_runners", "num_env_steps_sampled_lifetime"), default=0))
@@ -84,7 +101,6 @@ def _sampled(algorithm: Any) -> int:
 def _environment(assignment: Assignment, each: int) -> Any:
     """Return the factory of a runner's vectorised environment of `each` scenes."""
     import gymnasium
-    import ray
     import torch
     from gymnasium.vector import AutoresetMode, VectorEnv
     from gymnasium.vector.utils import batch_space
@@ -101,18 +117,20 @@ def _environment(assignment: Assignment, each: int) -> Any:
         single_observation_space, single_action_space = seen, acted
         observation_space, action_space = batch_space(seen, each), batch_space(acted, each)
 
-        def __init__(self) -> None:
-            torch.set_num_threads(1)
-            # each runner has scenes of its own
-            actor = ray.get_runtime_context().get_actor_id() or "0"
-            first = each * (int(actor, 16) % 1_000_003)
-            make = scenes.MakeSit(experiment)
-            self._ours = scenes.NextStep(scenes.ShardScenes(make(range(first, first + each))))
+        _ours: scenes.NextStep | None = None
 
         def reset(self, *, seed: Any = None, options: Any = None) -> Any:
+            if self._ours is None:
+                torch.set_num_threads(1)
+                # runners count from 1, and add their number to the experiment's seed: each has
+                # scenes of its own
+                first = each * (seed - experiment.seed - 1)
+                made = scenes.factory(assignment)(range(first, first + each))
+                self._ours = scenes.NextStep(scenes.ShardScenes(made))
             return self._ours.reset(), {}
 
         def step(self, actions: Any) -> Any:
+            assert self._ours is not None
             return *self._ours.step(actions), {}
 
     def make(_context: Any) -> Any:

@@ -20,7 +20,7 @@ def open_peer(assignment: Assignment) -> Iterator[Iterate]:
     from rsl_rl.runners import OnPolicyRunner
     from tensordict import TensorDict
 
-    ours = scenes.in_processes(assignment.experiment, assignment.threads)
+    ours = scenes.in_processes(assignment)
 
     class Environment(VecEnv):
         """Our scenes by its interface."""

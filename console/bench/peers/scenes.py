@@ -6,7 +6,6 @@ old one beside. Peers differ in what they want: the next episode's first observa
 first in a step of its own (RLlib: gymnasium's NEXT_STEP).
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Protocol
@@ -17,13 +16,15 @@ import torch.multiprocessing as processes
 from torch import Tensor
 
 from actors.local import divide
+from actors.ray_actor import MakeShard
 from actors.worker import ShardLike
+from console.bench.peers.counters import counted
+from console.bench.peers.protocol import Assignment
 from console.run import assembly
 from console.run.experiment import Experiment
 from world.character.model import NU
 from world.errors import InhabitError
 
-MakeShard = Callable[[range], ShardLike]
 _JOIN_S = 10.0
 _DONE = b"done"
 
@@ -89,7 +90,7 @@ class ShardScenes:
 
 
 @dataclass(frozen=True)
-class MakeSit:
+class MakeScenes:
     """Factory of an experiment's shards; it can be pickled."""
 
     experiment: Experiment
@@ -220,10 +221,16 @@ def _step_scenes(pipe: Connection, make: MakeShard, owned: range, shared: _Share
         return
 
 
-def in_processes(experiment: Experiment, workers: int) -> ProcessScenes:
-    """Return an experiment's scenes in worker processes."""
-    make = MakeSit(experiment)
-    return ProcessScenes(make, experiment.scenes, width(experiment), workers, experiment.block, NU)
+def factory(assignment: Assignment) -> MakeShard:
+    """Return the factory of an assignment's shards, counted where it says so."""
+    return counted(MakeScenes(assignment.experiment), assignment.counters)
+
+
+def in_processes(assignment: Assignment) -> ProcessScenes:
+    """Return an assignment's scenes in worker processes."""
+    experiment, make = assignment.experiment, factory(assignment)
+    wide = width(experiment)
+    return ProcessScenes(make, experiment.scenes, wide, assignment.threads, experiment.block, NU)
 
 
 class NextStep:

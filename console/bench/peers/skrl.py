@@ -29,7 +29,7 @@ def open_peer(assignment: Assignment) -> Iterator[Iterate]:
 
     experiment = assignment.experiment
     hidden = experiment.ppo.hidden
-    ours = scenes.in_processes(experiment, assignment.threads)
+    ours = scenes.in_processes(assignment)
     wide = scenes.width(experiment)
     seen = gymnasium.spaces.Box(-math.inf, math.inf, (wide,))
     acted = gymnasium.spaces.Box(-math.inf, math.inf, (NU,))

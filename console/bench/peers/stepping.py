@@ -13,7 +13,7 @@ from world.character.model import NU
 @contextmanager
 def open_peer(assignment: Assignment) -> Iterator[Iterate]:
     """Open the scenes; an iteration has as many steps as that of a training."""
-    ours = scenes.in_processes(assignment.experiment, assignment.threads)
+    ours = scenes.in_processes(assignment)
 
     def iterate() -> int:
         for _ in range(assignment.experiment.horizon):

@@ -34,7 +34,7 @@ def open_peer(assignment: Assignment) -> Iterator[Iterate]:
     from torchrl.objectives.value import GAE
 
     experiment, ppo = assignment.experiment, assignment.experiment.ppo
-    ours = scenes.in_processes(experiment, assignment.threads)
+    ours = scenes.in_processes(assignment)
     wide = scenes.width(experiment)
 
     class Environment(EnvBase):
