@@ -1,4 +1,4 @@
-"""The results page of `inhabit bench peers`, from the JSON that it writes."""
+"""The results page of `inhabit bench peers` and `bench learning`, from the JSON that they write."""
 
 import json
 from collections.abc import Mapping
@@ -8,14 +8,15 @@ from typing import Any
 from console.bench.peers import pools
 from console.bench.peers.figures import FLEETS, OURS_FLEET
 from console.bench.peers.registry import NAMES, OURS, OURS_TASK, SCENES
+from docs.generate import learning
 from docs.generate.markdown import table
 
 FILE = Path(__file__).parents[1] / "results" / "peers.json"
 
 
 def page() -> str:
-    """The page of the committed measurement."""
-    return rendered(json.loads(FILE.read_text()))
+    """The page of the committed measurements: of speeds, then of returns."""
+    return rendered(json.loads(FILE.read_text())) + learning.section()
 
 
 def rendered(result: Mapping[str, Any]) -> str:
@@ -57,7 +58,8 @@ def rendered(result: Mapping[str, Any]) -> str:
             _goals(figures, peers),
             "## What each computes\n",
             table(WHAT, (_what(peers[name]) for name in others)),
-            METHOD,
+            # measurements without it are older than the setting of RLlib's noise
+            METHOD if "sigma" in result else METHOD + RLLIB_NOISE,
             *_fleets(figures),
             *_pools(figures),
         ]
@@ -96,7 +98,10 @@ METHOD = """
 - *The scenes alone* steps the same scenes in such workers with random actions, and learns nothing.
 - Memory is the sum of the peaks of resident memory of a library's processes (`VmHWM`); pages that
   processes share count in each. Lines are those of the adapter that hold code.
-- The measurement is of speed alone: how much a sample teaches is not compared here.
+- This measurement is of speed alone; returns by samples are [below](#how-much-a-sample-teaches).
+"""
+RLLIB_NOISE = """\
+- In this measurement RLlib's noise began at 1, the default of its networks.
 """
 POOLS = f"""
 ## UniLab's stepping pool

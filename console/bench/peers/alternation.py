@@ -125,6 +125,7 @@ def measure(
         "rounds": rounds,
         "load": load,
         "bf16": whole.bf16,
+        "sigma": whole.sigma,
     }
     return figures, details
 

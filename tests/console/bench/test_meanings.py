@@ -49,6 +49,14 @@ def test_the_table_has_all_of_it() -> None:
     ]
 
 
+def test_the_least_and_the_greatest_stand_beside_a_figure() -> None:
+    name = "skrl_at_200_return"
+    shown = table("learning", {name: 3.0, f"{name}_least": 2.0, f"{name}_greatest": 4.0})
+    cells = [list(column.cells) for column in shown.columns]
+    assert cells[0] == [name] and cells[1] == ["3 (2-4)"]
+    assert cells[2][0].startswith("skrl: undiscounted return") and "200 samples" in cells[2][0]
+
+
 def test_fairness_has_its_limit() -> None:
     figures = {
         "fair_flood_rows_p99_ratio": 2.5,

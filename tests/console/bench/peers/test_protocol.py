@@ -2,12 +2,17 @@
 
 import json
 import os
+import random
 import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import torch
 
 from console.bench.peers import protocol
 from console.bench.peers.protocol import Assignment, Iterate
@@ -63,6 +68,47 @@ def test_a_turn_has_an_iteration_at_least() -> None:
     for turn in turns:
         assert turn["samples"] == 100 and turn["iterations"] == 1 and turn["seconds"] > 0.0
         assert 0.0 < turn["resident_gb"] <= turn["peak_gb"]
+
+
+def test_a_curve_begins_with_the_first_sample(tmp_path: Path) -> None:
+    """Iterations of 100 samples, whose scenes count two control steps each, an episode a step."""
+    given = replace(ASSIGNMENT, counters=str(tmp_path))
+    seen: list[float] = []
+
+    @contextmanager
+    def open_peer(assignment: Assignment) -> Iterator[Iterate]:
+        seen.extend((random.random(), np.random.random(), float(torch.rand(()))))  # noqa: NPY002
+        counts = np.zeros(5)
+
+        def iterate() -> int:
+            counts[:] += (2, 0.5, 2, 3.0, 1)
+            np.save(tmp_path / "0.npy", counts)
+            return 100
+
+        yield iterate
+
+    def curve(ends: list[int]) -> list[dict]:
+        questions = [json.dumps(given.to_json()), *(json.dumps({"samples": n}) for n in ends)]
+        written = StringIO()
+        protocol.answer(open_peer, StringIO("\n".join(questions)), written)
+        return [json.loads(line) for line in written.getvalue().splitlines()]
+
+    ready, *windows = curve([250, 500])
+    assert ready == {"ready": True}
+    for window in windows:
+        window.pop("seconds")
+    assert windows == [
+        {"samples": 300, "control_steps": 6, "reward": 1.5, "episodes": 6, "returns": 9.0,
+         "falls": 3},
+        {"samples": 500, "control_steps": 4, "reward": 1.0, "episodes": 4, "returns": 6.0,
+         "falls": 2},
+    ]  # fmt: skip
+    (tmp_path / "0.npy").unlink()
+    curve([100])
+    assert seen[:3] == seen[3:], "generators begin with the experiment's seed"
+    given = replace(given, experiment=replace(given.experiment, seed=8))
+    curve([100])
+    assert not {*seen[:3]} & {*seen[6:]}
 
 
 def test_a_turn_goes_on_until_its_time(monkeypatch) -> None:
