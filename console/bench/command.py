@@ -21,7 +21,7 @@ from console.bench import meanings
 from console.bench import servos as bench_servos
 from console.bench import warp_world as bench_warp_world
 from console.bench import world as bench_world
-from console.bench.peers import side_by_side
+from console.bench.peers import alternation, learning
 from console.bench.turns import turns
 from console.commands import Bench, Train
 from console.run import assembly, machine
@@ -83,8 +83,8 @@ def bench_command(command: Bench) -> int:
         "endurance": endurance,
         "scaling": scaling,
         "fuzz": fuzz,
-        "peers": side_by_side.peers,
-        "learning": partial(side_by_side.learning, save=save),
+        "peers": alternation.from_flags,
+        "learning": partial(learning.from_flags, save=save),
         "profile": profile,
         "films": films,
     }

@@ -44,7 +44,6 @@ A call that is stopped loses the training that it is in; the same call again goe
 the JSON lacks. `--only rsl_rl skrl` trains these alone, and `--peer-python` is as above.
 """
 METHOD = """
-
 - Batch, epochs, minibatches, discount, λ, clip range, hidden layers and the actor's initial
   learning rate are those of the speeds above (preset `fast`), as is the initial action noise of
   0.05. Nothing was tuned for any library on this task.

@@ -37,6 +37,7 @@ from console.bench.peers.registry import (
     adapter,
     by_name,
 )
+from console.commands import Bench
 from console.run.experiment import Experiment
 from console.terminal import progress
 from world.errors import ChoiceError, ConfigError, InhabitError
@@ -60,6 +61,20 @@ class Start:
     interpreter: Path
     first: Mapping[str, Any]
     """The first line that it reads."""
+
+
+def from_flags(
+    command: Bench, experiment: Experiment, threads: int
+) -> tuple[dict[str, float], dict[str, Any]]:
+    """Measure whole iterations against those of other libraries on the same scenes."""
+    return measure(
+        experiment,
+        threads,
+        command.seconds,
+        command.rounds,
+        command.peer_python,
+        actors=command.fleet_actors,
+    )
 
 
 def measure(

@@ -24,6 +24,7 @@ from console.bench.peers.alternation import (
 from console.bench.peers.curves import Run, Window, ends, figures_of, marks
 from console.bench.peers.protocol import Assignment
 from console.bench.peers.registry import NAMES, OURS, OURS_EQUAL
+from console.commands import Bench
 from console.run.experiment import Experiment, differences, to_json
 from console.terminal import progress
 from world.errors import ChoiceError, ConfigError
@@ -74,6 +75,22 @@ def equal(experiment: Experiment) -> Experiment:
     rate = experiment.ppo.actor_rate
     ppo = replace(experiment.ppo, actor_rate_bounds=(rate, rate), critic_rate=rate)
     return replace(experiment, ppo=ppo)
+
+
+def from_flags(
+    command: Bench, preset: Experiment, threads: int, save: Save
+) -> tuple[dict[str, float], dict[str, Any]]:
+    """Measure the returns of ours and of other libraries at equal samples."""
+    return measure(
+        preset,
+        threads,
+        command.samples,
+        command.seeds,
+        command.only,
+        command.peer_python,
+        command.json,
+        save,
+    )
 
 
 def measure(

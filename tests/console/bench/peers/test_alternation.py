@@ -13,6 +13,7 @@ from console.bench.peers.alternation import PeerError, Start
 from console.bench.peers.figures import FLEETS, figures_of, fleet_figures, pool_figures
 from console.bench.peers.protocol import Assignment, Turn
 from console.bench.peers.registry import NAMES, OURS, OURS_TASK, PEERS, SCENES
+from console.commands import Bench
 from console.run.experiment import PRESETS
 from world.errors import ChoiceError, ConfigError
 
@@ -157,6 +158,15 @@ def test_without_any_peer_the_command_says_how_to_install_them(
     assert main(["bench", "peers", "--peer-python", *words]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert "not installed: rsl_rl, skrl, torchrl, rllib: pip install 'inhabit[peers]'" in line
+
+
+def test_flags_are_passed_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[object] = []
+    monkeypatch.setattr(alternation, "measure", lambda *a, **k: given.append((a, k)))
+    command = Bench("peers", seconds=3.0, rounds=4, peer_python=("skrl=x",), fleet_actors=(2,))
+    preset = PRESETS["fast"]
+    alternation.from_flags(command, preset, 2)
+    assert given == [((preset, 2, 3.0, 4, ("skrl=x",)), {"actors": (2,)})]
 
 
 def test_one_round_has_no_spread(capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,6 +14,7 @@ from console.bench.peers.alternation import PeerError
 from console.bench.peers.curves import Run
 from console.bench.peers.learning import LEARNERS, Plan, equal, walk
 from console.bench.peers.registry import NAMES, OURS, OURS_EQUAL
+from console.commands import Bench
 from console.run.directory import write_json
 from console.run.experiment import PRESETS, check, differences, to_json
 from world.errors import ChoiceError, ConfigError
@@ -152,6 +153,15 @@ def test_the_command_refuses_too_few_samples(capsys: pytest.CaptureFixture[str])
     assert main(["bench", "learning", "--samples", "40959"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.endswith("--samples 40959: must be 40960 or above, ten iterations of 4096")
+
+
+def test_flags_are_passed_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[Any] = []
+    monkeypatch.setattr(learning, "measure", lambda *a: given.append(a))
+    flags = {"samples": 70_000, "seeds": 2, "only": ("skrl",), "peer_python": ("skrl=x",)}
+    command = Bench("learning", json=Path("curves.json"), **flags)
+    learning.from_flags(command, PRESET, 2, print)
+    assert given == [(PRESET, 2, 70_000, 2, ("skrl",), ("skrl=x",), Path("curves.json"), print)]
 
 
 def test_ours_needs_no_peer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
