@@ -18,6 +18,7 @@ import torch
 from console import bounds
 from console.commands import Train
 from console.run import assembly, machine, mixing, recipe
+from console.run.arrivals import walker_of
 from console.run.directory import RunDirectory, RunError, checkpoint_folder, new_run, policy_source
 from console.run.experiment import (
     Experiment,
@@ -27,7 +28,6 @@ from console.run.experiment import (
     with_learner_threads,
 )
 from console.run.metrics import Recorder, open_recorders
-from console.run.arrivals import walker_of
 from console.run.policy_teachers import policy_teachers
 from console.run.renamed import flag
 from console.terminal import doing, leave_soon

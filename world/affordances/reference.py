@@ -35,7 +35,9 @@ class ReferenceMotion(Affordance):
         clips = load.cached_library(
             config.motions, config.mirror, self.clips, config.playback_speeds
         ).clips
-        return TrackBank(clips, reference(clips, config.track.handling, config.track.solid), config.track)
+        return TrackBank(
+            clips, reference(clips, config.track.handling, config.track.solid), config.track
+        )
 
     def showing(self, config: WorldConfig, bank: ObjectBank, use: ClipUse) -> ObjectBank:
         """See Affordance: initial states in the clips alone that have the object of `use`."""

@@ -5,7 +5,6 @@ from collections.abc import Mapping
 import torch
 from torch import Tensor
 
-from world import rotations
 from world.scene.batch import Scenes
 from world.scene.target import Target
 from world.teachers.walker import STANDING_M, TAKEN_M, WalkerTeacher, standing_place

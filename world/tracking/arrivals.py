@@ -40,8 +40,8 @@ class Arrivals:
 
 
 def seen_from(qpos: Tensor, qvel: Tensor, face: Tensor, into: Tensor) -> Arrivals:
-    """Return states qpos [n, 43] and qvel [n, 34] as they are seen from floor points face [n, 2], m,
-    with x axes into [n, 2], unit vectors."""
+    """Return states qpos [n, 43] and qvel [n, 34] as they are seen from floor points face [n, 2],
+    m, with x axes into [n, 2], unit vectors."""
     here = qpos.clone()
     here[:, :2] -= face
     back = into * into.new_tensor((1.0, -1.0))

@@ -83,8 +83,11 @@ def test_it_is_laid_before_the_box_of_a_clip() -> None:
 
 
 def test_some_starts_shortly_before_the_grip_are_arrivals_and_no_others() -> None:
-    scenes = replace_reference()
-    sampler, plain = (TrackSampler(WORLD, one, 7) for one in (scenes, replace_reference(None)))
+    scenes = bank().starting_in([True] * 4)
+    scenes.reference = standing()
+    sampler, plain = (
+        TrackSampler(WORLD, one, 7) for one in (scenes.joined_from(arrival()), scenes)
+    )
     ids, episodes = torch.arange(4000), torch.ones(4000, dtype=torch.int64)
     drawn, usual = sampler.draw(ids, episodes), plain.draw(ids, episodes)
     joined = (drawn.qpos[:, 7:] == 0.0).all(dim=1)
@@ -100,10 +103,3 @@ def test_some_starts_shortly_before_the_grip_are_arrivals_and_no_others() -> Non
     assert apart[joined].unique().tolist() == list(range(-25, 4))
     # the box and its mass are those that were drawn
     assert torch.equal(drawn.variant, usual.variant)
-
-
-def replace_reference(arrivals: Arrivals | None = arrival()):
-    """The scenes with the reference of who stands, joined from arrivals."""
-    found = bank().joined_from(arrivals) if arrivals is not None else bank().starting_in([True] * 4)
-    found.reference = standing()
-    return found
