@@ -306,6 +306,8 @@ def _variants(
     anchor, facing = known.picked if picks else known.put, known.heading[known.first + at]
     low, high = known.first + low, torch.minimum(known.first + high, known.stop - 1)
     low = _moving(known, low, known.first + at)
+    if picks:
+        high = _raised(known, known.first + at, high)
     keys = known.position[:, KEYS]
     return _Variants(known, keys, low, high, anchor, facing, 0.5 * known.size, stand.float())
 
@@ -321,6 +323,19 @@ def _moving(known: Reference, low: Tensor, at: Tensor) -> Tensor:
         keys = known.position[first : last + 1, KEYS]
         stands = (keys - keys[0]).norm(dim=2).amax(dim=1) < _WAITS_M
         found[number] = first + int(torch.nonzero(stands)[-1])
+    return found
+
+
+def _raised(known: Reference, at: Tensor, high: Tensor) -> Tensor:
+    """Return the first frames [V] after `at` [V] from which the person stands as at `high` [V].
+
+    Labels of a person who stands with the box in hand would teach to stand there.
+    """
+    found = high.clone()
+    for number, (first, last) in enumerate(zip(at.tolist(), high.tolist(), strict=True)):
+        keys = known.position[first : last + 1, KEYS]
+        moves = (keys - keys[-1]).norm(dim=2).amax(dim=1) >= _WAITS_M
+        found[number] = min(last, first + int(torch.nonzero(moves)[-1]) + 1)
     return found
 
 
