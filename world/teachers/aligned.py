@@ -334,8 +334,8 @@ def _raised(known: Reference, at: Tensor, high: Tensor) -> Tensor:
     found = high.clone()
     for number, (first, last) in enumerate(zip(at.tolist(), high.tolist(), strict=True)):
         keys = known.position[first : last + 1, KEYS]
-        moves = (keys - keys[-1]).norm(dim=2).amax(dim=1) >= _WAITS_M
-        found[number] = min(last, first + int(torch.nonzero(moves)[-1]) + 1)
+        moves = torch.nonzero((keys - keys[-1]).norm(dim=2).amax(dim=1) >= _WAITS_M).flatten()
+        found[number] = first + (int(moves[-1]) + 1 if len(moves) else 0)
     return found
 
 
