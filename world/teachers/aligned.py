@@ -49,6 +49,9 @@ _BEFORE, _AFTER = 70, 40
 _STANDS_M_S = 0.15
 #: Who has moved no key body by more than this, m, waits.
 _WAITS_M = 0.08
+#: A box is raised when all key bodies are within this of where they stay, m, but at least so many
+#: frames after the grip: from a high stand it rises by a few centimetres.
+_RAISED_M, _LIFTS = 0.03, 12
 #: Weights of the key bodies where a state is compared with a frame.
 _WEIGHT = torch.tensor([1.0, 1.0, 1.0, 1.0, 1.0, 1.5, 1.5])
 #: Weight of the box's squared displacement in this comparison.
@@ -334,8 +337,9 @@ def _raised(known: Reference, at: Tensor, high: Tensor) -> Tensor:
     found = high.clone()
     for number, (first, last) in enumerate(zip(at.tolist(), high.tolist(), strict=True)):
         keys = known.position[first : last + 1, KEYS]
-        moves = torch.nonzero((keys - keys[-1]).norm(dim=2).amax(dim=1) >= _WAITS_M).flatten()
-        found[number] = first + (int(moves[-1]) + 1 if len(moves) else 0)
+        moves = torch.nonzero((keys - keys[-1]).norm(dim=2).amax(dim=1) >= _RAISED_M).flatten()
+        frames = int(moves[-1]) + 1 if len(moves) else 0
+        found[number] = min(last, first + max(_LIFTS, frames))
     return found
 
 
