@@ -203,6 +203,21 @@ def test_there_are_variants_of_all_boxes_and_stands(clip: Clip) -> None:
     assert (steps <= aligned._BEFORE + aligned._AFTER).all() and (steps > 20).all()
 
 
+def test_a_clip_is_followed_until_the_box_is_raised_and_not_into_the_standing(clip: Clip) -> None:
+    found = teacher(clip)._pick
+    assert found is not None
+    known = found.reference
+    for number, high in enumerate(found.high.tolist()):
+        first = int(known.first[number])
+        at = first + int(torch.nonzero(known.held[first:])[0])
+        last = min(at + 40, int(known.stop[number]) - 1)
+        away = (found.keys[at : last + 1] - found.keys[last]).norm(dim=2).amax(dim=1)
+        assert at + 12 <= high < last
+        assert bool((away[high - at :] < 0.03).all())
+        assert high == at + 12 or float(away[high - at - 1]) >= 0.03
+        assert float(known.box[high, 2] - known.box[at, 2]) > 0.02
+
+
 def test_clips_that_pick_nothing_up_are_refused(clip: Clip) -> None:
     assert clip.box is not None
     held = np.flatnonzero(clip.box.held)
