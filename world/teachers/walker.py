@@ -23,8 +23,9 @@ from world.teachers.tracker import Act
 #: Who picks a box up stands so far before its face, m (ACCAD's A5 and B19: 0.15 to 0.24).
 STANDING_M = 0.18
 #: The approach ends within the first distance of there, m, or within the second for one that
-#: is slower than this, m/s: from there on people bend and reach.
-_THERE_M, _NEAR_M, _SLOW_M_S = 0.08, 0.2, 0.05
+#: is slower than this, m/s, and only facing the box, with this cosine: from there on people bend
+#: and reach. Who is turned by more cannot, and would stand before the box for ever.
+_THERE_M, _NEAR_M, _SLOW_M_S, _FACES = 0.12, 0.2, 0.06, 0.94
 #: A walker stops so far before its goal, m, which is therefore set beyond the place.
 SHORT_M = 0.2
 #: A box this far from where it was has been taken, m.
@@ -94,6 +95,7 @@ def to_box(body: Body, box: BoxState) -> Lead:
     away = beyond.norm(dim=1)
     stands = body.root_velocity[:, :2].norm(dim=1) < _SLOW_M_S
     there = (away < _THERE_M) | (stands & (away < _NEAR_M))
+    there &= (body.heading * ahead).sum(dim=1) > _FACES
     taken = (box.position - box.start).norm(dim=1) > TAKEN_M
     return Lead(aim, ahead, there | taken)
 
