@@ -62,32 +62,38 @@ def test_where_to_stand_before_a_box() -> None:
 
 
 @pytest.fixture(scope="module")
-def driven() -> tuple[Tensor, Tensor, Tensor]:
-    """Distance from where to stand, whether labelled, whether an episode began: [t, n] each, driven
-    by the labels."""
+def driven() -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    """Distance from where to stand, cosine of the heading with that to the box, whether labelled,
+    whether an episode began: [t, n] each, driven by the labels."""
     one = shard(WalkerTeacher(Policy(assembly.trained(ROOT / "pretrained" / "walk").weights)))
-    far, labelled, begun = [], [], []
+    far, faces, labelled, begun = [], [], [], []
     for _ in range(120):
         label = one.label()
         assert label is not None
         target, body = one._target(), one._scenes.body()
         assert target.box is not None
-        point, _ = standing_place(body.root[:, :2], target.box)
+        point, ahead = standing_place(body.root[:, :2], target.box)
         far.append((point - body.root[:, :2]).norm(dim=1))
+        faces.append((ahead * body.heading).sum(dim=1))
         labelled.append(~label.isnan().any(dim=1))
         step = one.step(label.nan_to_num())
         fresh = torch.zeros(N, dtype=torch.bool)
         fresh[step.end_ids] = True
         begun.append(fresh)
-    return torch.stack(far), torch.stack(labelled), torch.stack(begun)
+    return torch.stack(far), torch.stack(faces), torch.stack(labelled), torch.stack(begun)
 
 
-def test_its_labels_lead_to_the_box(driven: tuple[Tensor, Tensor, Tensor]) -> None:
-    far, labelled, begun = driven
+def test_its_labels_lead_to_the_box_and_end_where_it_is_faced(
+    driven: tuple[Tensor, Tensor, Tensor, Tensor],
+) -> None:
+    far, faces, labelled, begun = driven
     first = begun.int().cumsum(dim=0) == 0  # the first episode of each scene
     nearest = torch.where(first, far, torch.inf).amin(dim=0)
     assert float((nearest < 0.3).float().mean()) > 0.6
-    assert bool((far[labelled] >= 0.08).all()) and 0.3 < float(labelled.float().mean()) < 1.0
+    assert 0.3 < float(labelled.float().mean()) < 1.0
+    assert bool(((far >= 0.12) | (faces <= 0.94))[labelled].all())
+    assert bool(((far < 0.2) & (faces > 0.94))[~labelled].all())
+    assert bool(((far < 0.12) & (faces <= 0.94)).any()), "some come to it turned"
 
 
 def test_a_box_that_is_taken_is_not_walked_to() -> None:
