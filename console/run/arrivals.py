@@ -14,6 +14,7 @@ from world.config import InitialStates, WorldConfig
 from world.episodes.shard import Shard
 from world.errors import ConfigError
 from world.motions import load
+from world.tasks.walk import Walk
 from world.teachers.arriving import WatchedWalker
 from world.teachers.walker import WalkerTeacher
 from world.tracking.arrivals import Arrivals
@@ -34,10 +35,11 @@ def walker_of(experiment: Experiment, trained: Callable[[Path], Trained]) -> Tra
     if not source:
         return None
     flag = f"--world.track.walker {source}"
-    if not any(world.task == "track" for world in mixing.worlds(experiment)):
+    here = [tasks.make(world.task) for world in mixing.worlds(experiment)]
+    if not any(task.affordance.follows_clips for task in here):
         raise ConfigError(f"{flag}: no scene here has the task track: leave it out")
     found = trained(Path(source))
-    if found.task != "walk":
+    if found.task != Walk.name:
         raise ConfigError(
             f"{flag} is a policy of the task {found.task}: name a run or checkpoint of the task"
             " walk"

@@ -46,7 +46,6 @@ from world.tasks.mixture import Mixture
 from world.tasks.symmetry import symmetry
 from world.teachers.teacher import Teacher
 from world.tracking.arrivals import Arrivals
-from world.tracking.bank import TrackBank
 
 
 def library(
@@ -175,8 +174,8 @@ def shard(
     names. arrivals: states from which scenes that follow clips are joined too.
     """
     bank = training_bank(world)
-    if arrivals is not None and isinstance(bank, TrackBank):
-        bank = bank.joined_from(arrivals)
+    if arrivals is not None:
+        bank = tasks.make(world.task).affordance.joined_from(bank, arrivals)
     library = library_of(world)
     teacher = teacher or teachers.make(world, bank, scenes)
     return Shard(world, library, bank, scenes, seed, teacher, simulator, device, warp, shown)

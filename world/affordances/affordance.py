@@ -21,6 +21,7 @@ from world.objects.bank import ObjectBank
 from world.scene.batch import Scenes
 from world.scene.perturbations import Disturbance
 from world.scene.target import Target
+from world.tracking.arrivals import Arrivals
 
 
 @dataclass(frozen=True)
@@ -125,6 +126,11 @@ class Affordance(ABC):
         """The bank for scenes that show the goal of another task, which uses clips as `use` does:
         `bank` itself unless the task follows clips. Raises ClipError where no clip has that
         use."""
+        return bank
+
+    def joined_from(self, bank: ObjectBank, arrivals: Arrivals) -> ObjectBank:
+        """The bank itself; where clips are followed, one of whose clips some begin in the states of
+        `arrivals`."""
         return bank
 
     @abstractmethod

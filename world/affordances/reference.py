@@ -10,6 +10,7 @@ from world.motions.library import MotionLibrary
 from world.motions.uses.any_object import ANY
 from world.motions.uses.use import ClipUse
 from world.objects.bank import ObjectBank
+from world.tracking.arrivals import Arrivals
 from world.tracking.bank import TrackBank
 from world.tracking.reference import reference
 from world.tracking.sampler import TrackSampler
@@ -46,6 +47,11 @@ class ReferenceMotion(Affordance):
             config.motions, config.mirror, self.clips, config.playback_speeds
         ).clips
         return bank.starting_in([use.read(clip).has_object for clip in clips])
+
+    def joined_from(self, bank: ObjectBank, arrivals: Arrivals) -> ObjectBank:
+        """See Affordance."""
+        assert isinstance(bank, TrackBank), "tracking needs a bank of clips"
+        return bank.joined_from(arrivals)
 
     def sampler(
         self, config: WorldConfig, library: MotionLibrary, bank: ObjectBank, seed: int

@@ -1,11 +1,14 @@
 """From where a tracker takes boxes up: where the shipped walker comes to them."""
 
+import pickle
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 import torch
 
 from console.run import arrivals, assembly
+from console.run.directory import RunDirectory
 from console.run.experiment import PRESETS, Experiment
 from tests.support.paths import ROOT
 from world import rotations
@@ -51,3 +54,18 @@ def test_what_is_no_walker_of_these_actions_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"--world\.action-scale .* give the same"):
         arrivals.walker_of(other, assembly.trained)
     assert arrivals.walker_of(experiment(), assembly.trained) is not None
+
+
+def test_every_shard_of_a_training_has_the_same_arrivals(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(arrivals, "_SCENES", 16)
+    monkeypatch.setattr(arrivals, "_STEPS", 120)
+    make = assembly.make_shard(experiment(), RunDirectory(tmp_path))
+    assert make.arrivals is not None and len(make.arrivals.qpos) > 4
+    sent = pickle.loads(pickle.dumps(make))
+    assert sent.arrivals is not None
+    assert torch.equal(sent.arrivals.qpos, make.arrivals.qpos)
+    shard = sent(range(4))
+    state, _ = shard.observe()
+    assert bool(shard.step(torch.zeros(4, 28)).finite.all()) and state.shape[0] == 4
