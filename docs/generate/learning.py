@@ -48,7 +48,8 @@ METHOD = """
   learning rate are those of the speeds above (preset `fast`), as is the initial action noise of
   0.05. Nothing was tuned for any library on this task.
 - Every episode begins in the rest pose, with the target at the distances of the preset: 1-10 m,
-  or nearer. Motion clips, style reward, behaviour cloning and the critic's warm-up are off.
+  or nearer. Success ends none, so that who arrives sooner returns more. Motion clips, style
+  reward, behaviour cloning and the critic's warm-up are off.
 - Rewards and ends of episodes are counted in the scenes, by the same code for every library. A
   figure is of the last window before its mark, a fortieth of all samples: the mean undiscounted
   return of the episodes that ended in it, the mean task reward of its control steps, and the

@@ -27,7 +27,9 @@ from console.bench.peers.registry import NAMES, OURS, OURS_EQUAL
 from console.commands import Bench
 from console.run.experiment import Experiment, differences, to_json
 from console.terminal import progress
+from world import tasks
 from world.errors import ChoiceError, ConfigError
+from world.tasks.walk import Walk
 
 #: In the order in which they are trained, for each seed.
 LEARNERS = (OURS, *NAMES, OURS_EQUAL)
@@ -62,9 +64,11 @@ def walk(preset: Experiment) -> Experiment:
     """Return the experiment of the comparison: walk to a point, by the task reward alone.
 
     Episodes begin in the rest pose, with the target at the preset's distances: no clip is needed.
+    Success ends none: an episode that ended with it would return less, the sooner it succeeded.
     """
     initial = replace(preset.world.initial, reference=0.0, standing_fraction=1.0)
-    world = replace(preset.world, task="walk", initial=initial)
+    time = preset.world.episode_s or tasks.make(Walk.name).episode_s
+    world = replace(preset.world, task=Walk.name, initial=initial, episode_s=time, hold_s=time)
     # the critic's warm-up is for actors that are cloned or loaded
     ppo = replace(preset.ppo, task_weight=1.0, style_weight=0.0, warmup_iterations=0)
     return replace(preset, world=world, ppo=ppo)

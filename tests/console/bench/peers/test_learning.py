@@ -176,6 +176,8 @@ def test_the_task_needs_no_clips() -> None:
         "ppo.style_weight: 0.4 -> 0.0",
         "ppo.task_weight: 0.6 -> 1.0",
         "ppo.warmup_iterations: 15 -> 0",
+        "world.episode_s: None -> 10.0",
+        "world.hold_s: 1.5 -> 10.0",
         "world.initial.reference: 0.3 -> 0.0",
         "world.initial.standing_fraction: 0.3 -> 1.0",
         "world.task: sit -> walk",
