@@ -1,8 +1,8 @@
 """States in which a policy that walks has come up to a box, as initial states of tracking.
 
 In a clip that takes a box up from standing a person stands still and square before it. A policy
-that walks there comes turned, aside, and with speed left (pretrained/walk: 0.37 rad, 0.07 m,
-0.37 m/s): a tracker that has never begun so falls, where a task is made of walking and tracking.
+that walks there comes turned, aside, and with speed left (pretrained/walk: 0.26 rad, 0.07 m,
+0.36 m/s): a tracker that has never begun so falls, where a task is made of walking and tracking.
 """
 
 from dataclasses import dataclass
