@@ -7,7 +7,7 @@ import torch
 
 from console.run import mixing
 from console.run.experiment import Experiment
-from console.run.policy_teachers import Trained
+from console.run.policy_teachers import Trained, required
 from policy.model.acting import Policy
 from world import tasks
 from world.config import InitialStates, WorldConfig
@@ -34,23 +34,11 @@ def walker_of(experiment: Experiment, trained: Callable[[Path], Trained]) -> Tra
     source = experiment.world.track.walker
     if not source:
         return None
-    flag = f"--world.track.walker {source}"
+    flag = "--world.track.walker"
     here = [tasks.make(world.task) for world in mixing.worlds(experiment)]
     if not any(task.affordance.follows_clips for task in here):
-        raise ConfigError(f"{flag}: no scene here has the task track: leave it out")
-    found = trained(Path(source))
-    if found.task != Walk.name:
-        raise ConfigError(
-            f"{flag} is a policy of the task {found.task}: name a run or checkpoint of the task"
-            " walk"
-        )
-    theirs, ours = found.experiment.world, experiment.world
-    if (theirs.action_scale, theirs.action_clip) != (ours.action_scale, ours.action_clip):
-        raise ConfigError(
-            f"{flag} was trained with --world.action-scale {theirs.action_scale:g}"
-            f" --world.action-clip {theirs.action_clip:g}: give the same"
-        )
-    return found
+        raise ConfigError(f"{flag} {source}: no scene here has the task track: leave it out")
+    return required(flag, source, Walk.name, experiment.world, trained)
 
 
 def arrivals_of(experiment: Experiment, trained: Callable[[Path], Trained]) -> Arrivals | None:

@@ -103,18 +103,28 @@ def policy_teachers(
             raise ConfigError(
                 f"{flag} {source}: no scene here has the task {' or '.join(names)}: leave it out"
             )
-        one = trained(Path(source))
-        if one.task != wanted:
-            raise ConfigError(
-                f"{flag} {source} is a policy of the task {one.task}: name a run or checkpoint of"
-                f" the task {wanted}"
-            )
+        one = required(flag, source, wanted, world, trained)
         theirs = one.experiment.world
-        if (theirs.action_scale, theirs.action_clip) != (world.action_scale, world.action_clip):
-            raise ConfigError(
-                f"{flag} {source} was trained with --world.action-scale {theirs.action_scale:g}"
-                f" --world.action-clip {theirs.action_clip:g}: give the same"
-            )
         for task in taught:
             found.setdefault(task, {})[name] = Weights(theirs, one.weights)
     return {task: PolicyTeacher(policies) for task, policies in found.items()}
+
+
+def required(
+    flag: str, source: str, task: str, world: WorldConfig, trained: Callable[[Path], Trained]
+) -> Trained:
+    """Return the policy that a flag names; ConfigError where it is of another task, or of other
+    actions than those of `world`."""
+    one = trained(Path(source))
+    if one.task != task:
+        raise ConfigError(
+            f"{flag} {source} is a policy of the task {one.task}: name a run or checkpoint of"
+            f" the task {task}"
+        )
+    theirs = one.experiment.world
+    if (theirs.action_scale, theirs.action_clip) != (world.action_scale, world.action_clip):
+        raise ConfigError(
+            f"{flag} {source} was trained with --world.action-scale {theirs.action_scale:g}"
+            f" --world.action-clip {theirs.action_clip:g}: give the same"
+        )
+    return one

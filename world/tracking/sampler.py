@@ -61,7 +61,7 @@ class TrackSampler:
             raise ConfigError(f"track.focus {self._focus}: choose a fraction from 0 to 1")
         self._weight = self._reference.start_weight
         self._aim = _aims(self._reference)
-        self._pick_ups = PickUps.of(self._reference)
+        self._pick_ups = None if bank.arrivals is None else PickUps.of(self._reference)
 
     def update_sampling(self, published: Mapping[str, Tensor]) -> None:
         """Draw more states in, and shortly before, the segments of recent `failures` [S]."""
@@ -90,13 +90,15 @@ class TrackSampler:
     ) -> TrackInitialStates:
         """The states [m], of those shortly before a pick-up from standing some as a walker comes to
         it: u [m, 5] in [0, 1)."""
+        pick_ups = self._pick_ups
+        assert pick_ups is not None, "arrivals come with the bank"
         clip = self._reference.clip[states.frame]
-        rows = self._pick_ups.chosen(clip, states.frame, u[:, 0])
+        rows = pick_ups.chosen(clip, states.frame, u[:, 0])
         clip, u = clip[rows], u[rows]
-        frame = self._pick_ups.frames(clip, self._reference.first[clip], u[:, 1])
+        frame = pick_ups.frames(clip, self._reference.first[clip], u[:, 1])
         box = states.variant[rows] % self._bank.each
         joined = self.at(frame, (box + 0.5) / self._bank.each)
-        come = self._pick_ups.laid(arrivals, clip, joined.origin, u[:, 2:])
+        come = pick_ups.laid(arrivals, clip, joined.origin, u[:, 2:])
         new = replace(joined, qpos=come.qpos, qvel=come.qvel)
         new.qpos[:, 2] += LIFT_M
         found = {}
