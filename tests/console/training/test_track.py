@@ -58,7 +58,8 @@ def test_a_training_is_the_same_over_one_and_two_actors_and_is_evaluated_by_clip
     # its set-points need the reference: nothing is served or exported that would be wrong
     capsys.readouterr()
     run, onnx = str(tmp_path / "run1"), str(tmp_path / "track.onnx")
-    for words, code in ((["export", run, onnx], 1), (["serve", run], 1), (["report", run], 2)):
+    serve = ["serve", run, "--listen", "127.0.0.1:0"]
+    for words, code in ((["export", run, onnx], 1), (serve, 1), (["report", run], 2)):
         assert main(words) == code
         error = capsys.readouterr().err
         assert "follows clips" in error and "use evaluate, play or video" in error
