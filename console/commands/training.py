@@ -178,13 +178,14 @@ class Report:
     folder."""
     trials: int = 96
     """Number of trials recorded for replay and motion quality; the success rate is that of the
-    run's largest evaluation of this checkpoint, if there is one."""
+    run's largest evaluation of this checkpoint, if there is one. A policy that follows clips is
+    evaluated by these trials, the first 64 of which are recorded."""
     objects: str = "test"
     """Pieces: test (held out of training) or train."""
     perturb: Literal["none", "projectiles", "moved"] = "none"
     """Disturbance of these trials, as in evaluate."""
     motions: tuple[Path, ...] = ()
-    """Clips to compare motion quality with; default: the policy's training clips."""
+    """Clips to compare motion quality with, or to follow; default: the policy's training clips."""
     seed: int = 0
     """Seed of the trials."""
     threads: int | None = None

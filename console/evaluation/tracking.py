@@ -283,6 +283,8 @@ def evaluate(
     outcomes = run(world, bank, found.weights, chosen, threads, record, progress)
     names = [clip.name.removesuffix("~mirrored") for clip in assembly.library_of(world).clips]
     clips = [names[i] for i in bank.reference.clip[torch.from_numpy(chosen.frame)].tolist()]
+    for trial, take in enumerate(outcomes.takes):
+        take.meta.update(_told(outcomes, trial, clips[trial]))
     figures = {
         "task": found.task,
         "checkpoint": str(found.path),
@@ -308,10 +310,21 @@ def shown(found: assembly.Trained, count: int, threads: int) -> Recording:
     chosen = Trials(whole.frame[rows], whole.choice[rows], whole.whole[rows])
     outcomes = run(world, bank, found.weights, chosen, threads, len(rows))
     names = [clip.name for clip in assembly.library_of(world).clips]
-    for take in outcomes.takes:
-        take.meta["clip"] = names[take.meta["clip"]]
+    for trial, take in enumerate(outcomes.takes):
+        take.meta.update(_told(outcomes, trial, names[take.meta["clip"]]))
     meta = {"task": found.task, "checkpoint": str(found.path)}
     return Recording(outcomes.takes, {"control_hz": character.CONTROL_HZ, **meta})
+
+
+def _told(outcomes: Outcomes, trial: int, clip: str) -> dict[str, Any]:
+    """What a recorded trial came to, for its take."""
+    ends = [name for name, ended in zip(ENDS, outcomes.ends[trial], strict=True) if ended]
+    return {
+        "clip": clip,
+        "completed": bool(outcomes.completed[trial]),
+        "ends": ends,
+        "body_cm": 100.0 * float(outcomes.deviation[trial, 0]),
+    }
 
 
 def summary(outcomes: Outcomes, trials: Trials, clips: NDArray[np.str_]) -> dict[str, Any]:
@@ -355,8 +368,8 @@ def table(figures: dict[str, Any]) -> Table:
         low, high = row["completed"]["ci95"]
         shown.add_row(
             f"{row['clip']} ({row['trials']})",
-            number(row["completed"]["rate"], 100),
-            f"{100 * low:.1f}-{100 * high:.1f}",
+            number(row["completed"]["rate"], 100) if row["trials"] else "-",
+            f"{100 * low:.1f}-{100 * high:.1f}" if row["trials"] else "-",
             number(row["completed_whole"]["rate"], 100, 0),
             number(row["body_cm"]),
             number(row["root_cm"]),

@@ -16,7 +16,7 @@ from console.evaluation.stepping import Track
 from console.evaluation.style_judge import StyleJudge, judge_of
 from console.evaluation.trials import Results
 from console.kinds import kind
-from console.report import page, pictures
+from console.report import followed, page, pictures
 from console.report.scene3d import drawable
 from console.run import assembly
 from console.run.directory import RunDirectory, run_of, write_text
@@ -37,10 +37,13 @@ def report_command(command: Report) -> int:
     # no file is written into the folder of a published policy
     out = command.out or (run.path / "report.html" if run else Path(f"{folder.name}-report.html"))
     task = tasks.make(found.task)
+    metrics = tuple(read_metrics(folder / "metrics.jsonl"))
+    settings = to_json(found.experiment) | {"world": settings_of(found)}
+    if command.trials < 3:
+        raise ConfigError("--trials must be at least 3: the best, a median and the worst")
     if task.affordance.follows_clips:
-        raise ConfigError(
-            f"{command.source}: no report of a task that follows clips; use evaluate, play or video"
-        )
+        written(out, followed.text(command, found, metrics, settings), command.trials)
+        return 0
     pieces = objects_of(found, command.objects, command.trials, command.seed)
     evaluation = evaluation_of(command, found.task)
     with progress("trials", command.trials) as update:
@@ -60,22 +63,25 @@ def report_command(command: Report) -> int:
             f" Licence: {lineage.licence(found.manifest.notes)}",
             main=main,
             evaluations=(*known, own),
-            metrics=tuple(read_metrics(folder / "metrics.jsonl")),
+            metrics=metrics,
             quality=figures.get("quality"),
             trials=tuple(shown(results, protocol, judge_style, draws)),
             pictures=pictures_of(main, pieces) if draws and kind(task).pictured else {},
-            settings=to_json(found.experiment) | {"world": settings_of(found)},
+            settings=settings,
         )
         text = page.page(content)
-    write_text(out, text)
-    print(f"{out}: {len(text) / 1e6:.1f} MB, {command.trials} trials")
+    written(out, text, command.trials)
     return 0
+
+
+def written(out: Path, text: str, trials: int) -> None:
+    """Write a page of so many trials, and say so."""
+    write_text(out, text)
+    print(f"{out}: {len(text) / 1e6:.1f} MB, {trials} trials")
 
 
 def evaluation_of(command: Report, task: str) -> Evaluate:
     """Return the evaluation command of a report's trials."""
-    if command.trials < 3:
-        raise ConfigError("--trials must be at least 3: the best, a median and the worst")
     return check(
         replace(
             Evaluate(command.source),

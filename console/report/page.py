@@ -55,8 +55,8 @@ def page(report: Report) -> str:
         _evaluations(report),
         _by_object(report),
         _quality(report.quality),
-        _curves(report.metrics),
-        _settings(report.settings),
+        curves(report.metrics),
+        settings(report.settings),
     )
     return document(report.title, sections, [shown.data for shown in report.trials])
 
@@ -122,7 +122,7 @@ def percent(rate: dict[str, Any]) -> str:
 def _headline(report: Report) -> str:
     main = report.main
     low, high = main["success"]["ci95"]
-    cards = (
+    figures = (
         (
             "success",
             number(main["success"]["rate"], 100) + " %",
@@ -133,14 +133,19 @@ def _headline(report: Report) -> str:
         ("precision", number(main["precision_m"], 100) + " cm", "over successes"),
         ("falls", number(main["falls"], 100) + " %", "within the limit"),
     )
-    boxes = "".join(
-        f'<div>{name}<b>{escape(value)}</b><span class="soft">{escape(note)}</span></div>'
-        for name, value, note in cards
-    )
     return (
         f"<h1>{escape(report.title)}</h1><p class='soft'>{escape(report.subtitle)}</p>"
-        f'<div class="headline">{boxes}</div>'
+        f"{cards(figures)}"
     )
+
+
+def cards(figures: Iterable[tuple[str, str, str]]) -> str:
+    """Return figures of a headline: names, values and notes."""
+    boxes = "".join(
+        f'<div>{escape(name)}<b>{escape(value)}</b><span class="soft">{escape(note)}</span></div>'
+        for name, value, note in figures
+    )
+    return f'<div class="headline">{boxes}</div>'
 
 
 def _replay(trials: Sequence[Shown]) -> str:
@@ -157,8 +162,9 @@ def _replay(trials: Sequence[Shown]) -> str:
     return f"<h2>Best, median and worst trial</h2>{player([t.name for t in trials])}{strips}"
 
 
-def player(names: Sequence[str]) -> str:
-    """Return the 3-D player of the document's takes, with one button per name."""
+def player(names: Sequence[str], follows: bool = False) -> str:
+    """Return the 3-D player of the document's takes, with one button per name. follows: the takes
+    show a reference as a ghost, and the curve is the distance from it."""
     buttons = "".join(
         f'<button data-take="{i}" aria-pressed="{str(i == 0).lower()}">{escape(name)}</button>'
         for i, name in enumerate(names)
@@ -169,12 +175,21 @@ def player(names: Sequence[str]) -> str:
         '<div class="row"><button data-part="play">pause</button>'
         '<select data-part="speed" aria-label="speed"><option value="0.25">¼×</option>'
         '<option value="1" selected>1×</option><option value="3">3×</option></select>'
-        '<span class="soft" data-part="status"></span></div><div class="row">'
+        f'{_GHOST if follows else ""}<span class="soft" data-part="status"></span></div>'
+        '<div class="row">'
         '<input type="range" min="0" value="0" data-part="slider" aria-label="moment"></div>'
         '<svg viewBox="0 0 1000 60" preserveAspectRatio="none" data-part="curve"></svg>'
-        '<p class="soft">Drag to turn, scroll to zoom. The curve is the distance from the target; '
-        "the dashed line is the limit of success.</p></div>"
+        f'<p class="soft">Drag to turn, scroll to zoom. {_FOLLOWED if follows else _AIMED}</p>'
+        "</div>"
     )
+
+
+_GHOST = '<label><input type="checkbox" data-part="ghost" checked> reference</label>'
+_AIMED = "The curve is the distance from the target; the dashed line is the limit of success."
+_FOLLOWED = (
+    "The translucent character is the reference. The curve is the distance of the roots on the"
+    " floor; the trial ends above the dashed line."
+)
 
 
 def _evaluations(report: Report) -> str:
@@ -277,7 +292,8 @@ _CHARTS = (
 )
 
 
-def _curves(metrics: Sequence[Figures]) -> str:
+def curves(metrics: Sequence[Figures]) -> str:
+    """Return the curves of a training, of the lines of its metrics.jsonl."""
     if len(metrics) < 2:
         return ""
     keys = {key for line in (metrics[0], metrics[-1]) for key in line}
@@ -307,8 +323,9 @@ def _series(metrics: Sequence[Figures], name: str) -> tuple[tuple[float, float],
     )
 
 
-def _settings(settings: Figures) -> str:
-    text = escape(json.dumps(settings, indent=1))
+def settings(resolved: Figures) -> str:
+    """Return all settings, folded."""
+    text = escape(json.dumps(resolved, indent=1))
     return (
         "<h2>Settings</h2><details><summary>all resolved settings</summary>"
         f"<pre>{text}</pre></details>"

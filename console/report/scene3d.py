@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from console.evaluation.stepping import Track
-from console.recording.format import pose
+from console.recording.format import Take, pose
 from console.video import stage
 from world.character import model as character
 
@@ -44,17 +44,24 @@ def drawn(
     error_m: NDArray[Any],
     end: int,
     piece: str = "",
+    ghost: NDArray[np.float64] | None = None,
 ) -> dict[str, Any]:
     """Return the same of poses [T, nbody, 7] of a model, errors [T] m, the first step that is not
-    evaluated, and the name of the furniture, whose class gives its colour."""
+    evaluated, and the name of the furniture, whose class gives its colour.
+
+    ghost: coordinates [T, 43] of the character that is followed, drawn translucent."""
     shapes, bodies = shapes_of(model, piece)
+    shown = poses[:, bodies]
+    if ghost is not None:
+        shown = np.concatenate((shown, character_poses(ghost)), axis=1)
+        shapes = [*shapes, *_ghost(len(bodies))]
     return {
         "hz": character.CONTROL_HZ,
         "frames": len(poses),
         "shapes": shapes,
-        "bodies": len(bodies),
+        "bodies": shown.shape[1],
         "root": bodies.index(model.body(character.BODIES[0]).id),
-        "poses": packed(poses[:, bodies]),
+        "poses": packed(shown),
         "error": [round(float(x), 3) for x in error_m],
         "end": end,
     }
@@ -117,13 +124,40 @@ def _clothed() -> dict[str, list[dict[str, Any]]]:
 
 def body_poses(track: Track) -> NDArray[np.float64]:
     """Return positions (m) and rotations (w, x, y, z) of the model's bodies, [T, nbody, 7]."""
-    model, take = track.model, track.take
+    return poses_of(track.model, track.take)
+
+
+def poses_of(model: mujoco.MjModel, take: Take) -> NDArray[np.float64]:
+    """Return the same of a take, model: of its scene."""
     data = mujoco.MjData(model)
     poses = np.zeros((len(take), model.nbody, 7))
     for frame in range(len(take)):
         pose(model, data, take, frame)
         poses[frame, :, :3], poses[frame, :, 3:] = data.xpos, data.xquat
     return poses
+
+
+def character_poses(qpos: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return poses [T, 15, 7] of the character's bodies in coordinates [T, 43]."""
+    model = stage.character_alone()
+    data = mujoco.MjData(model)
+    rows = [model.body(name).id for name in character.BODIES]
+    poses = np.zeros((len(qpos), len(rows), 7))
+    for frame, coordinates in enumerate(qpos):
+        data.qpos[: character.NQ] = coordinates
+        mujoco.mj_kinematics(model, data)
+        poses[frame, :, :3], poses[frame, :, 3:] = data.xpos[rows], data.xquat[rows]
+    return poses
+
+
+def _ghost(first: int) -> list[dict[str, Any]]:
+    """Return the shapes of a followed character whose bodies begin at `first`."""
+    clothed = _clothed()
+    return [
+        shape | {"body": first + number, "rgb": [*stage.GHOST[:3]], "ghost": True}
+        for number, name in enumerate(character.BODIES)
+        for shape in clothed[name]
+    ]
 
 
 def packed(poses: NDArray[np.float64]) -> str:

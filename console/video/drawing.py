@@ -14,9 +14,6 @@ from console.video.camera import Path
 from console.video.canvas import Canvas, Image
 from console.video.stage import Shapes
 
-#: Colour of a reference.
-GHOST_RGBA = (0.95, 0.75, 0.35, 0.35)
-
 
 @dataclass(frozen=True)
 class Look:
@@ -130,4 +127,4 @@ class _Ghost:
             scene,
         )
         for index in range(before, scene.ngeom):
-            scene.geoms[index].rgba[:] = GHOST_RGBA
+            scene.geoms[index].rgba[:] = stage.GHOST

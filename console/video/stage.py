@@ -41,6 +41,8 @@ _SHOES: Rgba = (0.17, 0.17, 0.19, 1.0)
 CLOTHES = {"skin": _SKIN, "shirt": _SHIRT, "trousers": _TROUSERS, "shoes": _SHOES}
 _BALL: Rgba = (0.82, 0.30, 0.22, 1.0)
 BOX: Rgba = (0.78, 0.62, 0.42, 1.0)
+#: A character that is followed.
+GHOST: Rgba = (0.95, 0.75, 0.35, 0.35)
 _OTHER: Rgba = (0.66, 0.60, 0.54, 1.0)
 #: Colour of furniture by a word of the piece's name.
 FURNITURE: dict[str, Rgba] = {

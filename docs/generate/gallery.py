@@ -2,12 +2,13 @@
 
 `python -m docs.generate.gallery` simulates the trials with the committed policies and writes
 docs/gallery/: one HTML file for each entry, and entries.json with what was measured. The viewer and
-the style are those of reports; the site adds them once, beside the replays.
+the style are those of reports; the site adds them once, beside the replays. A policy that follows
+clips is shown on those of `--motions`; without them its entries stay as they are.
 """
 
+import argparse
 import json
 import math
-import sys
 import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -19,10 +20,12 @@ import numpy as np
 import trimesh
 
 from console.commands import Evaluate
-from console.evaluation import trials
+from console.evaluation import tracking, trials
 from console.evaluation.command import check, manifest_of, objects_of
 from console.evaluation.scores import Outcomes, Protocol, judge
 from console.evaluation.stepping import Track, Trials
+from console.recording.format import Take
+from console.report import followed as follow
 from console.report.command import described, order
 from console.report.page import document, player
 from console.report.scene3d import body_poses, drawn
@@ -148,6 +151,37 @@ ENTRIES = (
 )
 
 
+@dataclass(frozen=True)
+class Followed:
+    """Replays of a policy that follows clips, from any of their frames, beside the reference."""
+
+    name: str
+    """Name of its file."""
+    title: str
+    policy: str
+    """Name of a committed policy."""
+
+
+FOLLOWED = (
+    Followed("track", "Follow clips with a box", "track"),
+    Followed("track-sit", "Follow clips of sitting down", "track-sit"),
+)
+
+
+def longest(takes: Sequence[Take]) -> dict[str, int]:
+    """The longest two completed trials of different clips, and the worst trial."""
+    best: dict[str, int] = {}
+    for trial, take in enumerate(takes):
+        name = str(take.meta["clip"])
+        longer = name not in best or len(take) > len(takes[best[name]])
+        if take.meta["completed"] and longer:
+            best[name] = trial
+    found = sorted(best.values(), key=lambda trial: -len(takes[trial]))
+    chosen: dict[str, int] = {}
+    chosen.update(zip(("longest", "longest of another clip"), found, strict=False))
+    return chosen | {"worst": follow.order(takes)[-1]}
+
+
 def tub_chair() -> trimesh.Trimesh:
     """A chair with a round back, in metres, z up, front +x: what an imported mesh looks like. Files
     of meshes by others are not part of the project."""
@@ -228,16 +262,14 @@ def written(entry: Entry) -> tuple[str, dict[str, Any]]:
     chosen = entry.choice(run)
     about = {name: described(run.results.tracks[i], run.outcomes, i) for name, i in chosen.items()}
     success_m = tasks.make(found.task).success_m
-    for every in (1, 2, 3):
+
+    def content(every: int) -> str:
         takes = [
             replay(run.results.tracks[i], about[name], success_m, every)
             for name, i in chosen.items()
         ]
-        text = document(entry.title, [player(list(chosen))], takes, linked=True)
-        if len(text) <= MOST:
-            break
-    else:
-        raise AssertionError(f"{entry.name}: {len(text)} bytes; show fewer trials")
+        return document(entry.title, [player(list(chosen))], takes, linked=True)
+
     facts = {
         "title": entry.title,
         "policy": entry.policy,
@@ -250,21 +282,64 @@ def written(entry: Entry) -> tuple[str, dict[str, Any]]:
         "iteration": found.manifest.iteration,
         "shown": about,
     }
-    return text, facts
+    return small(entry.name, content), facts
 
 
-def make(names: Sequence[str]) -> None:
-    """Write the entries of these names, by default all."""
+def following(entry: Followed, motions: Sequence[str]) -> tuple[str, dict[str, Any]]:
+    """The HTML of an entry that follows these clips, and what was measured."""
+    found = assembly.trained(ROOT / "pretrained" / entry.policy)
+    figures, takes = tracking.evaluate(found, tuple(motions), TRIALS, SEED, machine.cores(), TRIALS)
+    chosen = longest(takes)
+
+    def content(every: int) -> str:
+        shown = [follow.replay(takes[trial], every) for trial in chosen.values()]
+        return document(entry.title, [player(list(chosen), follows=True)], shown, linked=True)
+
+    facts = {
+        "title": entry.title,
+        "policy": entry.policy,
+        "trials": TRIALS,
+        "seed": SEED,
+        "completed": sum(bool(take.meta["completed"]) for take in takes),
+        "body_cm": round(figures["body_cm"], 1),
+        "iteration": found.manifest.iteration,
+        "shown": {name: follow.described(takes[trial]) for name, trial in chosen.items()},
+    }
+    return small(entry.name, content), facts
+
+
+def small(name: str, content: Callable[[int], str]) -> str:
+    """The page of every, every second or every third control step: the first that is small."""
+    size = 0
+    for every in (1, 2, 3):
+        text = content(every)
+        size = len(text)
+        if size <= MOST:
+            return text
+    raise AssertionError(f"{name}: {size} bytes; show fewer trials")
+
+
+def make(names: Sequence[str], motions: Sequence[str]) -> None:
+    """Write the entries of these names, by default all; motions: clips to follow."""
     file = FOLDER / "entries.json"
     facts: dict[str, Any] = json.loads(file.read_text()) if file.exists() else {}
-    for entry in ENTRIES:
+    every = (*ENTRIES, *FOLLOWED)
+    for entry in every:
         if names and entry.name not in names:
             continue
-        text, facts[entry.name] = written(entry)
+        if isinstance(entry, Entry):
+            text, facts[entry.name] = written(entry)
+        elif motions:
+            text, facts[entry.name] = following(entry, motions)
+        else:
+            print(f"{entry.name}: left as it is; --motions names the clips to follow")
+            continue
         write_text(FOLDER / f"{entry.name}.html", text)
-        kept = {entry.name: facts[entry.name] for entry in ENTRIES if entry.name in facts}
+        kept = {entry.name: facts[entry.name] for entry in every if entry.name in facts}
         write_text(file, json.dumps(kept, indent=1) + "\n")
-        print(f"{entry.name}: {len(text) / 1e3:.0f} kB, {facts[entry.name]['success']} of {TRIALS}")
+        fact = facts[entry.name]
+        good = fact["success"] if isinstance(entry, Entry) else fact["completed"]
+        print(f"{entry.name}: {len(text) / 1e3:.0f} kB, {good} of {TRIALS}")
 
 
 def page() -> str:
@@ -280,9 +355,21 @@ def page() -> str:
             str(fact["falls"]),
         )
         for name, fact in facts.items()
+        if "success" in fact
     ]
     heads = ("", "policy", "start, m", "disturbance", "success", "falls")
-    parts = [INTRODUCTION, table(heads, rows)]
+    tracked = [
+        (
+            f"[{fact['title']}](#{name})",
+            fact["policy"],
+            f"{fact['completed']} of {fact['trials']}",
+            f"{fact['body_cm']:.1f}",
+        )
+        for name, fact in facts.items()
+        if "completed" in fact
+    ]
+    follows = table(("", "policy", "completed, from any frame", "bodies, cm"), tracked)
+    parts = [INTRODUCTION, table(heads, rows), follows]
     for name, fact in facts.items():
         shown = "; ".join(f"*{button}*: {text}" for button, text in fact["shown"].items())
         parts.append(f"## {fact['title']} {{#{name}}}\n\n{shown}.\n")
@@ -299,8 +386,13 @@ Replays of trials with the committed policies: drag to turn, scroll to zoom. Eac
 {TRIALS} trials of one seed ({SEED}), worst cases too; these few trials show what happens, the
 [results](../results/policies.md) say how often. `python -m docs.generate.gallery` makes the page
 again when a policy changes. The chair from a mesh is made in code and imported like any other:
-meshes by others are not part of the project.
+meshes by others are not part of the project. The translucent character of a policy that follows
+clips is the reference; `--motions` names the clips to make those entries again.
 """
 
 if __name__ == "__main__":
-    make(sys.argv[1:])
+    parser = argparse.ArgumentParser(prog="python -m docs.generate.gallery")
+    parser.add_argument("names", nargs="*", help="entries; default: all")
+    parser.add_argument("--motions", nargs="*", default=[], help="clips to follow")
+    given = parser.parse_args()
+    make(given.names, given.motions)

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from docs.generate import gallery
-from docs.generate.gallery import ENTRIES, FOLDER, MOST, MOST_OF_ALL, Run
+from docs.generate.gallery import ENTRIES, FOLDER, FOLLOWED, MOST, MOST_OF_ALL, Run
 from policy.checkpoints.format import read_manifest
+from tests.support.console.recordings import take
 from tests.support.paths import ROOT
 from world.character import model as character
 from world.scene.model import compile_scene
@@ -18,11 +19,12 @@ FACTS = json.loads((FOLDER / "entries.json").read_text())
 
 
 def test_every_entry_is_there_and_small() -> None:
-    sizes = {entry.name: (FOLDER / f"{entry.name}.html").stat().st_size for entry in ENTRIES}
-    assert list(FACTS) == [entry.name for entry in ENTRIES]
+    every = (*ENTRIES, *FOLLOWED)
+    sizes = {entry.name: (FOLDER / f"{entry.name}.html").stat().st_size for entry in every}
+    assert list(FACTS) == [entry.name for entry in every]
     assert max(sizes.values()) <= MOST and sum(sizes.values()) <= MOST_OF_ALL
     assert {path.stem for path in FOLDER.glob("*.html")} == set(sizes)
-    for entry in ENTRIES:
+    for entry in every:
         text = (FOLDER / f"{entry.name}.html").read_text()
         assert '<script src="viewer.js"></script>' in text and "class Viewer" not in text
         assert text.count("data-take=") == len(FACTS[entry.name]["shown"]) > 0
@@ -38,10 +40,10 @@ def test_it_shows_the_committed_policies() -> None:
 
 def test_worst_cases_of_every_task_are_shown() -> None:
     tasks = {fact["policy"] for fact in FACTS.values()}
-    assert tasks == {"sit", "lie", "carry", "walk"}
+    assert tasks == {"sit", "lie", "carry", "walk", "track", "track-sit"}
     for task in tasks:
-        assert "worst" in FACTS[task]["shown"]
-        assert "reached" not in FACTS[task]["shown"]["worst"], "it is a failure"
+        worst = FACTS[task]["shown"]["worst"]
+        assert "reached" not in worst and "to its end" not in worst, "it is a failure"
 
 
 def run(success: list[bool], time_s: list[float], disturbed: list[int]) -> Run:
@@ -121,3 +123,17 @@ def test_the_page_embeds_every_replay() -> None:
     for entry in ENTRIES:
         assert f'<iframe src="{entry.name}.html"' in text and f"(#{entry.name})" in text
         assert all(about in text for about in FACTS[entry.name]["shown"].values())
+
+
+def test_clips_are_shown_by_their_longest_completed_trials() -> None:
+    def trial(clip: str, steps: int, completed: bool) -> Any:
+        found = take(steps)
+        meta = {"clip": clip, "completed": completed, "body_cm": 1.0, "ends": []}
+        found.meta.update(meta)
+        return found
+
+    takes = [trial("a", 5, True), trial("a", 9, True), trial("b", 7, True), trial("b", 40, False),
+             trial("a", 3, False)]  # fmt: skip
+    shown = {"longest": 1, "longest of another clip": 2, "worst": 4}
+    assert gallery.longest(takes) == shown and list(gallery.longest(takes)) == list(shown)
+    assert gallery.longest(takes[3:]) == {"worst": 1}

@@ -9,11 +9,10 @@ import viser
 from numpy.typing import NDArray
 
 from console.report.scene3d import shapes_of
-from console.video.stage import Shapes
+from console.video.stage import GHOST, Shapes
 
 #: Digits to which colours are compared.
 _DIGITS = 3
-_GHOST = (0.95, 0.55, 0.20)
 
 
 def mesh_of(shape: dict[str, Any]) -> trimesh.Trimesh:
@@ -66,7 +65,7 @@ class Drawn:
         ]
         parts: dict[tuple[int, tuple[float, ...]], list[trimesh.Trimesh]] = {}
         for shape in shapes:
-            colour = _GHOST if ghost else tuple(round(c, _DIGITS) for c in shape["rgb"])
+            colour = GHOST[:3] if ghost else tuple(round(c, _DIGITS) for c in shape["rgb"])
             parts.setdefault((shape["body"], colour), []).append(mesh_of(shape))
         for number, ((body, colour), meshes) in enumerate(parts.items()):
             whole = trimesh.util.concatenate(meshes)
@@ -75,7 +74,7 @@ class Drawn:
                 np.asarray(whole.vertices, np.float32),
                 np.asarray(whole.faces, np.uint32),
                 color=(colour[0], colour[1], colour[2]),
-                opacity=0.35 if ghost else None,
+                opacity=GHOST[3] if ghost else None,
                 cast_shadow=not ghost,
                 receive_shadow=not ghost,
             )

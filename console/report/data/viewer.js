@@ -30,7 +30,7 @@ void main() {
   }
   vec3 n = normalize(facing), light = normalize(vec3(0.35, 0.2, 1.0));
   float lit = 0.50 + 0.42 * max(dot(n, light), 0.0) + 0.12 * max(dot(n, normalize(eye - at)), 0.0);
-  result = vec4(colour.rgb * lit, 1.0);
+  result = vec4(colour.rgb * lit, colour.a);
 }`;
 
 // Shapes: triangles with normals, [x y z nx ny nz] a vertex.
@@ -152,7 +152,7 @@ class Viewer {
       this.at[name] = gl.getUniformLocation(this.program, name);
     this.floor = this.buffer([-60, -60, 0, 0, 0, 1, 60, -60, 0, 0, 0, 1, 60, 60, 0, 0, 0, 1,
       -60, -60, 0, 0, 0, 1, 60, 60, 0, 0, 0, 1, -60, 60, 0, 0, 0, 1]);
-    this.azimuth = 2.3; this.elevation = 0.32; this.distance = 4.4; this.centre = null;
+    this.ghost = true; this.azimuth = 2.3; this.elevation = 0.32; this.distance = 4.4; this.centre = null;
     this.steer();
   }
   buffer(vertices) {
@@ -216,9 +216,21 @@ class Viewer {
     // Each pixel of the floor is darkened once, however many shadows fall on it.
     gl.enable(gl.STENCIL_TEST); gl.stencilFunc(gl.EQUAL, 0, 255); gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR);
     gl.enable(gl.BLEND); gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA); gl.depthMask(false);
-    for (const part of placed) this.put(part.mesh, part.model, [0, 0, 0, dark ? 0.4 : 0.22], 2, 1);
+    const solid = placed.filter((part) => !part.shape.ghost);
+    for (const part of solid) this.put(part.mesh, part.model, [0, 0, 0, dark ? 0.4 : 0.22], 2, 1);
     gl.depthMask(true); gl.disable(gl.BLEND); gl.disable(gl.STENCIL_TEST);
-    for (const part of placed) this.put(part.mesh, part.model, [...part.shape.rgb, 1], 0, 0);
+    for (const part of solid) this.put(part.mesh, part.model, [...part.shape.rgb, 1], 0, 0);
+    if (this.ghost) this.translucent(placed.filter((part) => part.shape.ghost));
+  }
+  // Nearest surfaces first, to depth alone: limbs that overlap are not seen through one another.
+  translucent(parts) {
+    const gl = this.gl;
+    gl.colorMask(false, false, false, false);
+    for (const part of parts) this.put(part.mesh, part.model, [0, 0, 0, 1], 2, 0);
+    gl.colorMask(true, true, true, true);
+    gl.enable(gl.BLEND); gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA); gl.depthFunc(gl.LEQUAL);
+    for (const part of parts) this.put(part.mesh, part.model, [...part.shape.rgb, 0.45], 0, 0);
+    gl.depthFunc(gl.LESS); gl.disable(gl.BLEND);
   }
   put(mesh, model, colour, kind, flatten) {
     const gl = this.gl;
@@ -242,7 +254,7 @@ function play() {
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
   let take = takes[0], clock = 0, playing = true, before = 0;
   const curve = () => {
-    const most = Math.max(0.5, ...take.error), last = Math.max(1, take.frames - 1);
+    const most = Math.max(0.5, 1.05 * take.success_m, ...take.error), last = Math.max(1, take.frames - 1);
     const line = take.error.map((x, i) => `${(1000 * i / last).toFixed(1)},${(60 - 56 * x / most).toFixed(1)}`).join(" ");
     const height = (60 - 56 * take.success_m / most).toFixed(1);
     const thin = 'vector-effect="non-scaling-stroke"';  // the curve is stretched, its lines are not
@@ -264,7 +276,7 @@ function play() {
       slider.value = frame();
     }
     const at = frame(), style = take.style && at < take.style.length ? `, style ${take.style[at].toFixed(2)}` : "";
-    status.textContent = `${(at / take.hz).toFixed(2)} s, ${take.error[at].toFixed(2)} m from the target${style}` +
+    status.textContent = `${(at / take.hz).toFixed(2)} s, ${take.error[at].toFixed(2)} m from the ${take.goal || "target"}${style}` +
       (take.fell && at >= take.end ? ", fallen" : "");
     const x = 1000 * at / Math.max(1, take.frames - 1), mark = find("now");
     mark.setAttribute("x1", x); mark.setAttribute("x2", x);
@@ -274,6 +286,8 @@ function play() {
   root.querySelectorAll("[data-take]").forEach((b) => b.addEventListener("click", () => choose(+b.dataset.take)));
   const toggle = () => { playing = !playing; button.textContent = playing ? "pause" : "play"; };
   button.addEventListener("click", toggle);
+  const ghost = find("ghost");
+  if (ghost) ghost.addEventListener("change", () => { viewer.ghost = ghost.checked; });
   slider.addEventListener("input", () => { if (playing) toggle(); clock = slider.value / take.hz + 1e-6; });
   const moment = /(?:^|[#&])t=([\d.]+)/.exec(location.hash), which = /(?:^|[#&])take=(\d+)/.exec(location.hash);
   choose(which ? Math.min(takes.length - 1, +which[1]) : 0);

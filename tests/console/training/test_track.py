@@ -59,9 +59,17 @@ def test_a_training_is_the_same_over_one_and_two_actors_and_is_evaluated_by_clip
     capsys.readouterr()
     run, onnx = str(tmp_path / "run1"), str(tmp_path / "track.onnx")
     serve = ["serve", run, "--listen", "127.0.0.1:0"]
-    for words, code in ((["export", run, onnx], 1), (serve, 1), (["report", run], 2)):
+    for words, code in ((["export", run, onnx], 1), (serve, 1)):
         assert main(words) == code
         error = capsys.readouterr().err
         assert "follows clips" in error and "use evaluate, play or video" in error
         assert error.count("\n") == 1
     assert not Path(onnx).exists()
+
+    page = tmp_path / "run1" / "report.html"
+    assert main(["report", run, "--trials", "6"]) == 0
+    text = page.read_text()
+    for heading in ("Best, median and worst trial", "By clip", "Training", "Settings"):
+        assert f"<h2>{heading}</h2>" in text
+    assert text.count("data-take=") == 3 and '"ghost":true' in text
+    assert str(tmp_path) not in text
