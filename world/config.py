@@ -104,6 +104,10 @@ class TrackConfig:
     walker: str = ""
     """Run, checkpoint or name of a policy of the task walk: of the starts shortly before a box is
     taken up from standing, some are as this policy comes to it. Empty: as the clip shows it."""
+    rollouts: str = ""
+    """Run, checkpoint or name of a policy of the task track: half of the starts are in simulated
+    states from which this policy went on, where there are such, in place of the reference's, which
+    need not be physical. It is watched when a training begins. Empty: the reference's alone."""
     handling: float = 2.0
     """Weight of frames in which the clip reaches for its object, lifts it or puts it down, in the
     draw of initial states; other frames have 1."""

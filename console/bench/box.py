@@ -17,7 +17,7 @@ from world.objects.box_bank import BoxBank, boxes, resting
 from world.scene.batch import Scenes
 from world.scene.target import Target
 from world.tasks.carry import grips
-from world.teachers.controller import CarryController
+from world.teachers.scripted.controller import CarryController
 
 #: Control steps between two resets: long enough for first steps with the box.
 _EPISODE = 45

@@ -9,7 +9,7 @@ from world.meshes.collection import SPLITS
 
 #: Fields whose value names a piece's split, or files of pieces.
 _SPLITS = ("objects",)
-_SOURCES = ("source", "sources", "policies", "init", "walker")
+_SOURCES = ("source", "sources", "policies", "init", "walker", "tracker", "rollouts")
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from console.run.directory import RunDirectory, checkpoint_folder
 from console.run.experiment import Experiment, experiment_from_json, to_json
 from console.run.nan_dump import NanDump
 from console.run.policy_teachers import PolicyTeacher, policy_teachers
+from console.run.rollouts import rollouts_of
 from discriminator.process import ServiceSpec
 from discriminator.protocols import Holding, MocapSampler
 from discriminator.service import ServiceConfig
@@ -46,6 +47,7 @@ from world.tasks.mixture import Mixture
 from world.tasks.symmetry import symmetry
 from world.teachers.teacher import Teacher
 from world.tracking.arrivals import Arrivals
+from world.tracking.rollouts import Rollouts
 
 
 def library(
@@ -124,6 +126,8 @@ class MakeShard:
     """Of some tasks: the policies that label their scenes."""
     arrivals: Arrivals | None = None
     """Initial states of tracking; see world.track.walker."""
+    rollouts: Rollouts | None = None
+    """Likewise; see world.track.rollouts."""
 
     def __call__(self, scenes: range) -> ShardLike:
         torch.set_num_threads(1)
@@ -153,6 +157,7 @@ class MakeShard:
             shown,
             teacher,
             self.arrivals,
+            self.rollouts,
         )
         return NanDump(made, scenes, training_bank(world).pieces, self.recordings)
 
@@ -167,15 +172,16 @@ def shard(
     shown: Sequence[Task] = (),
     teacher: Teacher | None = None,
     arrivals: Arrivals | None = None,
+    rollouts: Rollouts | None = None,
 ) -> Shard:
     """Return a shard on the clips and furniture of this process.
 
     shown: tasks whose goals are observed; see Shard. teacher: by default the one that `world`
-    names. arrivals: states from which scenes that follow clips are joined too.
+    names. arrivals, rollouts: states from which scenes that follow clips are joined too.
     """
     bank = training_bank(world)
-    if arrivals is not None:
-        bank = tasks.make(world.task).affordance.joined_from(bank, arrivals)
+    if arrivals is not None or rollouts is not None:
+        bank = tasks.make(world.task).affordance.joined_from(bank, arrivals, rollouts)
     library = library_of(world)
     teacher = teacher or teachers.make(world, bank, scenes)
     return Shard(world, library, bank, scenes, seed, teacher, simulator, device, warp, shown)
@@ -197,6 +203,7 @@ def make_shard(experiment: Experiment, run: RunDirectory, device: torch.device =
         experiment.block,
         policy_teachers(experiment, trained),
         arrivals_of(experiment, trained),
+        rollouts_of(experiment, trained, training_bank),
     )
 
 

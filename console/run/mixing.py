@@ -82,7 +82,7 @@ def untaught(world: WorldConfig) -> WorldConfig:
         world,
         walker="",
         tracker="",
-        track=replace(world.track, goal="", teacher="", walker=""),
+        track=replace(world.track, goal="", teacher="", walker="", rollouts=""),
     )
 
 

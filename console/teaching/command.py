@@ -22,7 +22,7 @@ from world.config import WorldConfig
 from world.errors import ConfigError
 from world.tasks.carry import Carry
 
-_TEACHER = Origin("a scripted teacher (world.teachers.carry), no motion capture", "Apache-2.0")
+_TEACHER = Origin("a scripted teacher (world.teachers.scripted), no motion capture", "Apache-2.0")
 
 
 @dataclass(frozen=True)

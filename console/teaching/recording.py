@@ -19,7 +19,7 @@ from world.motions import clip_file
 from world.motions.clip import Clip, validate
 from world.motions.objects import BoxTrack
 from world.tasks.carry import Carry, grips
-from world.teachers.motion import HANDS
+from world.teachers.scripted.motion import HANDS
 
 #: Last control steps before a fall, which are left out; fewest control steps of a clip.
 _BEFORE_FALL, _SHORTEST = 60, 90
@@ -80,7 +80,7 @@ class Recorder:
             character.CONTROL_HZ,
             qpos[:, :3].numpy(),
             rotation,
-            "world.teachers.carry",
+            "world.teachers.scripted.carry",
             "Apache-2.0",
             box=track,
         )

@@ -20,8 +20,8 @@ from world.objects.box_bank import BoxBank, Layout
 from world.scene.batch import Scenes
 from world.scene.box import box
 from world.tasks.carry import Carry
-from world.teachers.controller import CarryController, Phase
-from world.teachers.gait import unit
+from world.teachers.scripted.controller import CarryController, Phase
+from world.teachers.scripted.gait import unit
 
 #: Greatest number of control steps of an episode, of those with the box at its target, and lowest
 #: root height, m; each ends an episode.

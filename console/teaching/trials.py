@@ -22,7 +22,7 @@ from world.config import WorldConfig
 from world.scene.batch import Scenes
 from world.scene.target import Target
 from world.tasks.carry import Carry
-from world.teachers.controller import CarryController
+from world.teachers.scripted.controller import CarryController
 
 #: Correlation of the action error between two control steps.
 _CORRELATION = 0.8

@@ -72,7 +72,8 @@ def inherited(run: RunDirectory, command: Train, experiment: Experiment) -> tupl
     --init, or those that the run's newest readable checkpoint names."""
     if not command.resume:
         world = experiment.world
-        others = world.track.teacher, world.track.walker, world.walker, world.tracker
+        track = world.track
+        others = track.teacher, track.walker, track.rollouts, world.walker, world.tracker
         return ancestors.origins((command.init, *others))
     for path in sorted(run.checkpoints.glob("[0-9]*"), reverse=True):
         with contextlib.suppress(CheckpointError):

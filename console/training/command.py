@@ -30,6 +30,7 @@ from console.run.experiment import (
 from console.run.metrics import Recorder, open_recorders
 from console.run.policy_teachers import policy_teachers
 from console.run.renamed import flag
+from console.run.rollouts import tracker_of
 from console.terminal import doing, leave_soon
 from console.training import beginning, dry_run
 from console.training.beginning import recorded, require_unedited
@@ -126,7 +127,7 @@ def resolve(command: Train) -> Experiment:
         world = replace(world, motions=tuple(str(path.resolve()) for path in command.motions))
     if command.objects:
         world = replace(world, objects=tuple(_furniture(name) for name in command.objects))
-    for name in ("teacher", "walker"):
+    for name in ("teacher", "walker", "rollouts"):
         if source := getattr(world.track, name):
             world = replace(world, track=replace(world.track, **{name: policy_source(source)}))
     for name in ("walker", "tracker"):
@@ -152,6 +153,7 @@ def resolve(command: Train) -> Experiment:
     require_shape(command, experiment, workers(command, experiment))
     policy_teachers(experiment, assembly.trained)
     walker_of(experiment, assembly.trained)
+    tracker_of(experiment, assembly.trained)
     return experiment
 
 

@@ -8,11 +8,11 @@ from world.character import model as character
 from world.scene.batch import Scenes
 from world.scene.model import compile_scene
 from world.scene.target import BoxState
-from world.teachers import motion as mover
-from world.teachers import phase_cue
-from world.teachers.gait import Footing, Gait, unit
-from world.teachers.motion import Pace, Reach
-from world.teachers.whole_body import Figure, Load, Mass
+from world.teachers.scripted import motion as mover
+from world.teachers.scripted import phase_cue
+from world.teachers.scripted.gait import Footing, Gait, unit
+from world.teachers.scripted.motion import Pace, Reach
+from world.teachers.scripted.whole_body import Figure, Load, Mass
 
 
 class Walk:

@@ -22,6 +22,7 @@ from world.scene.batch import Scenes
 from world.scene.perturbations import Disturbance
 from world.scene.target import Target
 from world.tracking.arrivals import Arrivals
+from world.tracking.rollouts import Rollouts
 
 
 @dataclass(frozen=True)
@@ -128,9 +129,11 @@ class Affordance(ABC):
         use."""
         return bank
 
-    def joined_from(self, bank: ObjectBank, arrivals: Arrivals) -> ObjectBank:
+    def joined_from(
+        self, bank: ObjectBank, arrivals: Arrivals | None, rollouts: Rollouts | None
+    ) -> ObjectBank:
         """The bank itself; where clips are followed, one of whose clips some begin in the states of
-        `arrivals`."""
+        `arrivals` and of `rollouts`."""
         return bank
 
     @abstractmethod

@@ -13,6 +13,7 @@ from world.objects.bank import ObjectBank
 from world.tracking.arrivals import Arrivals
 from world.tracking.bank import TrackBank
 from world.tracking.reference import reference
+from world.tracking.rollouts import Rollouts
 from world.tracking.sampler import TrackSampler
 
 #: Why objects cannot be chosen.
@@ -48,10 +49,12 @@ class ReferenceMotion(Affordance):
         ).clips
         return bank.starting_in([use.read(clip).has_object for clip in clips])
 
-    def joined_from(self, bank: ObjectBank, arrivals: Arrivals) -> ObjectBank:
+    def joined_from(
+        self, bank: ObjectBank, arrivals: Arrivals | None, rollouts: Rollouts | None
+    ) -> ObjectBank:
         """See Affordance."""
         assert isinstance(bank, TrackBank), "tracking needs a bank of clips"
-        return bank.joined_from(arrivals)
+        return bank.joined_from(arrivals, rollouts)
 
     def sampler(
         self, config: WorldConfig, library: MotionLibrary, bank: ObjectBank, seed: int

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from world.config import WorldConfig
 from world.errors import ChoiceError, ConfigError
 from world.objects.bank import ObjectBank
-from world.teachers.carry import CarryTeacher
+from world.teachers.scripted.carry import CarryTeacher
 from world.teachers.teacher import Teacher
 
 

@@ -18,6 +18,7 @@ from world.scene.box import STAND
 from world.scene.model import Ball, compile_scene
 from world.tracking.arrivals import Arrivals
 from world.tracking.reference import Reference
+from world.tracking.rollouts import Rollouts
 from world.tracking.support import sunk_m, supports
 
 #: Upper bound of the lift of an initial state out of its seat or bed, m.
@@ -85,6 +86,7 @@ class TrackBank:
         self.mass = torch.tensor(mass, dtype=torch.float32)
 
         self.arrivals: Arrivals | None = None
+        self.rollouts: Rollouts | None = None
 
     def __len__(self) -> int:
         return len(self.models)
@@ -101,10 +103,13 @@ class TrackBank:
         found.reference = replace(self.reference, start_weight=weight)
         return found
 
-    def joined_from(self, arrivals: Arrivals) -> "TrackBank":
-        """Return this bank, of whose pick-ups some begin in the states of `arrivals`."""
+    def joined_from(
+        self, arrivals: Arrivals | None, rollouts: Rollouts | None = None
+    ) -> "TrackBank":
+        """Return this bank, of whose pick-ups some begin in the states of `arrivals`, and of whose
+        clips some in those of `rollouts`."""
         found = copy.copy(self)
-        found.arrivals = arrivals
+        found.arrivals, found.rollouts = arrivals, rollouts
         return found
 
 

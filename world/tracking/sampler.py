@@ -18,6 +18,7 @@ from world.scene.target import BoxState
 from world.tracking.arrivals import Arrivals, PickUps
 from world.tracking.bank import TrackBank
 from world.tracking.reference import Reference
+from world.tracking.rollouts import Rollouts, keys
 from world.tracking.target import HANDS, TrackTarget
 
 #: Initial position of an unused box, on its stand, m.
@@ -47,6 +48,10 @@ class TrackInitialStates:
     """[m] int64: of the reference."""
     origin: Tensor
     """[m, 3]: from the clips' worlds to the scenes', m."""
+    box: Tensor
+    """[m, 7]: pose of the box, parked where the clip has none."""
+    box_velocity: Tensor
+    """[m, 6]: world m/s, own axes rad/s."""
 
 
 class TrackSampler:
@@ -77,13 +82,36 @@ class TrackSampler:
 
     def draw(self, scenes: Tensor, episodes: Tensor) -> TrackInitialStates:
         """The initial states of the given scene ids [m] and episode numbers [m] (int64 both)."""
-        arrivals = self._bank.arrivals
+        arrivals, rollouts = self._bank.arrivals, self._bank.rollouts
         count = 10 if arrivals is not None else 5 if self._displaced_m else 2
+        count = count if rollouts is None else 12
         u = random_streams.uniform(self._seed, random_streams.EPISODE, scenes, episodes, count)
         states = self.at(random_streams.drawn(self._weight, u[:, 0]), u[:, 1])
+        if rollouts is not None:
+            states = self._simulated(states, rollouts, u[:, 10:])
         if self._displaced_m:
             states = self._displaced(states, u[:, 2:5])
-        return states if arrivals is None else self._arrived(states, arrivals, u[:, 5:])
+        return states if arrivals is None else self._arrived(states, arrivals, u[:, 5:10])
+
+    def _simulated(
+        self, states: TrackInitialStates, rollouts: Rollouts, u: Tensor
+    ) -> TrackInitialStates:
+        """The states [m], some in place of the reference's as a tracker came by: u [m, 2]."""
+        key = keys(states.frame, states.variant, self._bank.each)
+        rows, number = rollouts.replaced(key, u)
+        qpos, box = rollouts.qpos[number].clone(), rollouts.box[number].clone()
+        for pose in (qpos, box):
+            pose[:, :3] += states.origin[rows]
+        boxed = self._reference.boxed[self._reference.clip[states.frame[rows]]][:, None]
+        velocity = rollouts.box_velocity[number]
+        new = {
+            "qpos": qpos,
+            "qvel": rollouts.qvel[number],
+            "box": torch.where(boxed, box, states.box[rows]),
+            "box_velocity": torch.where(boxed, velocity, states.box_velocity[rows]),
+        }
+        found = {name: getattr(states, name).index_put((rows,), new[name]) for name in new}
+        return replace(states, **found)
 
     def _arrived(
         self, states: TrackInitialStates, arrivals: Arrivals, u: Tensor
@@ -143,7 +171,8 @@ class TrackSampler:
         )
         kind = torch.zeros_like(frame)
         variant = reference.clip[frame] * bank.each + choice
-        return TrackInitialStates(qpos, qvel, variant, kind, frame, origin)
+        box, velocity = self._box(frame, origin)
+        return TrackInitialStates(qpos, qvel, variant, kind, frame, origin, box, velocity)
 
     def target(self, states: TrackInitialStates) -> TrackTarget:
         """Targets [m] of `states`."""
@@ -153,12 +182,11 @@ class TrackSampler:
         corners = rotations.turn(yaw[:, None], bank.corners[clip]) + origin[:, None]
         box = None
         if bank.has_box:
-            pose, velocity = self._box(states)
             half = bank.half[states.variant]
             box = BoxState(
-                pose[:, :3],
-                pose[:, 3:],
-                velocity[:, :3],
+                states.box[:, :3],
+                states.box[:, 3:],
+                states.box_velocity[:, :3],
                 half,
                 reference.picked[clip, :3] + states.origin,
                 self._aim[clip] + states.origin,
@@ -199,8 +227,7 @@ class TrackSampler:
         down = torch.cat((torch.zeros_like(half), torch.zeros_like(half), half), dim=1)
         parked = there.new_tensor(_PARKED_M).expand_as(there)
         scenes.move_stand(ids, torch.where(puts, there, parked) - down)
-        pose, velocity = self._box(states)
-        scenes.set_free(ids, 0, pose, velocity)
+        scenes.set_free(ids, 0, states.box, states.box_velocity)
 
     def load_n(self, states: TrackInitialStates) -> tuple[Tensor, Tensor]:
         """Force of each hand and weight that both bear, N: zeros, [m] each, as the reference's
@@ -208,16 +235,17 @@ class TrackSampler:
         nothing = torch.zeros(len(states.frame))
         return nothing, nothing
 
-    def _box(self, states: TrackInitialStates) -> tuple[Tensor, Tensor]:
-        """Pose [m, 7] and velocity [m, 6] of the boxes; parked where the clip has none."""
+    def _box(self, frame: Tensor, origin: Tensor) -> tuple[Tensor, Tensor]:
+        """Pose [m, 7] and velocity [m, 6] of the boxes in frames [m], their clips' worlds at origin
+        [m, 3]; parked where the clip has none."""
         reference = self._reference
-        boxed = reference.boxed[reference.clip[states.frame]][:, None]
-        pose = reference.box[states.frame].clone()
-        lift = torch.where(reference.held[states.frame], LIFT_M, _BOX_LIFT_M)
-        pose[:, :3] += states.origin
+        boxed = reference.boxed[reference.clip[frame]][:, None]
+        pose = reference.box[frame].clone()
+        lift = torch.where(reference.held[frame], LIFT_M, _BOX_LIFT_M)
+        pose[:, :3] += origin
         pose[:, 2] += lift
         parked = pose.new_tensor((*_PARKED_M[:2], _PARKED_M[2] + _BOX_LIFT_M, 1.0, 0.0, 0.0, 0.0))
-        velocity = reference.box_velocity[states.frame]
+        velocity = reference.box_velocity[frame]
         zero = torch.zeros_like(velocity)
         return torch.where(boxed, pose, parked), torch.where(boxed, velocity, zero)
 

@@ -7,7 +7,7 @@ from console.teaching.scenes import TeachingScenes
 from world.character import model as character
 from world.config import WorldConfig
 from world.scene.box import BOX_SIZE_M
-from world.teachers.controller import Phase
+from world.teachers.scripted.controller import Phase
 
 
 def test_episodes_start_where_a_box_was_lifted() -> None:

@@ -7,8 +7,8 @@ import torch
 
 from tests.support.walking import box_at
 from world.character import model as character
-from world.teachers import handling
-from world.teachers.whole_body import Figure
+from world.teachers.scripted import handling
+from world.teachers.scripted.whole_body import Figure
 
 
 @pytest.fixture(autouse=True)

@@ -9,8 +9,8 @@ import torch
 from tests.support.walking import Walk, feet_at
 from world import rotations
 from world.character import model as character
-from world.teachers.gait import OMEGA, SHIFT, STEP, Footing, Gait, wrapped
-from world.teachers.whole_body import Mass
+from world.teachers.scripted.gait import OMEGA, SHIFT, STEP, Footing, Gait, wrapped
+from world.teachers.scripted.whole_body import Mass
 
 
 @pytest.fixture(autouse=True)

@@ -12,9 +12,9 @@ from world.objects.box_bank import BoxBank, resting
 from world.scene.batch import Scenes
 from world.scene.box import box
 from world.tasks.carry import Carry
-from world.teachers.controller import CarryController, Phase
-from world.teachers.gait import SHIFT, STEP, unit
-from world.teachers.whole_body import BODY_KG
+from world.teachers.scripted.controller import CarryController, Phase
+from world.teachers.scripted.gait import SHIFT, STEP, unit
+from world.teachers.scripted.whole_body import BODY_KG
 
 
 @pytest.fixture(autouse=True)

@@ -12,7 +12,7 @@ from world import rotations
 from world.objects.grasp import half_depth_m
 from world.scene.target import BoxState
 from world.tasks.carry import DEPTH_COST, MIN_HALF_DEPTH_M, half_depths, stand_poses
-from world.teachers.gait import Footing, wrapped
+from world.teachers.scripted.gait import Footing, wrapped
 
 #: The character's position lies this far behind the centre of the soles, m: about the ankles.
 _BEHIND_M = 0.035

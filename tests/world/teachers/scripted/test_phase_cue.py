@@ -5,8 +5,8 @@ import torch
 
 from tests.support.walking import Walk, bent
 from world.character import model as character
-from world.teachers import phase_cue
-from world.teachers.gait import SHIFT, STEP, Gait
+from world.teachers.scripted import phase_cue
+from world.teachers.scripted.gait import SHIFT, STEP, Gait
 
 
 @pytest.fixture(autouse=True)

@@ -9,8 +9,8 @@ from torch import Tensor
 from tests.support.walking import box_at, feet_at
 from world import rotations
 from world.scene.target import BoxState
-from world.teachers import path
-from world.teachers.gait import Footing, unit
+from world.teachers.scripted import path
+from world.teachers.scripted.gait import Footing, unit
 
 
 @pytest.fixture(autouse=True)

@@ -9,7 +9,7 @@ from world.character import model as character
 from world.objects.bank import ObjectBank
 from world.scene.batch import Scenes
 from world.scene.target import Target
-from world.teachers.controller import CarryController, lifted
+from world.teachers.scripted.controller import CarryController, lifted
 
 #: Each scene is labelled in two of five control steps: labels in all steps cost more time than they
 #: teach. A period of five is no divisor of a walking step's eleven.

@@ -17,7 +17,7 @@ from torch import Tensor
 
 from world import rotations
 from world.character import model as character
-from world.teachers.whole_body import GRAVITY_M_S2, Figure, Mass, apply
+from world.teachers.scripted.whole_body import GRAVITY_M_S2, Figure, Mass, apply
 
 _BODY = character.BODIES.index
 #: Right first: 0 is the right foot, 1 the left foot.

@@ -16,11 +16,11 @@ from world import rotations
 from world.character import model as character
 from world.objects import grasp
 from world.scene.target import BoxState, Target
-from world.teachers import handling, path, phase_cue
-from world.teachers.gait import Footing, Gait, unit, wrapped
-from world.teachers.motion import HANDS, SERVO_S, Intent, Pace, Reach
-from world.teachers.path import View
-from world.teachers.whole_body import Figure, Load, Mass, shortened
+from world.teachers.scripted import handling, path, phase_cue
+from world.teachers.scripted.gait import Footing, Gait, unit, wrapped
+from world.teachers.scripted.motion import HANDS, SERVO_S, Intent, Pace, Reach
+from world.teachers.scripted.path import View
+from world.teachers.scripted.whole_body import Figure, Load, Mass, shortened
 
 _TORSO = character.BODIES.index("torso")
 
@@ -125,7 +125,7 @@ class CarryController:
     def set_points(self, qpos: Tensor, qvel: Tensor, target: Target, mass_kg: Tensor) -> Tensor:
         """Servo set-points [n, 28] rad of the next control step. The simulation must then advance
         by that step, driven by these or by a student that shows the phase cue
-        (world.teachers.phase_cue).
+        (world.teachers.scripted.phase_cue).
 
         qpos [n, 43]; qvel [n, 34]; mass_kg [n]: of the boxes.
         """

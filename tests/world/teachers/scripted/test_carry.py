@@ -17,8 +17,8 @@ from world.motions.synthetic.carries import carrying
 from world.motions.synthetic.library import walking
 from world.motions.uses.box import BOX
 from world.objects.box_bank import BoxBank, boxes
-from world.teachers.carry import CarryTeacher
-from world.teachers.controller import Phase
+from world.teachers.scripted.carry import CarryTeacher
+from world.teachers.scripted.controller import Phase
 
 #: Half of the standing characters are near the box.
 CONFIG = WorldConfig(

@@ -13,9 +13,9 @@ from torch import Tensor
 
 from world.character import model as character
 from world.character import servos
-from world.teachers.gait import ANKLE_M, CONTROL_S, FEET, OMEGA, Footing, Stride, unit
-from world.teachers.phase_cue import NECK
-from world.teachers.whole_body import (
+from world.teachers.scripted.gait import ANKLE_M, CONTROL_S, FEET, OMEGA, Footing, Stride, unit
+from world.teachers.scripted.phase_cue import NECK
+from world.teachers.scripted.whole_body import (
     BODY_KG,
     GRAVITY_M_S2,
     Figure,

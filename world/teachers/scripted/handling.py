@@ -12,8 +12,8 @@ from world.character.model import BODIES
 from world.objects import grasp
 from world.scene.box import FRICTION
 from world.scene.target import BoxState
-from world.teachers.motion import HANDS, Reach
-from world.teachers.whole_body import GRAVITY_M_S2, Figure, shortened
+from world.teachers.scripted.motion import HANDS, Reach
+from world.teachers.scripted.whole_body import GRAVITY_M_S2, Figure, shortened
 
 _TORSO = BODIES.index("torso")
 #: Of each hand, right first: its side of the box.

@@ -11,10 +11,10 @@ from world import rotations
 from world.character import model as character
 from world.scene.batch import Scenes
 from world.scene.model import compile_scene
-from world.teachers import motion as mover
-from world.teachers.gait import Footing, Gait, unit
-from world.teachers.motion import HANDS, Pace, Reach
-from world.teachers.whole_body import (
+from world.teachers.scripted import motion as mover
+from world.teachers.scripted.gait import Footing, Gait, unit
+from world.teachers.scripted.motion import HANDS, Pace, Reach
+from world.teachers.scripted.whole_body import (
     BODY_KG,
     GRAVITY_M_S2,
     Figure,

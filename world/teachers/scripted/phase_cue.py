@@ -11,7 +11,7 @@ from torch import Tensor
 
 from world.character import model as character
 from world.character import servos
-from world.teachers.gait import SHIFT, SWING_STEPS, Gait
+from world.teachers.scripted.gait import SHIFT, SWING_STEPS, Gait
 
 _NAMES = [joint.name for joint in character.JOINTS for _ in joint.range_deg]
 #: The neck's servos: rotations about x (right), y (forward) and z (left).
