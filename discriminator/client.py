@@ -16,6 +16,8 @@ from rpc.errors import CodecError, RefusedError
 from rpc.v1 import style_pb2 as pb
 from rpc.v1 import style_pb2_grpc
 
+#: Of the settings in a status: the mean of the mocap by which the discriminator normalises.
+MOCAP_MEAN = "mocap_mean"
 TRAINING = "inhabit-training"
 """Metadata key of a call: the id of the calling training."""
 ERRORS = {

@@ -13,7 +13,7 @@ import grpc
 import torch
 from prometheus_client import Gauge
 
-from discriminator.client import TRAINING
+from discriminator.client import MOCAP_MEAN, TRAINING
 from discriminator.errors import StyleError, TurnError
 from discriminator.journal import Journal
 from discriminator.messages import rollout_of, state_chunks, state_of
@@ -123,7 +123,7 @@ class StyleService(style_pb2_grpc.StyleServicer):
             replay_size=style.replay.size,
             replay_capacity=style.replay.capacity,
             width=style.width,
-            config=json.dumps(asdict(style.config)),
+            config=json.dumps(asdict(style.config) | {MOCAP_MEAN: style.mocap_mean}),
             instance=self._instance,
             train_every=self._config.train_every,
             uptime_s=time.monotonic() - self._began,

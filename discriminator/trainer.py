@@ -68,6 +68,8 @@ class Discriminator:
         if self._kept is not None:
             self._kept = put(self._kept, device)
         self.mean, self.deviation = normaliser.fit(put(states, device))
+        #: By which one discriminator's mocap is told from another's: clips, mixture and seed.
+        self.mocap_mean: list[float] = self.mean.tolist()
         self._holding = _holding(config, holding, device)
         each = self.width if self._kept is None else len(self._kept)
         self._windows = Windows(config.window, each, device)

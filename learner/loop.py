@@ -26,6 +26,7 @@ from learner.protocols import (
 from learner.returns import mixed_reward
 from learner.segments import Failures
 from learner.stages import Outcome, StageEnd
+from policy.checkpoints.trimmed import without_episodes
 from policy.rollout import Abandoned, Rollout
 from world.device import put
 
@@ -355,13 +356,14 @@ class Loop:
     def begin_stage(self, state: State, outcome: Outcome) -> None:
         """Go on from the state of a loop whose stage ended so: with its networks, optimisers and
         discriminator, while all episodes and their statistics begin anew."""
-        self._load_learning(state)
+        self._load_learning(state, anew=True)
         learner, before = self.learner, state["training"]["stage"]
         learner.stage_start = learner.samples
         missed = [str(before["number"])] if outcome == "limit" else []
         self.unmet = ",".join([*filter(None, before["unmet"].split(",")), *missed])
 
-    def _load_learning(self, state: State) -> None:
+    def _load_learning(self, state: State, anew: bool) -> None:
+        """anew: all episodes begin anew."""
         training = state["training"]
         self.learner.load_policy_state(state["policy"])
         self.learner.load_state_dict(training["learner"])
@@ -371,12 +373,13 @@ class Loop:
             self.failures.load_state_dict(training["failures"])
         self.seconds = float(training["seconds"])
         if self.style is not None:
-            self.style.load_state_dict(state["style"])
+            style = state["style"]
+            self.style.load_state_dict(without_episodes(style) if anew else style)
 
     def load_state_dict(self, state: State) -> None:
         """Restore a state: the run goes on bit for bit as if it had not stopped."""
         training = state["training"]
-        self._load_learning(state)
+        self._load_learning(state, anew="fleet" not in training)
         self.gathering.load_state_dict(training)
         self.episodes.load_state_dict(training["episodes"])
         best = training["best_score"]

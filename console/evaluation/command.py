@@ -1,5 +1,6 @@
 """`inhabit evaluate`: the paper's protocol on held-out furniture, as tables and JSON."""
 
+import hashlib
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -183,6 +184,13 @@ def file_name(checkpoint: str, figures: dict[str, Any]) -> str:
         parts.append(figures["perturbation"])
     if figures["preset"] != "table1":
         parts.append(figures["preset"])
+    near_m, far_m = figures.get("start_m", start_m(figures["task"], figures["preset"]))
+    if (near_m, far_m) != start_m(figures["task"], figures["preset"]):
+        parts.append(f"{near_m:g}-{far_m:g}m")
+    if "simulator" in figures:
+        parts.append(figures["simulator"])
+    if "motions" in figures:
+        parts.append(hashlib.sha256("/".join(figures["motions"]).encode()).hexdigest()[:8])
     return "-".join([*parts, str(figures["seed"]), str(figures["trials"])]) + ".json"
 
 

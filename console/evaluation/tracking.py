@@ -116,7 +116,7 @@ def run(
     def one(rows: NDArray[np.int64]) -> Outcomes:
         nonlocal done
         torch.set_num_threads(1)
-        recorded = min(record, SLOTS) if rows[0] == 0 else 0
+        recorded = min(record, SLOTS, len(rows)) if rows[0] == 0 else 0
         found = _Chunk(world, bank, policy, trials, rows, recorded).run()
         done += len(rows)
         progress(min(done, int((~trials.whole).sum())))
@@ -293,6 +293,8 @@ def evaluate(
         "trials": trials,
         "seed": seed,
         "objects": "clips",
+        # names of the clips alone: figures are passed on, paths of this machine are not
+        **({"motions": sorted(set(names))} if motions else {}),
         "perturbation": "none",
         "preset": "table1",
         **summary(outcomes, chosen, np.array(clips)),

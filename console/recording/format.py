@@ -192,6 +192,8 @@ def _fault(take: Take) -> str:
         return "boxes with edges that are no lengths"
     if len(balls) != 3 or balls[2] != 3 or balls[1] > MAX_BALLS or balls[0] not in (0, frames):
         return f"balls are {list(balls)}, not [{frames}, 0 to {MAX_BALLS}, 3]"
+    if take.ghost.shape != (0, 43) and take.ghost.shape != (frames, 43):
+        return f"ghost is {list(take.ghost.shape)}, not [{frames}, 43]"
     for name in ("cargo", "stand"):
         value = getattr(take, name)
         if value.shape not in ((0,), (3,)) or not (np.abs(value) < MAX_REACH_M).all():

@@ -140,17 +140,18 @@ def new_run(task: str, root: Path = RUNS, today: datetime.date | None = None) ->
 
 
 def policy_source(named: str) -> str:
-    """Return a run or checkpoint as an absolute path; the name of a policy, and "", unchanged.
+    """Return a run or checkpoint as the absolute path of its checkpoint; the name of a policy, and
+    "", unchanged. A training that resumes so has the weights with which it began.
 
     Raises ConfigError where there is none.
     """
     if not named:
         return named
     try:
-        checkpoint_folder(Path(named))
+        found = checkpoint_folder(Path(named))
     except RunError as error:
         raise ConfigError(str(error)) from None
-    return str(Path(named).resolve()) if Path(named).exists() else named
+    return str(found) if Path(named).exists() else named
 
 
 def checkpoint_folder(where: Path) -> Path:

@@ -20,6 +20,8 @@ SUFFIX = ".toml"
 #: there are.
 _THROUGHOUT = (
     "ppo.hidden", "ppo.skip", "ppo.observation_clip", "ppo.observation_std_floor", "ppo.threads",
+    # where a training begins: from there on KL adapts the one and counts the other down
+    "ppo.actor_rate", "ppo.warmup_iterations",
     "world.task", "world.motions", "world.objects", "world.action_scale", "world.action_clip",
     "style.hidden", "style.replay", "style.object_features", "style.window", "style.mask_holding",
     "style.held_out", "style.normaliser_samples",

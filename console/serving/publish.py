@@ -51,7 +51,9 @@ def publish_command(command: Publish) -> int:
             experiment.ppo.observation_clip, experiment.ppo.observation_std_floor
         )
         policies = [read(one, ("policy",)).state["policy"] for one in averaged]
-        found.state["policy"] = mean_policy(policies, limits)
+        mixed = mixing.mixture_of(experiment)
+        hidden = None if mixed is None else mixing.hidden_columns(mixed)
+        found.state["policy"] = mean_policy(policies, limits, hidden)
     single, found.state["policy"] = mixing.of_one_task(
         experiment, found.state["policy"], command.task
     )

@@ -59,16 +59,16 @@ def train(command: Train) -> int:
         print(dry_run.describe(experiment))
         return 0
     run = RunDirectory(command.run) if command.run else new_run(command.task)
-    occupied = run.occupied
     made = [folder for folder in (run.path, *run.path.parents) if not folder.exists()]
-    try:
-        with run.lock():
+    with run.lock():  # held to the last: who is refused the lock leaves all as it is
+        occupied = run.occupied
+        try:
             with doing("reading furniture and clips"):
                 prepare(run, command, experiment)
             return learn(run, command, experiment)
-    finally:
-        if not occupied:
-            remove_unbegun(run, made)
+        finally:
+            if not occupied:
+                remove_unbegun(run, made)
 
 
 def remove_unbegun(run: RunDirectory, made: Sequence[Path]) -> None:

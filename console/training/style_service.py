@@ -8,17 +8,22 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
 
+import numpy as np
+
 from console.commands.training import StyleAddress
 from console.run import assembly
 from console.run.directory import RunDirectory, RunError
 from console.run.experiment import Experiment, differences
-from discriminator.client import StyleClient
+from discriminator.client import MOCAP_MEAN, StyleClient
 from discriminator.errors import StyleError
 from rpc.address import is_local
 from rpc.channel import ChannelConfig
 from rpc.credentials import read_token
 from rpc.errors import SettingsError
 from world.errors import ConfigError
+
+#: Means of mocap that differ by less are equal: another processor may round otherwise.
+_SAME_MEAN = 1e-4
 
 
 def channel_config(style: StyleAddress) -> ChannelConfig:
@@ -83,13 +88,20 @@ def attached(
     client = StyleClient(channel_config(style), note, training=secret_of(run))
     try:
         theirs = json.loads(client.status().config)
+        mocap = theirs.pop(MOCAP_MEAN, None)
         ours = json.loads(json.dumps(asdict(experiment.style)))
         if changed := list(differences(theirs, ours, "style")):
             raise StyleError(
                 f"the style service at {style.address} has other settings: {'; '.join(changed)}"
                 " (start it for this run: inhabit style RUN)"
             )
-        client.load_state_dict(assembly.discriminator(experiment).state_dict())
+        own = assembly.discriminator(experiment)
+        if mocap is not None and not np.allclose(mocap, own.mocap_mean, atol=_SAME_MEAN):
+            raise StyleError(
+                f"the style service at {style.address} has other clips, or another seed (start it"
+                " for this run: inhabit style RUN)"
+            )
+        client.load_state_dict(own.state_dict())
         yield client
     finally:
         client.close()

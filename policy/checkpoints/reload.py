@@ -67,13 +67,15 @@ class Follower:
             return self._refuse(f"{error.filename}: {error.strerror}")
         if found == self._signature:
             return False
-        self._signature = found
         try:
             served = await run_in_background(self._read, path)
-        except InhabitError as error:
-            return self._refuse(str(error))
         except Exception as error:  # a foreign file may fail in any way; the service must go on
-            return self._refuse(f"{path}: {type(error).__name__}: {error}")
+            if not isinstance(error.__cause__ or error, OSError):
+                self._signature = found
+            # else the next poll reads it again: a disk may fail for a moment
+            known = isinstance(error, InhabitError)
+            return self._refuse(str(error) if known else f"{path}: {type(error).__name__}: {error}")
+        self._signature = found
         if served.digest == self.served.digest:
             self.last_refusal = ""
             return False

@@ -19,6 +19,18 @@ from policy.errors import CheckpointError
 #: Of the training section, what belongs to the scenes.
 _SCENES = ("fleet", "waiting", "begun")
 _ROWS, _COUNT = "replay", "counters/replay"
+#: Of the discriminator's: the last states of every scene, from which longer windows go on, by
+#: dimension of the scenes.
+_WINDOWS = {"past": 1, "age": 0}
+
+
+def without_episodes(style: State) -> State:
+    """A discriminator's section for scenes in which all episodes begin anew: no window goes on from
+    an episode that is over."""
+    return {
+        name: value.narrow(_WINDOWS[name], 0, 0) if name in _WINDOWS else value
+        for name, value in style.items()
+    }
 
 
 def trimmed(state: State, most_bytes: int) -> State:
@@ -28,7 +40,7 @@ def trimmed(state: State, most_bytes: int) -> State:
     """
     training = {k: v for k, v in state["training"].items() if k not in _SCENES}
     found = {**state, "training": training}
-    style = dict(state["style"])
+    style = without_episodes(state["style"])
     rows = style.get(_ROWS)
     rest = _bytes({**found, "style": {k: v for k, v in style.items() if k != _ROWS}})
     if rest > most_bytes:

@@ -12,14 +12,19 @@ from policy.model.normaliser import Normaliser, NormaliserConfig
 _FIRST, _SKIP = "layers.0.", "skip.weight"
 
 
-def mean_policy(policies: Sequence[Mapping[str, Any]], limits: NormaliserConfig) -> dict[str, Any]:
+def mean_policy(
+    policies: Sequence[Mapping[str, Any]],
+    limits: NormaliserConfig,
+    hidden: Tensor | None = None,
+) -> dict[str, Any]:
     """The last of several `policy` sections, its averaged actor replaced by the mean of all.
 
     Stochastic weight averaging (Izmailov et al. 2018) reduces the noise of the last updates. The
     observation normaliser differs between checkpoints, so each actor is first rewritten as the same
     function under the last one's normaliser.
 
-    limits: clip and floor that the run normalises with.
+    limits: clip and floor that the run normalises with. hidden: [d] bool, observations that the
+    actor never reads, whose moments must not move its biases.
     Raises CheckpointError where the networks differ in shape.
     """
     if not policies:
@@ -27,7 +32,7 @@ def mean_policy(policies: Sequence[Mapping[str, Any]], limits: NormaliserConfig)
     last = policies[-1]
     target = _normaliser(last["normaliser"], limits)
     actors = [
-        _under(policy["average"], _normaliser(policy["normaliser"], limits), target)
+        _under(policy["average"], _normaliser(policy["normaliser"], limits), target, hidden)
         for policy in policies
     ]
     shapes = {tuple((name, tuple(t.shape)) for name, t in actor.items()) for actor in actors}
@@ -46,11 +51,15 @@ def _normaliser(state: Mapping[str, Tensor], limits: NormaliserConfig) -> Normal
     return found
 
 
-def _under(actor: Mapping[str, Tensor], own: Normaliser, target: Normaliser) -> dict[str, Tensor]:
+def _under(
+    actor: Mapping[str, Tensor], own: Normaliser, target: Normaliser, hidden: Tensor | None
+) -> dict[str, Tensor]:
     """Weights, float64, of the same actor under the normaliser `target` (exact up to the clip)."""
     moved = {name: value.double() for name, value in actor.items()}
     weight = moved[_FIRST + "weight"]
     shift = (target.mean - own.mean) / own.std.double()
+    if hidden is not None:
+        shift = shift.masked_fill(hidden, 0.0)
     scale = target.std.double() / own.std.double()
     moved[_FIRST + "bias"] = moved[_FIRST + "bias"] + weight @ shift
     moved[_FIRST + "weight"] = weight * scale

@@ -103,6 +103,7 @@ class Shard:
         self._hold = round(config.hold_s * character.CONTROL_HZ)
         self._episode = torch.zeros_like(self._all)
         self._steps = torch.zeros_like(self._all)
+        self._apart = torch.zeros_like(self._all)
         self._held = torch.zeros_like(self._all)
         self._return = torch.zeros(self.n, device=device)
         self._kind = torch.zeros_like(self._all)
@@ -128,6 +129,7 @@ class Shard:
         # step counters are spread, so that not all scenes time out in the same step
         apart = random_streams.uniform(seed, random_streams.EPISODE, self._ids, 0, 16)[:, 15]
         self._steps[:] = (apart * self._length).long()
+        self._apart = self._steps.clone()
 
     def observe(self) -> tuple[Tensor, Tensor]:
         """The current states [n, 114] and goals [n, G]; overwritten by the next step."""
@@ -197,7 +199,7 @@ class Shard:
             end_goals=self._goal[ends],
             episodes={
                 "return": self._return[ends],
-                "length": self._steps[ends].float(),
+                "length": (self._steps - self._apart)[ends].float(),
                 "success": ((error <= self.task.success_m) & ~fell)[ends].float(),
                 "fall": (fell & ~stalled)[ends].float(),
                 "stalled": stalled[ends].float(),
@@ -259,6 +261,7 @@ class Shard:
         self._variant[rows] = states.variant
         self._kind[rows] = states.kind
         self._steps[ids] = 0
+        self._apart[ids] = 0
         self._held[ids] = 0
         self._return[ids] = 0.0
         self._stages[ids] = False
@@ -290,8 +293,8 @@ class Shard:
         """Restore what `state_dict` gave; the continuation is bit for bit the same."""
         state = state_keys.current(state)
         for name in (*_EPISODE_FIELDS, "state", "goal"):
-            # checkpoints older than the stages lack these
-            if name in state or name != "stages":
+            # older checkpoints lack these
+            if name in state or name not in ("stages", "apart"):
                 setattr(self, f"_{name}", state[name].to(self.device, copy=True))
         assert self._targets is not None
         for name, value in self._targets.tensors().items():
@@ -310,4 +313,4 @@ class Shard:
         self._scenes.load_physics(state_keys.part(state, "physics_"))
 
 
-_EPISODE_FIELDS = ("episode", "steps", "held", "return", "kind", "variant", "stages")
+_EPISODE_FIELDS = ("episode", "steps", "held", "return", "kind", "variant", "stages", "apart")

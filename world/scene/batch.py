@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import Protocol
 
 import mujoco
-import numpy as np
 import torch
 from mujoco.batch import Batch
 from torch import Tensor
@@ -63,7 +62,6 @@ class Scenes:
         self.free_qpos, self.free_qvel = qpos[:, character.NQ :], qvel[:, character.NV :]
         self._ctrl = torch.from_numpy(self._array["ctrl"])
         self._map = ActionMap.of(action_scale, action_clip, torch.float64)
-        self._warned = np.zeros(self.n, dtype=np.int64)
         self._bodies = torch.tensor([models[0].body(name).id for name in character.BODIES])
         self._pushed = False
 
@@ -111,12 +109,11 @@ class Scenes:
         which MuJoCo resets a scene silently."""
         sound = (self._qvel.abs() < MAX_SPEED).all(dim=1) & self._qpos.isfinite().all(dim=1)
         sound &= self.free_qpos.isfinite().all(dim=1)
-        # [n, kind, (last info, count)]
-        warned = self.batch.warning[:, _WARNINGS, 1].sum(axis=1)
-        fresh = warned != self._warned
-        if fresh.any():
-            self._warned = warned.astype(np.int64)
-            sound &= torch.from_numpy(warned == 0) | ~torch.from_numpy(fresh)
+        # [n, kind, (last info, count)]; MuJoCo's reset leaves a count of 1 each time
+        warned = self.batch.warning[:, _WARNINGS, 1].any(axis=1)
+        if warned.any():
+            self.batch.warning[:, _WARNINGS] = 0
+            sound &= torch.from_numpy(~warned)
         return sound
 
     def body(self, ids: Tensor | None = None) -> Body:

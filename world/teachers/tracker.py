@@ -22,6 +22,15 @@ Act = Callable[[Tensor, Tensor], Tensor]
 
 
 _TRACK = Track()
+#: Rows of a forward pass are filled up to a multiple of this: one of few rows rounds otherwise, and
+#: how many scenes are labelled at a time depends on the number of workers.
+_LANES = 32
+
+
+def whole(rows: Tensor) -> Tensor:
+    """Rows [m, d] with the last one repeated, up to a multiple of _LANES."""
+    padding = -len(rows) % _LANES
+    return torch.cat((rows, rows[-1:].expand(padding, -1))) if padding else rows
 
 
 def labels(act: Act, residual: bool, scenes: Scenes, body: Body, target: TrackTarget) -> Tensor:
@@ -31,7 +40,8 @@ def labels(act: Act, residual: bool, scenes: Scenes, body: Body, target: TrackTa
     residual: its own actions are added to the reference's set-points. body, target: in the same
     axes, which need not be the scenes'.
     """
-    action = act(tasks.state(body, target), _TRACK.goal_features(body, target))
+    state, goal = tasks.state(body, target), _TRACK.goal_features(body, target)
+    action = act(whole(state), whole(goal))[: len(state)]
     base = target.reference_set_points() if residual else None
     return scenes.actions(scenes.set_points(action, base)).to(torch.float32)
 

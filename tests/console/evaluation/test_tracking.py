@@ -1,6 +1,7 @@
 """Evaluation of following clips: trials, figures by hand, and takes with the reference beside."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -47,6 +48,13 @@ def test_figures_are_the_same_on_any_number_of_threads_and_takes_show_the_refere
     recording.write(tmp_path / "a.msgpack", Recording(one.takes, {}))
     again = recording.read(tmp_path / "a.msgpack")
     assert np.array_equal(again.takes[1].ghost, one.takes[1].ghost)
+
+
+def test_no_more_trials_are_recorded_than_there_are() -> None:
+    chosen = Trials(np.zeros(2, np.int64), np.zeros(2), np.array([False, False]))
+    frame = np.flatnonzero(followed().start_weight.numpy() > 0)[:2]
+    found = run(WORLD, bank(), None, replace(chosen, frame=frame), 1, record=8)
+    assert [len(take) for take in found.takes] == found.steps.tolist()
 
 
 def test_figures_by_hand() -> None:

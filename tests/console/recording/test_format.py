@@ -44,6 +44,12 @@ def test_a_damaged_recording_is_one_line(tmp_path: Path) -> None:
         recording.read(path)
     with pytest.raises(RecordingError, match="cannot read"):
         recording.read(tmp_path / "none")
+    for shape in ((2, 43), (4, 7)):
+        recording.write(path, Recording([replace(take(), ghost=np.zeros(shape))], {}))
+        with pytest.raises(RecordingError, match=r"take 0: ghost is .*, not \[4, 43\]"):
+            recording.read(path)
+    recording.write(path, Recording([replace(take(), ghost=np.zeros((4, 43)))], {}))
+    assert recording.read(path).takes[0].ghost.shape == (4, 43)
 
 
 def test_a_scene_that_blows_up_is_written_down(tmp_path: Path) -> None:

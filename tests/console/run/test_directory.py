@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from console.run.directory import RunDirectory, RunError, checkpoint_folder, new_run
+from console.run.directory import RunDirectory, RunError, checkpoint_folder, new_run, policy_source
 
 
 def test_new_runs_count_up(tmp_path):
@@ -37,6 +37,9 @@ def test_checkpoint_is_found_from_a_run_and_from_itself(tmp_path):
     (folder.parent / "latest").symlink_to("000010")
     for where in (tmp_path / "run", folder, folder.parent / "latest"):
         assert checkpoint_folder(where) == folder
+    # a training that resumes has the teacher with which it began, not a later one
+    assert policy_source(str(tmp_path / "run")) == str(folder)
+    assert policy_source("walk") == "walk" and policy_source("") == ""
     with pytest.raises(RunError, match="does not exist"):
         checkpoint_folder(tmp_path / "none")
     (tmp_path / "empty").mkdir()

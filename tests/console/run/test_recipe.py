@@ -121,6 +121,8 @@ def test_what_contradicts_a_recipe_is_refused() -> None:
         (STAGE + ENDS + "settings = { 'ppo.sigma' = [[0]] }", "stage a"),
         (STAGE + ENDS + "settings = { 'ppo.hidden' = [3, 4] }", "is one for all stages"),
         (STAGE + ENDS + "settings = { 'style.window' = 3 }", "is one for all stages"),
+        (STAGE + ENDS + "settings = { 'ppo.actor-rate' = 1e-5 }", "is one for all stages"),
+        (STAGE + ENDS + "settings = { 'ppo.warmup-iterations' = 5 }", "is one for all stages"),
         (STAGE + ENDS + "settings = { 'scenes' = 64 }", "scenes is one for all stages"),
         (STAGE + ENDS + "settings = { ppo.gamma = 0.9 }", "name settings as flags, in quotes"),
         ("[settings]\n'world' = 3\n" + STAGE + ENDS, "there is no setting world"),

@@ -14,7 +14,7 @@ import torch
 from safetensors.torch import load_file
 
 from console.app import main
-from console.run.directory import RunDirectory, checkpoint_folder
+from console.run.directory import RunDirectory, RunError, checkpoint_folder
 from console.run.metrics import read_metrics
 from console.training import command as training
 from policy.checkpoints.format import read
@@ -184,6 +184,20 @@ def test_a_failed_start_leaves_what_was_there_before(
     (deep / "metrics.jsonl").write_text("{}\n")
     assert main(["train", "sit", "--run", str(deep)]) == 2
     assert (deep / "config.json").exists() and (deep / "metrics.jsonl").exists()
+
+
+def test_who_is_refused_a_run_in_use_leaves_its_lock_and_its_files(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The first has the lock and has written nothing else yet."""
+    run = RunDirectory(tmp_path / "run")
+    with run.lock():
+        before = sorted(path.name for path in run.path.iterdir())
+        assert main(["train", "sit", "--run", str(run.path)]) == 1
+        assert "is in use by another process" in said(capsys)
+        assert sorted(path.name for path in run.path.iterdir()) == before == [".lock"]
+        with pytest.raises(RunError, match="in use"), run.lock():
+            pass
 
 
 def test_before_the_first_iteration_a_signal_stops_at_once(

@@ -2,6 +2,7 @@
 
 import json
 import stat
+from collections.abc import Callable
 from dataclasses import asdict, replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,6 +13,7 @@ from console.commands.training import StyleAddress
 from console.run.directory import RunDirectory, RunError
 from console.run.experiment import PRESETS
 from console.training import style_service
+from discriminator.client import MOCAP_MEAN
 from discriminator.errors import StyleError
 from world.errors import ConfigError
 
@@ -40,6 +42,36 @@ def test_other_settings_are_refused_by_name(
     ):
         pass
     assert closed
+
+
+def test_a_service_with_other_mocap_is_refused(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A state of this training would load there, and train on the wrong demonstrations."""
+    experiment = PRESETS["fast"]
+    loaded = []
+
+    def service(mean: list[float]) -> Callable[..., SimpleNamespace]:
+        config = json.dumps(asdict(experiment.style) | {MOCAP_MEAN: mean})
+        return lambda config_, say, training: SimpleNamespace(
+            status=lambda: SimpleNamespace(config=config),
+            load_state_dict=loaded.append,
+            close=lambda: None,
+        )
+
+    own = SimpleNamespace(mocap_mean=[0.5, 1.5], state_dict=dict)
+    monkeypatch.setattr(style_service.assembly, "discriminator", lambda experiment: own)
+    run = RunDirectory(tmp_path)
+    monkeypatch.setattr(style_service, "StyleClient", service([0.5, 1.6]))
+    with (
+        pytest.raises(StyleError, match="host:1 has other clips, or another seed"),
+        style_service.attached(StyleAddress("host:1"), experiment, print, run),
+    ):
+        pass
+    assert not loaded
+    monkeypatch.setattr(style_service, "StyleClient", service([0.5, 1.5 + 1e-6]))
+    with style_service.attached(StyleAddress("host:1"), experiment, print, run):
+        assert loaded == [{}]
 
 
 def test_a_run_keeps_its_secret_from_others_and_shows_it_again_when_it_resumes(

@@ -1,5 +1,6 @@
 """A better checkpoint replaces what is served, in an open stream too; a bad one never does."""
 
+import asyncio
 import threading
 import time
 from collections.abc import Iterator
@@ -7,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from policy.checkpoints.reload import Source
+from policy.checkpoints.reload import Follower, Source
+from policy.checkpoints.served import Served
 from policy.config import PolicyServiceConfig
 from policy.errors import CheckpointError
 from rpc.v1 import policy_pb2 as pb
@@ -95,3 +97,36 @@ def test_a_better_checkpoint_replaces_the_old_in_an_open_stream(tmp_path: Path) 
         assert ask().version.startswith("5-") and description().last_refusal == ""
         frames.append(-1)
         more.release()
+
+
+def test_a_disk_that_fails_for_a_moment_is_read_again_and_a_damaged_file_is_not(
+    tmp_path: Path,
+) -> None:
+    save(tmp_path / "000001", 1)
+    save(tmp_path / "000002", 2)
+    current, faults, reads = [tmp_path / "000001"], [], []
+
+    def read(path: Path) -> Served:
+        reads.append(path)
+        if faults:
+            raise faults.pop()
+        return load(path)
+
+    follower = Follower(Source("sit", lambda: current[0], read))
+    assert not asyncio.run(follower.poll())
+    current[0] = tmp_path / "000002"
+    try:
+        raise CheckpointError("cannot read it") from OSError(5, "input/output error")
+    except CheckpointError as error:
+        faults[:] = [OSError(5, "input/output error"), error]
+    for _ in range(2):
+        assert not asyncio.run(follower.poll()) and follower.last_refusal
+    assert asyncio.run(follower.poll()) and follower.served.version.startswith("2-")
+    assert follower.last_refusal == ""
+    # one that is damaged is refused once, and not read again
+    save(tmp_path / "000003", 3)
+    current[0] = tmp_path / "000003"
+    faults[:] = [CheckpointError("it is damaged")]
+    before = len(reads)
+    assert not any(asyncio.run(follower.poll()) for _ in range(3))
+    assert len(reads) == before + 1 and follower.last_refusal == "it is damaged"

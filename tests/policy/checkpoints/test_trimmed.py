@@ -23,6 +23,14 @@ def test_scenes_are_left_out_and_the_replay_is_cut() -> None:
     assert len(STATE["style"]["replay"]) == 100 and "fleet" in STATE["training"]
 
 
+def test_no_window_goes_on_from_an_episode_that_is_left_out() -> None:
+    past, age = torch.rand(8, 16, 3), torch.full((16,), 8)
+    state = {**STATE, "style": STATE["style"] | {"past": past, "age": age}}
+    style = trimmed(state, 10_000)["style"]
+    assert style["past"].shape == (8, 0, 3) and style["age"].shape == (0,)
+    assert len(state["style"]["age"]) == 16
+
+
 def test_where_everything_fits_nothing_is_cut() -> None:
     found = trimmed(STATE, 10_000)
     assert torch.equal(found["style"]["replay"], STATE["style"]["replay"])

@@ -50,6 +50,29 @@ def test_a_function_stays_itself_under_another_normaliser() -> None:
     assert both["normaliser"] is second["normaliser"]
 
 
+def test_what_is_hidden_from_the_actor_does_not_move_its_biases() -> None:
+    """The critic's observations are 0 to the actor under any normaliser."""
+    torch.manual_seed(3)
+    rows, hidden = torch.randn(4000, 3), torch.tensor([False, True, False])
+    actor = Actor(3, 2, (5, 4), skip=True)
+    assert actor.skip is not None
+    torch.nn.init.normal_(actor.skip.weight)
+    first = section(actor, rows)
+    second = section(actor, rows + torch.tensor([0.0, 3.0, 0.0]))
+    mean = mean_policy([first, second], LIMITS, hidden)
+
+    def seen(policy: dict[str, dict[str, torch.Tensor]]) -> torch.Tensor:
+        found, normaliser = Actor(3, 2, (5, 4), skip=True), Normaliser(3, LIMITS)
+        found.load_state_dict(policy["average"])
+        normaliser.load_state_dict(policy["normaliser"])
+        with torch.no_grad():
+            return found(normaliser(rows[:50]).masked_fill(hidden, 0.0))
+
+    torch.testing.assert_close(seen(mean), seen(first), atol=1e-4, rtol=1e-4)
+    wrong = mean_policy([first, second], LIMITS)
+    assert float((seen(wrong) - seen(first)).abs().max()) > 0.1
+
+
 def test_so_does_what_skips_the_layers() -> None:
     torch.manual_seed(2)
     rows = torch.randn(4000, 3)

@@ -18,6 +18,7 @@ ends = { success = { near = 1.0 }, episodes = 16, limit = 640 }
 [[stage]]
 name = "third"
 [stage.settings]
+"style.steps-per-iteration" = 3
 "world.perturb.projectiles-per-s" = 2
 "world.perturb.moved-fraction" = 0.5
 "world.perturb.pushes-per-s" = 1

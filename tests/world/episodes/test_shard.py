@@ -76,6 +76,8 @@ def test_observations_are_finite_and_episodes_count(
         assert step.finite.all()
         assert torch.equal(step.end_ids, torch.nonzero(step.fell | step.timed_out).flatten())
         assert len(step.end_states) == len(step.end_ids) == len(step.episodes["length"])
+        # the clocks begin anywhere, but nothing is longer than what was simulated
+        assert (step.episodes["length"] <= shard.clock).all()
         ended += len(step.end_ids)
         torch.testing.assert_close(
             step.reward, step.terms @ torch.tensor(list(shard.task.terms.values()))
