@@ -51,6 +51,28 @@ class ChannelConfig:
     """Send the token to another machine without TLS."""
 
 
+def is_secure(config: ChannelConfig) -> bool:
+    """Return whether the settings ask for TLS."""
+    return config.tls or bool(config.tls_ca or config.tls_cert)
+
+
+def token_of(config: ChannelConfig) -> str:
+    """Return the token that the settings name; empty without one.
+
+    Raises SettingsError for an invalid address or token file, and where the token would be shown to
+    another machine without TLS.
+    """
+    if not config.address.startswith("unix:"):
+        split_address(config.address)
+    if not (config.token_file or config.token):
+        return ""
+    if not is_secure(config) and not is_local(config.address) and not config.allow_insecure_remote:
+        raise SettingsError(
+            f"{config.address}: a token is not shown to another machine without TLS: give tls-ca"
+        )
+    return config.token or read_token(config.token_file)
+
+
 class Channel:
     """A gRPC channel whose calls are retried until the service answers or `retry_s` is over.
 
@@ -72,16 +94,8 @@ class Channel:
         self._report = report or (lambda line: None)
         self._lost = lost or (lambda: None)
         self._metadata: Metadata = list(metadata)
-        secure = config.tls or bool(config.tls_ca or config.tls_cert)
-        if not config.address.startswith("unix:"):
-            split_address(config.address)
-        if config.token_file or config.token:
-            if not secure and not is_local(config.address) and not config.allow_insecure_remote:
-                raise SettingsError(
-                    f"{config.address}: a token is not shown to another machine without TLS; "
-                    "give tls_ca, or allow_insecure_remote"
-                )
-            token = config.token or read_token(config.token_file)
+        secure = is_secure(config)
+        if token := token_of(config):
             self._metadata.append(("authorization", f"Bearer {token}"))
         options: list[tuple[str, int | str]] = [
             ("grpc.initial_reconnect_backoff_ms", 100),

@@ -16,9 +16,7 @@ from console.run.directory import RunDirectory, RunError
 from console.run.experiment import Experiment, differences
 from discriminator.client import MOCAP_MEAN, StyleClient
 from discriminator.errors import StyleError
-from rpc.address import is_local
-from rpc.channel import ChannelConfig
-from rpc.credentials import read_token
+from rpc.channel import ChannelConfig, token_of
 from rpc.errors import SettingsError
 from world.errors import ConfigError
 
@@ -40,18 +38,10 @@ def channel_config(style: StyleAddress) -> ChannelConfig:
 def require(style: StyleAddress) -> None:
     """Raise ConfigError for an invalid address or token file, and where the token would be shown
     to others."""
-    config = channel_config(style)
     try:
-        local = is_local(style.address)
-        if config.token_file:
-            read_token(config.token_file)
+        token_of(channel_config(style))
     except SettingsError as error:
         raise ConfigError(f"--style-service: {error}") from None
-    if config.token_file and not (config.tls_ca or config.tls_cert or local):
-        raise ConfigError(
-            f"--style-service.address {style.address}: the token is not shown to another machine"
-            " without TLS: give --style-service.tls-ca"
-        )
 
 
 def secret_of(run: RunDirectory) -> str:

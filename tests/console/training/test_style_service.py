@@ -93,7 +93,7 @@ def test_a_run_keeps_its_secret_from_others_and_shows_it_again_when_it_resumes(
     [
         ("nowhere", "", "--style-service: address 'nowhere': must be HOST:PORT"),
         ("127.0.0.1:1", "empty", "--style-service: token file .*: must hold one line"),
-        ("10.0.0.1:1", "token", "--style-service.address 10.0.0.1:1: the token is not shown to"),
+        ("10.0.0.1:1", "token", "--style-service: 10.0.0.1:1: a token is not shown to another"),
     ],
 )
 def test_what_cannot_be_reached_is_wrong_usage_before_a_run(
