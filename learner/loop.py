@@ -24,11 +24,12 @@ from learner.protocols import (
     StyleScores,
 )
 from learner.returns import mixed_reward
-from learner.segments import Failures
+from learner.segments import WORLD, Failures
 from learner.stages import Outcome, StageEnd
 from policy.checkpoints.trimmed import without_episodes
 from policy.rollout import Abandoned, Rollout
 from world.device import put
+from world.teachers.teacher import UNTAUGHT
 
 # Number of rollouts in a row beyond the lag bounds that end a run: it would never go on.
 MAX_STALE_ROLLOUTS = 8
@@ -226,6 +227,8 @@ class Loop:
         version, stale = self.learner.version, 0
         for _ in range(MAX_STALE_ROLLOUTS):
             weights = self.learner.weights() | self.failures.published()
+            if self.learner.untaught:
+                weights |= {WORLD + UNTAUGHT: torch.ones(1)}
             gathered = self.gathering.next(weights, version, self.learner.sigma)
             rollout = gathered.rollout
             if self._abandoned:

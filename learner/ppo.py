@@ -113,6 +113,12 @@ class Learner:
         """Number of samples since the beginning of the stage."""
         return self.samples - self.stage_start
 
+    @property
+    def untaught(self) -> bool:
+        """Whether the labels of a teacher have come to count nothing."""
+        config = self.config
+        return config.imitation_weight > 0.0 and config.imitation(self.stage_samples) == 0.0
+
     def weights(self) -> dict[str, Tensor]:
         """Weights for acting: the actor and the observation normaliser; on the CPU."""
         return _on_cpu(publish(self.actor, self.normaliser, self.symmetry, self._hidden))

@@ -244,9 +244,11 @@ def test_the_weight_of_the_imitation_falls_to_nothing():
     assert [config.imitation(n) for n in (0, 500, 1000, 5000)] == pytest.approx([0.3, 0.15, 0, 0])
     assert LearnerConfig(imitation_weight=0.3).imitation(5000) == 0.3
     spent, plain = learner(imitation_weight=3.0, imitation_samples=1), learner()
+    assert not spent.untaught and not plain.untaught
     rollout = collect(plain)
     labels = torch.full_like(rollout.actions, 0.4)
     spent.samples = plain.samples = 1
+    assert spent.untaught and not plain.untaught, "without a weight nothing was taught"
     spent.update(replace(rollout, teacher_action=labels), rollout.rewards, 0.3)
     plain.update(rollout, rollout.rewards, 0.3)
     assert same(spent.policy_state(), plain.policy_state())

@@ -27,7 +27,7 @@ from world.scene.target import Target
 from world.scene.warp_config import DEFAULT, WarpConfig
 from world.tasks import HELD
 from world.tasks.task import Task, statistic
-from world.teachers.teacher import Teacher
+from world.teachers.teacher import UNTAUGHT, Teacher
 
 
 @dataclass(frozen=True)
@@ -118,6 +118,7 @@ class Shard:
             raise ConfigError("--world.teacher: the teachers need --simulator mujoco")
         self._teacher = teacher
         self._labelled: Tensor | None = None
+        self._asks = True
         self._stall = StallTimeout(self.n, config.stall_s, device)
         disturbances.check(config, simulator)
         self._disturbances = (
@@ -137,8 +138,9 @@ class Shard:
 
     def label(self) -> Tensor | None:
         """The teacher's actions [n, 28] in the present states, NaN where it has none; none: no
-        teacher. The next step returns the same: a teacher is asked once in a control step."""
-        if self._teacher is not None and self._labelled is None:
+        teacher, or one that is not asked any more. The next step returns the same: a teacher is
+        asked once in a control step."""
+        if self._teacher is not None and self._asks and self._labelled is None:
             self._labelled = self._teacher.label(
                 self._scenes, self._target(), self._variant, self.clock
             )
@@ -146,7 +148,8 @@ class Shard:
 
     def update_sampling(self, published: Mapping[str, Tensor]) -> None:
         """Adapt the sampling of initial states to what the learner publishes; see
-        AdaptiveSampler."""
+        AdaptiveSampler. Its UNTAUGHT says that no label counts any more."""
+        self._asks = UNTAUGHT not in published
         if isinstance(self._sampler, AdaptiveSampler):
             self._sampler.update_sampling(published)
 

@@ -8,6 +8,9 @@ from torch import Tensor
 from world.scene.batch import Scenes
 from world.scene.target import Target
 
+#: What a learner publishes once no label counts any more, which costs a third of the simulation.
+UNTAUGHT = "untaught"
+
 
 class Teacher(Protocol):
     """An observing teacher of n scenes: the student drives, the teacher labels its states.

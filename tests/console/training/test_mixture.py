@@ -116,6 +116,10 @@ def test_a_tracker_teaches_scenes_that_hide_its_reference(
     lines = train(motions, tmp_path / "student", *taught, *free)
     errors = [line["ppo/imitation"] for line in lines[2:]]  # the first trains the critic alone
     assert errors[-1] < 0.8 * errors[0]
+    # once the labels count nothing, nobody is asked for them
+    fades = ["--ppo.imitation-samples", str(int(lines[1]["samples"])), "--iterations", "4"]
+    told = ["ppo/imitation" in line for line in train(motions, tmp_path / "fades", *taught, *fades)]
+    assert told == [True, True, False, False]
     notes = read_manifest(tmp_path / "student" / "checkpoints" / "latest").notes
     assert len(json.loads(notes["lineage"])) >= 1
     capsys.readouterr()

@@ -16,6 +16,7 @@ from world.character.features import STATE
 from world.episodes.shard import Shard
 from world.tasks.track import Track
 from world.teachers import tracker
+from world.teachers.teacher import UNTAUGHT
 from world.teachers.tracker import TrackerTeacher
 
 N = 16
@@ -65,6 +66,23 @@ def test_labels_do_not_depend_on_how_many_rows_are_labelled_at_a_time() -> None:
     for rows in (slice(0, 1), slice(5, 7), slice(7, 10), slice(0, 32), slice(3, 39)):
         assert torch.equal(act(rows)[: rows.stop - rows.start], every[rows])
     assert torch.equal(tracker.whole(state[:32]), state[:32])
+
+
+def test_a_teacher_whose_labels_count_nothing_is_not_asked() -> None:
+    asked = []
+
+    def counted(state: Tensor, goal: Tensor) -> Tensor:
+        asked.append(len(state))
+        return act(state, goal)
+
+    one = shard(False, TrackerTeacher(counted, True))
+    one.step(torch.zeros(N, character.NU))
+    assert len(asked) == 1
+    one.update_sampling({UNTAUGHT: torch.ones(1)})
+    found = one.step(torch.zeros(N, character.NU))
+    assert found.teacher_action is None and one.label() is None and len(asked) == 1
+    one.update_sampling({"failures": torch.zeros(3)})
+    assert one.label() is not None and len(asked) == 2
 
 
 def test_a_teacher_keeps_nothing() -> None:
