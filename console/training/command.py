@@ -43,6 +43,7 @@ from policy.checkpoints.format import read_manifest
 from policy.errors import CheckpointError
 from world import device as devices
 from world import tasks
+from world.config import WorldConfig
 from world.errors import ConfigError
 from world.meshes import collection
 from world.scene.simulators import require_warp
@@ -127,12 +128,14 @@ def resolve(command: Train) -> Experiment:
         world = replace(world, motions=tuple(str(path.resolve()) for path in command.motions))
     if command.objects:
         world = replace(world, objects=tuple(_furniture(name) for name in command.objects))
+    begun = _begun(command)
     for name in ("teacher", "walker", "rollouts"):
         if source := getattr(world.track, name):
-            world = replace(world, track=replace(world.track, **{name: policy_source(source)}))
+            source = _same_policy(source, getattr(begun.track, name))
+            world = replace(world, track=replace(world.track, **{name: source}))
     for name in ("walker", "tracker"):
         if source := getattr(world, name):
-            world = replace(world, **{name: policy_source(source)})
+            world = replace(world, **{name: _same_policy(source, getattr(begun, name))})
     experiment = replace(command.experiment, world=world)
     if experiment.style.mask_holding and not any(
         tasks.make(world.task).affordance.clips.holds for world in mixing.worlds(experiment)
@@ -155,6 +158,20 @@ def resolve(command: Train) -> Experiment:
     walker_of(experiment, assembly.trained)
     tracker_of(experiment, assembly.trained)
     return experiment
+
+
+def _begun(command: Train) -> WorldConfig:
+    """Return the world of the run that is resumed; an empty one for a new run."""
+    run = RunDirectory(command.run) if command.resume and command.run else None
+    return read_experiment(run).world if run is not None and run.config.exists() else WorldConfig()
+
+
+def _same_policy(named: str, begun: str) -> str:
+    """Return the policy that a flag names; of the run that it names, the checkpoint with which a
+    resumed training began, if it is one of that run's."""
+    if begun and Path(begun).is_relative_to(Path(named).resolve()):
+        return begun
+    return policy_source(named)
 
 
 def _furniture(name: str) -> str:

@@ -120,6 +120,14 @@ def test_a_tracker_teaches_scenes_that_hide_its_reference(
     fades = ["--ppo.imitation-samples", str(int(lines[1]["samples"])), "--iterations", "4"]
     told = ["ppo/imitation" in line for line in train(motions, tmp_path / "fades", *taught, *fades)]
     assert told == [True, True, False, False]
+    # who resumes by the same words has the tracker of the beginning, though that has learned on
+    before = (tracker / "checkpoints" / "latest").resolve()
+    assert main([*begin, "--world.track.boxes", "1", "--resume", "--iterations", "9"]) == 0
+    assert (tracker / "checkpoints" / "latest").resolve() != before
+    again = [*taught, "--ppo.imitation-samples", fades[1], "--iterations", "5", "--resume"]
+    assert len(train(motions, tmp_path / "fades", *again)) == 5
+    config = json.loads((tmp_path / "fades" / "config.json").read_text())
+    assert config["experiment"]["world"]["track"]["teacher"] == str(before)
     notes = read_manifest(tmp_path / "student" / "checkpoints" / "latest").notes
     assert len(json.loads(notes["lineage"])) >= 1
     capsys.readouterr()
