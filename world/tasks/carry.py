@@ -40,6 +40,8 @@ _LIFT_M = 0.2
 _LIFTED_M = 0.05
 #: Horizontal distance from the start, while lifted, from which the stage `moved` holds, m.
 _MOVED_M = 0.5
+#: Value of lift and carry where the box is held at the target; placed there it is 1.
+_HELD_AT_TARGET = 0.5
 #: Put down: within these of the target, vertically and horizontally, m, and slower than this, m/s.
 _PUT_UP_M, _PUT_M, _STILL_M_S = 0.02, 0.10, 0.2
 #: A hand this near to a face touches it, m.
@@ -123,9 +125,10 @@ class Carry(Task):
         lift = risen * grasp
         place_term = torch.exp(-10.0 * (box.target - box.position).square().sum(dim=1))
         carried = _towards(box.velocity, to_target) * lift
-        # at the target the box is held or placed: one that is dropped beside it earns nothing
+        # at the target the box is held or placed: one that is dropped beside it earns nothing. Held
+        # earns less: a policy for which it was as good stood there with the box for ever.
         at_target = to_target.norm(dim=1) < _AT_TARGET_M
-        kept = torch.maximum(grasp, place_term)
+        kept = torch.maximum(_HELD_AT_TARGET * grasp, place_term)
         lift, carried = torch.where(at_target, kept, lift), torch.where(at_target, kept, carried)
         put = self.put_down(box).float()
         # after putting the box down the character may let go and walk away

@@ -240,7 +240,8 @@ def test_a_box_dropped_beside_its_target_earns_what_its_distance_is_worth() -> N
     assert dropped["grasp"] < near  # else it is the hands that it is paid for
     assert dropped["lift"] == dropped["carry"] == dropped["place"] == pytest.approx(near, abs=1e-5)
     kept = terms(with_hands((0.4, 0.11, 1.0), (0.4, 0.69, 1.0)), box)
-    assert kept["lift"] == kept["carry"] == pytest.approx(1.0, abs=1e-5)
+    # held there it is worth half of what it is worth placed, so that it is not held for ever
+    assert kept["lift"] == kept["carry"] == pytest.approx(max(0.5, near), abs=1e-5)
 
 
 def test_a_box_put_down_is_worth_all() -> None:
