@@ -217,7 +217,7 @@ def execute(command: Any, words: Sequence[str]) -> int:
     if surroundings.missing_gl is not None and words[:1] != ["doctor"]:
         print(f"inhabit: {surroundings.missing_gl}: ignored", file=sys.stderr, flush=True)
     inputs.require(command)
-    outputs.require(command)
+    outputs.require(command, tuple(inputs.files(command)))
     return run(command)
 
 

@@ -58,7 +58,19 @@ def require(command: Any, prefix: str = "--") -> None:
                 forms = {one, one.partition("=")[2] or one} if field.name in _SERVED else {one}
                 if not any(_there("objects" if pieces else field.name, form) for form in forms):
                     flag = "" if field.name in words else f"{prefix}{name} "
-                    raise ConfigError(f"{flag}{one}: {_wanted(field.name, pieces)}")
+                    raise ConfigError(
+                        f"{flag}{one}: {_wanted(field.name, pieces, kind.startswith('Objects'))}"
+                    )
+
+
+def files(command: Any) -> Iterator[Path]:
+    """The files that the flags and words of a command name to be read."""
+    for field in dataclasses.fields(command):
+        value = getattr(command, field.name)
+        if dataclasses.is_dataclass(value) and not isinstance(value, type):
+            yield from files(value)
+        elif field.name in FIELDS:
+            yield from (Path(one) for one in _given(value) if Path(one).is_file())
 
 
 def _given(value: object) -> Iterator[str]:
@@ -71,15 +83,16 @@ def _given(value: object) -> Iterator[str]:
             yield from _given(one)
 
 
-def _splits() -> tuple[str, ...]:
-    """Names that stand for pieces of the catalogue."""
+def _splits(every: bool) -> tuple[str, ...]:
+    """Names that stand for pieces of the catalogue; every: also the one for all of them, which
+    neither trains nor evaluates."""
     from world.furniture.bands import SPLITS  # imports numpy, which most commands start without
 
-    return (*SPLITS, "all")
+    return (*SPLITS, "all") if every else SPLITS
 
 
 def _there(field: str, word: str) -> bool:
-    if (field == "objects" and word in _splits()) or (
+    if (field == "objects" and word in _splits(True)) or (
         field in ("init", *RUNS) and word in pretrained.names()
     ):
         return True
@@ -89,10 +102,10 @@ def _there(field: str, word: str) -> bool:
         return False
 
 
-def _wanted(field: str, pieces: bool) -> str:
+def _wanted(field: str, pieces: bool, every: bool) -> str:
     """What the value of a flag must be."""
     if pieces:
-        return f"no such file or folder; choose {', '.join(_splits())} or a path of pieces"
+        return f"no such file or folder; choose {', '.join(_splits(every))} or a path of pieces"
     names = ", ".join(pretrained.names())
     if field == "init":
         return f"no such run or checkpoint folder; the names of policies are {names}"

@@ -16,6 +16,9 @@ _FOLDERS = {
 }  # fmt: skip
 _SUFFIXES = {"html": (".html", ".htm"), "sheet": (".png",), "record": (".msgpack",)}
 """Suffixes of files by field, where they are the same for all commands"""
+_PAGES = {("Report", "out"), ("Evaluate", "out")}
+_FILES = _PAGES | {("Video", "out"), ("Export", "out")}
+"""Outputs `out` that are one file"""
 _WORDS = {(kind, "out") for kind in ("Publish", "Video", "Export", "TeachCarry", "TeachRecord")}
 """Commands whose output is a word, without a flag"""
 
@@ -35,9 +38,10 @@ def check(path: Path | None, flag: str, suffixes: Sequence[str]) -> None:
     _writable(path, f"{flag} ")
 
 
-def require(command: Any) -> None:
+def require(command: Any, read: Sequence[Path] = ()) -> None:
     """Raise ConfigError, which names flag and value, for an output whose folder cannot be written,
-    and for a file where a folder is to be written."""
+    for a file where a folder is to be written or the other way round, and for one of the files that
+    are `read`."""
     kind = type(command).__name__
     for field in dataclasses.fields(command):
         if field.name not in FIELDS:
@@ -47,10 +51,17 @@ def require(command: Any) -> None:
         for path in value if isinstance(value, tuple) else (value,):
             if isinstance(path, Path):
                 suffixes = _SUFFIXES.get(field.name, (path.suffix.lower(),))
+                if (kind, field.name) in _PAGES:
+                    suffixes = _SUFFIXES["html"]
                 if path.suffix.lower() not in suffixes:
                     raise ConfigError(f"{flag}{path}: choose {' or '.join(suffixes)}")
                 if path.is_file() and (kind, field.name) in _FOLDERS:
                     raise ConfigError(f"{flag}{path}: a file; name a folder")
+                whole = field.name in ("json", *_SUFFIXES) or (kind, field.name) in _FILES
+                if whole and path.is_dir():
+                    raise ConfigError(f"{flag}{path}: a folder; name a file")
+                if path.is_file() and any(path.samefile(one) for one in read):
+                    raise ConfigError(f"{flag}{path}: the command reads it; name another file")
                 _writable(path, flag)
 
 

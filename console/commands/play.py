@@ -14,9 +14,9 @@ class Play:
     sources: Annotated[
         tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN|NAME|FILE")
     ]
-    """Runs, checkpoint folders or names of policies that the package brings: sit, lie, carry, walk,
-    track (NAME=RUN sets the name, else the task is the name), or one file: a .msgpack recording or
-    a motion clip."""
+    """Runs, checkpoint folders or names of policies that the package brings: sit, sit-free, lie,
+    lie-free, carry, walk, track, track-sit (NAME=RUN sets the name, else the task is the name), or
+    one file: a .msgpack recording or a motion clip."""
     checkpoint: Literal["best", "latest"] = "best"
     """Checkpoint of a run."""
     objects: str = "test"

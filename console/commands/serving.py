@@ -15,8 +15,9 @@ class Serve:
     """Serve the policies of one or more runs by gRPC until Ctrl-C."""
 
     sources: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
-    """Runs, checkpoint folders, or names of policies that the package brings (sit, lie, carry,
-    walk); NAME=RUN sets the name under which one is served, else the task is the name."""
+    """Runs, checkpoint folders, or names of policies that the package brings (sit, sit-free, lie,
+    lie-free, carry, walk); NAME=RUN sets the name under which one is served, else the task is the
+    name."""
     checkpoint: Literal["best", "latest"] = "best"
     """Checkpoint of a run; a newer one of this name is loaded while serving."""
     listen: str = "127.0.0.1:50051"
@@ -81,7 +82,8 @@ class Export:
         Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT|NAME|MOTION")
     ]
     """Run directory (its best checkpoint), checkpoint folder, or name of a policy that the package
-    brings (sit, lie, carry, walk), for .onnx; else a recording (.msgpack) or motion clip (.npz)."""
+    brings (sit, sit-free, lie, lie-free, carry, walk), for .onnx; else a recording (.msgpack) or
+    motion clip (.npz)."""
     out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FILE")]
     """FILE.onnx of a policy; FILE.glb, .gltf, .bvh or .smpl.npz of a motion."""
     checkpoint: Literal["best", "latest"] = "best"
@@ -99,8 +101,8 @@ class Synthesize:
     3-D page, video, full states."""
 
     source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT|NAME")]
-    """Run directory, checkpoint folder, or name of a policy that the package brings: sit, lie,
-    carry, walk."""
+    """Run directory, checkpoint folder, or name of a policy that the package brings: sit, sit-free,
+    lie, lie-free, carry, walk."""
     out: tuple[Path, ...]
     """FILE.npz (a clip), .glb or .gltf (skinned character and objects), .bvh, .smpl.npz (SMPL
     parameters), .html (3-D replay), .mp4 or .msgpack (full states); several files get the same

@@ -42,7 +42,8 @@ class Train:
     motion tracking, and the default of that task; finetune goes on from a policy that can already
     do the task (--init). A recipe has its own."""
     recipe: str = ""
-    """Recipe to train by, in stages: a NAME of the package (paper) or a .toml file. A stage lasts
+    """Recipe to train by, in stages: a NAME of the package (paper; for lie also free, for carry
+    also weights) or a .toml file. A stage lasts
     until its condition is measured. Flags of settings hold in all stages. See --dry-run."""
     overrides: Annotated[tuple[str, ...], tyro.conf.Fixed, tyro.conf.Suppress] = ()
     """Lines on settings of the recipe that the flags override."""
@@ -88,7 +89,7 @@ class Evaluate:
 
     source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT|NAME")]
     """Run directory (its latest checkpoint), checkpoint folder, or name of a policy of the
-    package: sit, lie, carry, walk, track."""
+    package: sit, sit-free, lie, lie-free, carry, walk, track, track-sit."""
     task: str = ""
     """Of a policy that was trained for several tasks (train --mix): the task to evaluate; default:
     the first."""
@@ -172,7 +173,7 @@ class Report:
 
     source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT|NAME")]
     """Run directory (its latest checkpoint), checkpoint folder, or name of a policy of the
-    package: sit, lie, carry, walk."""
+    package: sit, sit-free, lie, lie-free, carry, walk, track, track-sit."""
     out: Path | None = None
     """File to write; default: report.html in the run, or NAME-report.html for a checkpoint
     folder."""
@@ -200,7 +201,7 @@ class Publish:
 
     source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|CHECKPOINT|NAME")]
     """Run directory (its latest checkpoint), checkpoint folder, or name of a policy of the
-    package: sit, lie, carry, walk, track."""
+    package: sit, sit-free, lie, lie-free, carry, walk, track, track-sit."""
     out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="DIR")]
     """Folder to write."""
     task: str = ""
@@ -216,7 +217,8 @@ class Publish:
     average: int = 1
     """Number of the run's last checkpoints whose weights are averaged."""
     evaluation: tuple[Path, ...] = ()
-    """JSON files of evaluations of these weights, one for each perturbation."""
+    """JSON files of evaluations of these weights, one for each perturbation; default: the largest
+    that the run keeps of this checkpoint, by the default protocol."""
     replace: bool = False
     """Replace an existing folder."""
     debug: bool = False
@@ -228,8 +230,8 @@ class Video:
     """Render a policy or a recording as a film (.mp4) or an animated picture (.webp, .gif)."""
 
     source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|NAME|FILE")]
-    """Run directory, checkpoint folder, name of a policy that the package brings (sit, lie, carry,
-    walk), or .msgpack recording."""
+    """Run directory, checkpoint folder, name of a policy that the package brings (sit, sit-free,
+    lie, lie-free, carry, walk, track, track-sit), or .msgpack recording."""
     out: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="OUT.mp4")] = None
     """Film or animated picture to write; optional with --sheet."""
     sheet: Path | None = None

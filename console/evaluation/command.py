@@ -106,6 +106,8 @@ def evaluate_tracking(command: Evaluate, found: assembly.Trained) -> int:
         raise ConfigError("--worst: this task follows clips; leave it out, and see play")
     motions = tuple(str(path.resolve()) for path in command.motions)
     output = screen()
+    if line := tracking.notice(found, motions):
+        output.print(line)
     with progress("trials", command.trials) as update:
         figures, takes = tracking.evaluate(
             found,

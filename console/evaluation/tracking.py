@@ -1,7 +1,7 @@
 """Evaluation of tracking: completed share of the episodes, errors, contacts and ends."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any, cast
@@ -16,6 +16,8 @@ from console.evaluation.scores import proportion
 from console.evaluation.tables import number
 from console.recording.format import Recording, Take, boxes_of
 from console.run import assembly
+from console.run.directory import run_of
+from policy.checkpoints import lineage
 from policy.model.acting import Policy
 from world import random_streams
 from world.character import model as character
@@ -84,11 +86,14 @@ def manifest(bank: TrackBank, trials: int, seed: int) -> Trials:
         for a, b in zip(reference.first, reference.stop, strict=True)
     ]
     pools = [pool for pool in pools if len(pool)]
+    whole = pools
+    if trials < len(pools):  # clips from all over the list, not its first ones
+        pools = [pools[i * len(pools) // trials] for i in range(trials)]
     frame = [
         pools[i % len(pools)][int(x * len(pools[i % len(pools)]))] for i, x in enumerate(u[:, 0])
     ]
-    frame += [pool[0] for pool in pools for _ in range(bank.each)]
-    boxes = [(k + 0.5) / bank.each for _ in pools for k in range(bank.each)]
+    frame += [pool[0] for pool in whole for _ in range(bank.each)]
+    boxes = [(k + 0.5) / bank.each for _ in whole for k in range(bank.each)]
     return Trials(
         np.array(frame, np.int64),
         np.concatenate((u[:, 1], boxes)),
@@ -300,6 +305,17 @@ def evaluate(
         **summary(outcomes, chosen, np.array(clips)),
     }
     return figures | {"wall_s": time.perf_counter() - began}, outcomes.takes
+
+
+def notice(found: assembly.Trained, motions: Sequence[object] = ()) -> str:
+    """Return a line where a published policy, with which its clips are not published, follows the
+    package's own; else an empty one."""
+    if motions or found.experiment.world.motions or run_of(found.path) is not None:
+        return ""
+    return (
+        f"{found.path.name} follows the package's own clips here; it was trained on"
+        f" {lineage.data(found.manifest.notes)}"
+    )
 
 
 def shown(found: assembly.Trained, count: int, threads: int) -> Recording:

@@ -7,7 +7,7 @@ from pathlib import Path
 import torch
 
 from console.commands.play import Play
-from console.evaluation.tracking import shown
+from console.evaluation.tracking import notice, shown
 from console.listening import joined
 from console.play import recorded, server, stock
 from console.play.browser.controls import Controls
@@ -64,6 +64,8 @@ def run(view: View) -> None:
 def of_runs(command: Play) -> View:
     """The page of live policies; of one that follows clips, what it does with each of them."""
     if len(command.sources) == 1 and (trained := follower(command)) is not None:
+        if line := notice(trained):
+            print(line, flush=True)
         return of_takes(
             command, takes_of(shown(trained, _MOST, machine.cores()), trained.task), trained.task
         )
@@ -85,7 +87,9 @@ def of_file(command: Play, path: Path) -> View:
 
 def follower(command: Play) -> assembly.Trained | None:
     """The policy that is to be played, if it follows clips."""
-    trained = assembly.trained(Path(command.sources[0]))
+    word = str(command.sources[0])
+    source = word if Path(word).exists() else word.partition("=")[2] or word
+    trained = assembly.trained(Path(source))
     return trained if tasks.make(trained.task).affordance.follows_clips else None
 
 

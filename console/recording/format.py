@@ -18,6 +18,7 @@ from world.refusals import reason, refusing, why
 from world.scene.model import PROJECTILE_BODY, Ball, add_boxes, scene_spec
 
 FORMAT = "inhabit-recording"
+SUFFIX = ".msgpack"
 VERSION = 1
 MAX_BYTES = 1 << 31
 MAX_FRAMES, MAX_BOXES, MAX_BALLS = 1_000_000, 4096, 64
@@ -145,6 +146,8 @@ def read(path: Path) -> Recording:
     try:
         value = codec.unpack(packed)
     except Exception as error:
+        if path.suffix.lower() != SUFFIX:
+            raise RecordingError(f"{path} is no recording ({SUFFIX})") from error
         raise RecordingError(f"{path} is damaged or not a recording ({why(error)})") from error
     with refusing(RecordingError, path, "recording"):
         return _recording(value, path)

@@ -44,12 +44,14 @@ def text(
     chosen = typical(takes)
     title = f"inhabit {found.task}: {found.path.name}"
     notes = found.manifest.notes
+    own = tracking.notice(found, motions)
     about = (
         f"{found.manifest.samples / 1e6:.1f} M samples. Trained on: {lineage.data(notes)}."
         f" Licence: {lineage.licence(notes)}"
     )
     sections = (
         f"<h1>{escape(title)}</h1><p class='soft'>{escape(about)}</p>",
+        f"<p class='soft'>{escape(own)}.</p>" if own else "",
         _headline(figures),
         "<h2>Best, median and worst trial</h2>",
         page.player(list(chosen), follows=True),

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from console.commands import Publish
+from console.evaluation.presets import start_m
 from console.run import assembly, mixing
 from console.run.directory import RunDirectory, RunError, checkpoint_folder, run_of
 from console.run.experiment import to_json
@@ -20,7 +21,7 @@ from policy.checkpoints.lineage import Origin
 from policy.checkpoints.run_checkpoints import RunCheckpoints
 from policy.model.averaging import mean_policy
 from policy.model.normaliser import NormaliserConfig
-from world.errors import ConfigError
+from world.errors import ConfigError, InhabitError
 
 #: Number of metrics lines in a published folder, evenly spread over the run.
 _LINES = 200
@@ -64,7 +65,9 @@ def publish_command(command: Publish) -> int:
     }
     if len(averaged) > 1:
         notes["average"] = f"of checkpoints {', '.join(one.name for one in averaged)}"
-    evaluations = _evaluations(command.evaluation)
+    # an average is another policy than the checkpoints that were evaluated
+    kept = [] if len(averaged) > 1 else kept_evaluations(path, found.manifest.iteration)
+    evaluations = _evaluations(command.evaluation or kept)
     if _UNDISTURBED in evaluations:
         notes["evaluation"] = json.dumps(_headline(evaluations[_UNDISTURBED]))
     manifest = Manifest(
@@ -128,6 +131,28 @@ def _last(path: Path, count: int, layout: Layout) -> list[Path]:
             " many a run keeps"
         )
     return kept[-count:]
+
+
+def kept_evaluations(path: Path, iteration: int) -> list[Path]:
+    """Return the evaluations of a checkpoint that its run or its published folder keeps: for each
+    perturbation the one of the most trials on test pieces, from the paper's distances."""
+    run = run_of(path)
+    best: dict[str, tuple[int, Path]] = {}
+    for file in sorted(run.evaluations.glob("*.json") if run else path.glob("evaluation*.json")):
+        try:
+            figures = json.loads(file.read_text())
+            head = _headline(figures)
+            usual = list(figures.get("start_m", ())) in ([], list(start_m(head["task"], "table1")))
+        except (OSError, ValueError, KeyError, TypeError, InhabitError):
+            continue
+        special = {"held_out", "simulator", "motions"} & set(figures)
+        plain = figures.get("preset", "table1") == "table1" and not special and usual
+        if not plain or head["objects"] not in ("test", "clips"):
+            continue
+        kind, trials = head["perturbation"], int(head["trials"])
+        if figures.get("iteration") == iteration and trials > best.get(kind, (0, file))[0]:
+            best[kind] = trials, file
+    return [file for _, file in best.values()]
 
 
 def _evaluations(paths: Sequence[Path]) -> dict[str, dict[str, Any]]:

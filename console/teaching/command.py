@@ -101,7 +101,7 @@ def try_command(command: TeachTry) -> int:
     for name in ("success", "sustained", "falls", "time_s", "precision_m"):
         print(name, figures[name])
     for part in figures["by_stage"]:
-        print(part)
+        print(part["stage"], part["rate"])
     return 0
 
 

@@ -63,6 +63,8 @@ def played(command: Video) -> Recording:
     source = assembly.trained(command.source)
     threads = command.threads or machine.cores()
     if tasks.make(source.task).affordance.follows_clips:
+        if line := tracking.notice(source):
+            print(line)
         return tracking.shown(source, command.trials, threads)
     limit_s = command.seconds or tasks.make(source.task).evaluation.limit_s
     chosen = trials.manifest(

@@ -48,6 +48,8 @@ def data(notes: Mapping[str, str]) -> str:
     inherited = [
         f"{one.what} ({one.credit})" if one.credit else one.what
         for one in (of(notes) if NOTE in notes else ())
+        # of what was stated nothing is missing
+        if not (stated and one.what == NOT_STATED)
     ]
     return "; ".join(dict.fromkeys(stated + inherited)) or NOT_STATED
 

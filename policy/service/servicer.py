@@ -83,7 +83,7 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
         if not task:
             names = ", ".join(sorted(self.followers))
             raise RequestError(f"task: missing, must be one of {names}")
-        raise ChoiceError("task", task, list(self.followers))
+        raise ChoiceError("policy", task, list(self.followers))
 
     async def Describe(
         self, request: pb.DescribeRequest, context: grpc.aio.ServicerContext

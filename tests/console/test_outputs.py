@@ -41,7 +41,7 @@ def test_outputs_of_every_command_are_checked_before_it_runs(tmp_path: Path) -> 
     commands_of_files = [
         ("--json ", commands.Evaluate(Path("sit"), json=below)),
         ("--record ", commands.Evaluate(Path("sit"), record=file / "a.msgpack")),
-        ("--out ", commands.Report(Path("sit"), out=below)),
+        ("--out ", commands.Report(Path("sit"), out=file / "a.html")),
         ("", commands.Video(Path("sit"), out=below)),
         ("", commands.Export(Path("sit"), below)),
         ("--html ", commands.ObjectsShow(html=file / "a.html")),
@@ -90,3 +90,32 @@ def test_a_wrong_suffix_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> No
         "inhabit: FILE x.pt: unknown suffix '.pt'; choose .onnx for a policy, "
         ".glb, .gltf, .bvh, .smpl.npz for a motion\n"
     )
+
+
+def test_no_command_replaces_what_it_reads(tmp_path: Path) -> None:
+    rig, motion = tmp_path / "hero.bvh", tmp_path / "sits.msgpack"
+    for file in (rig, motion):
+        file.write_text("mine")
+    (tmp_path / "same.bvh").hardlink_to(rig)
+    flags = commands.animation.AnimationFlags(rig=rig)
+    for command in (
+        commands.Export(motion, rig, files=flags),
+        commands.Export(motion, tmp_path / "x" / ".." / "hero.bvh", files=flags),
+        commands.Export(motion, tmp_path / "same.bvh", files=flags),
+        commands.Export(motion, motion),
+        commands.Synthesize(Path("sit"), (tmp_path / "a.bvh", rig), overwrite=True, files=flags),
+    ):
+        (tmp_path / "x").mkdir(exist_ok=True)
+        with pytest.raises(ConfigError, match="the command reads it; name another file"):
+            outputs.require(command, tuple(inputs.files(command)))
+    outputs.require(commands.Export(motion, tmp_path / "hero-sits.bvh", files=flags))
+
+
+def test_a_folder_or_another_kind_of_file_is_refused_before_the_work(tmp_path: Path) -> None:
+    for command, said in (
+        (commands.Evaluate(Path("sit"), json=tmp_path), "--json .*: a folder; name a file"),
+        (commands.Report(Path("sit"), out=tmp_path / "a.pdf"), r"--out .*: choose .html or .htm"),
+        (commands.Evaluate(Path("sit"), worst=3, out=tmp_path / "a.pdf"), "choose .html or .htm"),
+    ):
+        with pytest.raises(ConfigError, match=said):
+            outputs.require(command)

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from console.app import main
+from console.serving.publish import kept_evaluations
 from policy.checkpoints.format import read, write
 from tests.support.paths import ROOT
 
@@ -43,6 +44,34 @@ def test_a_published_folder_describes_itself_and_acts(tmp_path: Path) -> None:
     assert json.loads((out / "evaluation-moved.json").read_text())["perturbation"] == "moved"
     assert (out / "policy.safetensors").read_bytes() == (source / "policy.safetensors").read_bytes()
     assert main([*words]) == 1  # it exists
+
+
+def test_evaluations_that_are_kept_with_the_checkpoint_come_along(tmp_path: Path) -> None:
+    """Of the published folder itself, and of a run's the largest of each perturbation, of this
+    checkpoint and by the default protocol."""
+    source = ROOT / "pretrained" / "sit"
+    again = tmp_path / "again"
+    assert main(["publish", str(source), str(again)]) == 0
+    names = {file.name for file in source.glob("evaluation*.json")}
+    assert len(names) == 3 and {file.name for file in again.glob("evaluation*.json")} == names
+    figures = json.loads((source / "evaluation.json").read_text())
+    run = tmp_path / "run"
+    shutil.copytree(source, run / "checkpoints" / "000007")
+    (run / "config.json").write_text("{}")
+    (run / "evaluations").mkdir()
+    number = figures["iteration"]
+    for name, other in {
+        "small": {"trials": 8},
+        "large": {"trials": 64},
+        "older": {"trials": 128, "iteration": number - 1},
+        "near": {"trials": 128, "start_m": [1.0, 3.0]},
+        "train": {"trials": 128, "objects": "train"},
+        "moved": {"trials": 16, "perturbation": "moved"},
+    }.items():
+        (run / "evaluations" / f"{name}.json").write_text(json.dumps(figures | other))
+    (run / "evaluations" / "broken.json").write_text("{")
+    kept = kept_evaluations(run / "checkpoints" / "000007", number)
+    assert sorted(file.stem for file in kept) == ["large", "moved"]
 
 
 def test_no_path_of_a_teacher_is_published(tmp_path: Path) -> None:

@@ -250,7 +250,7 @@ def poisoned(table: str, at: int, value: float) -> dict[str, bytes]:
 def test_what_is_wrong_is_named(client: Stub) -> None:
     invalid, missing = StatusCode.INVALID_ARGUMENT, StatusCode.NOT_FOUND
     cases = [
-        (act(client, task="dance"), missing, "unknown task 'dance': choose one of other, sit"),
+        (act(client, task="dance"), missing, "unknown policy 'dance': choose one of other, sit"),
         (act(client, task=""), invalid, "task: missing, must be one of other, sit"),
         (act(client, state=b""), invalid, "state: 0 rows, must be 1 to 1024"),
         (act(client, state=b"1"), invalid, "state: 1 bytes, must be a multiple of 456"),
