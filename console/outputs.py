@@ -17,7 +17,7 @@ _FOLDERS = {
 _SUFFIXES = {"html": (".html", ".htm"), "sheet": (".png",), "record": (".msgpack",)}
 """Suffixes of files by field, where they are the same for all commands"""
 _PAGES = {("Report", "out"), ("Evaluate", "out")}
-_FILES = _PAGES | {("Video", "out"), ("Export", "out")}
+_FILES = _PAGES | {("Video", "out")}
 """Outputs `out` that are one file"""
 _WORDS = {(kind, "out") for kind in ("Publish", "Video", "Export", "TeachCarry", "TeachRecord")}
 """Commands whose output is a word, without a flag"""
