@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 import torch
 
@@ -50,8 +51,7 @@ def rollouts_of(
     if found is None:
         return None
     world = _followed(experiment)[0]
-    scenes = bank(world)
-    assert isinstance(scenes, TrackBank), "tracking has a bank of clips"
+    scenes = cast("TrackBank", bank(world))
     return watched(
         Policy(found.weights),
         found.experiment.world.track.residual,
