@@ -43,8 +43,8 @@ class Train:
     do the task (--init). A recipe has its own."""
     recipe: str = ""
     """Recipe to train by, in stages: a NAME of the package (paper; for lie also free, for carry
-    also weights) or a .toml file. A stage lasts
-    until its condition is measured. Flags of settings hold in all stages. See --dry-run."""
+    also weights) or a .toml file. A stage lasts until its condition is measured. Flags of settings
+    hold in all stages. See --dry-run."""
     overrides: Annotated[tuple[str, ...], tyro.conf.Fixed, tyro.conf.Suppress] = ()
     """Lines on settings of the recipe that the flags override."""
     motions: tuple[Path, ...] = ()

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from console.commands import Evaluate
+from console.commands import Evaluate, Report
 from console.evaluation import tracking, trials
 from console.evaluation.presets import start_m
 from console.evaluation.realism import quality_of
@@ -100,24 +100,12 @@ def evaluate_command(command: Evaluate, then: Then | None = None) -> int:
 
 def evaluate_tracking(command: Evaluate, found: assembly.Trained) -> int:
     """Evaluate the tracking of clips, print the table, write the JSON; return the exit code."""
-    if command.perturb != "none" or command.objects != "test":
-        raise ConfigError("--perturb, --objects: this task follows clips; leave them out")
     if command.worst:
         raise ConfigError("--worst: this task follows clips; leave it out, and see play")
-    motions = tuple(str(path.resolve()) for path in command.motions)
     output = screen()
-    if line := tracking.notice(found, motions):
+    if line := tracking.notice(found, command.motions):
         output.print(line)
-    with progress("trials", command.trials) as update:
-        figures, takes = tracking.evaluate(
-            found,
-            motions,
-            command.trials,
-            command.seed,
-            command.threads or machine.cores(),
-            command.record_trials if command.record else 0,
-            update,
-        )
+    figures, takes = followed(command, found, command.record_trials if command.record else 0)
     output.print(tracking.table(figures))
     run = run_of(found.path)
     if run is not None:
@@ -128,6 +116,21 @@ def evaluate_tracking(command: Evaluate, found: assembly.Trained) -> int:
         meta = {"control_hz": CONTROL_HZ, **recording_meta(command, found)}
         recording.write(command.record, recording.Recording(takes, meta))
     return 0
+
+
+def followed(
+    command: Evaluate | Report, found: assembly.Trained, record: int
+) -> tuple[dict[str, Any], list[recording.Take]]:
+    """Return the figures of a policy that follows clips, and the takes of its first `record`
+    trials; ConfigError for options that have no meaning here."""
+    if command.perturb != "none" or command.objects != "test":
+        raise ConfigError("--perturb, --objects: this task follows clips; leave them out")
+    motions = tuple(str(path.resolve()) for path in command.motions)
+    threads = command.threads or machine.cores()
+    with progress("trials", command.trials) as update:
+        return tracking.evaluate(
+            found, motions, command.trials, command.seed, threads, record, update
+        )
 
 
 def unfamiliar(world: WorldConfig, pieces: Sequence[Piece]) -> list[str]:

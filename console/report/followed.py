@@ -8,16 +8,15 @@ import numpy as np
 
 from console.commands import Report
 from console.evaluation import tracking
+from console.evaluation.command import followed
 from console.evaluation.tables import number
 from console.recording.format import Take, model_of
 from console.report import page
 from console.report.page import Figures
 from console.report.scene3d import drawn, poses_of
-from console.run import assembly, machine
-from console.terminal import progress
+from console.run import assembly
 from policy.checkpoints import lineage
 from world.character.model import CONTROL_HZ
-from world.errors import ConfigError
 from world.tasks.track import ROOT_M
 
 
@@ -28,23 +27,11 @@ def text(
 
     Raises ConfigError for options that have no meaning here.
     """
-    if command.perturb != "none" or command.objects != "test":
-        raise ConfigError("--perturb, --objects: this task follows clips; leave them out")
-    motions = tuple(str(path.resolve()) for path in command.motions)
-    with progress("trials", command.trials) as update:
-        figures, takes = tracking.evaluate(
-            found,
-            motions,
-            command.trials,
-            command.seed,
-            command.threads or machine.cores(),
-            min(command.trials, tracking.SLOTS),
-            update,
-        )
+    figures, takes = followed(command, found, min(command.trials, tracking.SLOTS))
     chosen = typical(takes)
     title = f"inhabit {found.task}: {found.path.name}"
     notes = found.manifest.notes
-    own = tracking.notice(found, motions)
+    own = tracking.notice(found, command.motions)
     about = (
         f"{found.manifest.samples / 1e6:.1f} M samples. Trained on: {lineage.data(notes)}."
         f" Licence: {lineage.licence(notes)}"

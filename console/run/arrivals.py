@@ -5,14 +5,12 @@ from pathlib import Path
 
 import torch
 
-from console.run import mixing
 from console.run.experiment import Experiment
-from console.run.policy_teachers import Trained, required
+from console.run.policy_teachers import Trained, beginning
 from policy.model.acting import Policy
 from world import tasks
 from world.config import InitialStates, WorldConfig
 from world.episodes.shard import Shard
-from world.errors import ConfigError
 from world.motions import load
 from world.tasks.walk import Walk
 from world.teachers.arriving import WatchedWalker
@@ -32,13 +30,7 @@ def walker_of(experiment: Experiment, trained: Callable[[Path], Trained]) -> Tra
     of other actions; and as `trained`.
     """
     source = experiment.world.track.walker
-    if not source:
-        return None
-    flag = "--world.track.walker"
-    here = [tasks.make(world.task) for world in mixing.worlds(experiment)]
-    if not any(task.affordance.follows_clips for task in here):
-        raise ConfigError(f"{flag} {source}: no scene here has the task track: leave it out")
-    return required(flag, source, Walk.name, experiment.world, trained)
+    return beginning("--world.track.walker", source, Walk.name, experiment, trained)
 
 
 def arrivals_of(experiment: Experiment, trained: Callable[[Path], Trained]) -> Arrivals | None:

@@ -110,6 +110,28 @@ def policy_teachers(
     return {task: PolicyTeacher(policies) for task, policies in found.items()}
 
 
+def beginning(
+    flag: str,
+    source: str,
+    task: str,
+    experiment: Experiment,
+    trained: Callable[[Path], Trained],
+) -> Trained | None:
+    """Return the policy of a task in whose states an experiment's tracking begins, by the flag that
+    names it; None without one. Raises ConfigError where nothing is tracked, and as `required`."""
+    if not source:
+        return None
+    if not followers(experiment):
+        raise ConfigError(f"{flag} {source}: no scene here has the task track: leave it out")
+    return required(flag, source, task, experiment.world, trained)
+
+
+def followers(experiment: Experiment) -> list[WorldConfig]:
+    """Return the worlds of an experiment that follow clips."""
+    worlds = mixing.worlds(experiment)
+    return [world for world in worlds if tasks.make(world.task).affordance.follows_clips]
+
+
 def required(
     flag: str, source: str, task: str, world: WorldConfig, trained: Callable[[Path], Trained]
 ) -> Trained:

@@ -7,14 +7,12 @@ from typing import cast
 
 import torch
 
-from console.run import mixing
 from console.run.experiment import Experiment
-from console.run.policy_teachers import Trained, required
+from console.run.policy_teachers import Trained, beginning, followers
 from policy.model.acting import Policy
 from world import tasks
 from world.config import PerturbConfig, WorldConfig
 from world.episodes.shard import Shard
-from world.errors import ConfigError
 from world.motions import load
 from world.tasks.track import Track
 from world.teachers.following import WatchedTracker
@@ -23,7 +21,6 @@ from world.tracking.rollouts import Rollouts
 
 #: Characters that follow clips, for so many control steps; half of them with action noise.
 _SCENES, _STEPS, _NOISE = 128, 600, 0.03
-_FLAG = "--world.track.rollouts"
 
 
 def tracker_of(experiment: Experiment, trained: Callable[[Path], Trained]) -> Trained | None:
@@ -33,11 +30,7 @@ def tracker_of(experiment: Experiment, trained: Callable[[Path], Trained]) -> Tr
     of other actions; and as `trained`.
     """
     source = experiment.world.track.rollouts
-    if not source:
-        return None
-    if not _followed(experiment):
-        raise ConfigError(f"{_FLAG} {source}: no scene here has the task track: leave it out")
-    return required(_FLAG, source, Track.name, experiment.world, trained)
+    return beginning("--world.track.rollouts", source, Track.name, experiment, trained)
 
 
 def rollouts_of(
@@ -50,7 +43,7 @@ def rollouts_of(
     found = tracker_of(experiment, trained)
     if found is None:
         return None
-    world = _followed(experiment)[0]
+    world = followers(experiment)[0]
     scenes = cast("TrackBank", bank(world))
     return watched(
         Policy(found.weights),
@@ -79,9 +72,3 @@ def watched(
         assert action is not None, "the shard has a teacher"
         shard.step(action + noise * torch.randn(action.shape, generator=random))
     return watch.rollouts(seed)
-
-
-def _followed(experiment: Experiment) -> list[WorldConfig]:
-    """Return the worlds of an experiment that follow clips."""
-    worlds = mixing.worlds(experiment)
-    return [world for world in worlds if tasks.make(world.task).affordance.follows_clips]

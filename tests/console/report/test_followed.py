@@ -15,6 +15,7 @@ from console.report import followed
 from tests.support.console.recordings import take
 from tests.support.track_scenes import WORLD, bank
 from world.character import model as character
+from world.errors import ConfigError
 
 
 def trial(steps: int, completed: bool, body_cm: float, ends: tuple[str, ...] = ()) -> Take:
@@ -87,5 +88,5 @@ def test_options_without_a_meaning_are_refused() -> None:
     none: Any = None
     for options in ({"perturb": "moved"}, {"objects": "train"}):
         command = Report(Path("x"), **options)  # pyright: ignore[reportArgumentType]
-        with pytest.raises(followed.ConfigError, match="leave them out"):
+        with pytest.raises(ConfigError, match="leave them out"):
             followed.text(command, none, (), {})
