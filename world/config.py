@@ -81,6 +81,8 @@ class TrackConfig:
     pressed."""
     weight_kg: tuple[float, float] = (1.0, 3.0)
     """Lightest and heaviest box, kg."""
+    by_volume: bool = False
+    """Boxes weigh by volume, as in the task carry, instead of `weight_kg`."""
     friction: tuple[float, float] = (1.0, 1.4)
     """Least and greatest sliding friction of a box; hands have 1, and a contact has the greater of
     the two."""

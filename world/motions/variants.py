@@ -3,7 +3,8 @@
 Who picks a box up from the floor passes every posture between bent and upright twice. A pick-up
 from a stand of height h is spliced of these: down to where the hands have the height of the box on
 that stand, a short bridge, and up from there. To put it down is the same in reverse. The arms are
-solved for the hands to hold the box, which may have another size. (As clips are adapted to other
+solved for the hands to hold the box, which may have another size; a larger one is held higher, so
+that the arms are bent. (As clips are adapted to other
 boxes in OmniRetarget and ResMimic, whose solvers move the whole body.)
 """
 
@@ -35,6 +36,10 @@ _REACH = 14
 #: Hands that are this far below their highest, m, in so many frames before they hold the box, are
 #: on their way down to it.
 _DOWN_M, _BEFORE = 0.02, 60
+#: The arms that hold a box larger than the clip's own are stretched to at most this fraction of
+#: their length in this fraction of the frames: straight arms cannot press. It is raised for that in
+#: such steps up to the last, m.
+_STRETCHED, _MOSTLY, _RAISE_M, _RAISED_M = 0.92, 0.9, 0.01, 0.25
 #: The hands are this much farther apart before they close on the box, m.
 _OPEN_M = 0.08
 
@@ -69,6 +74,8 @@ def variant(clip: Clip, stand_m: float, size: float | Sequence[float]) -> Clip |
     factors = np.broadcast_to(np.asarray(size, np.float64), 3)
     edges = np.asarray(box.size_m) * factors
     pose = _grown(box, edges)
+    if factors.max() > 1.0:
+        pose[:, 2] += _raise_m(clip, pose, edges)
     rest_m = stand_m + 0.5 * edges[2]
     hands = _hands_m(clip) + (pose[:, 2] - box.pose[:, 2])
     frames = _Frames(clip.fps, continuous_bodies(clip.local_rotation), pose[:, 2], hands)
@@ -94,6 +101,27 @@ def _grown(box: BoxTrack, edges: np.ndarray) -> np.ndarray:
     ahead = rotations.matrix(torch.from_numpy(pose[:, 3:]))[:, :, 0].numpy()
     pose[:, :3] += more[0] * ahead * np.array([1.0, 1.0, 0.0]) + np.array([0.0, 0.0, more[2]])
     return pose
+
+
+def _raise_m(clip: Clip, pose: np.ndarray, edges: np.ndarray) -> float:
+    """How much higher than at `pose` [T, 7] a box is held, m, for the arms to be bent."""
+    assert clip.box is not None
+    held = torch.from_numpy(clip.box.held)
+    qpos = torch.from_numpy(clip.qpos()).double()[held]
+    track = torch.from_numpy(pose)[held]
+    for step in range(round(_RAISED_M / _RAISE_M) + 1):
+        stretched = grasp.stretch(qpos, _box_at(track, torch.from_numpy(edges)))
+        if float(stretched.amax(dim=1).quantile(_MOSTLY)) <= _STRETCHED:
+            return _RAISE_M * step
+        track[:, 2] += _RAISE_M
+    return _RAISED_M
+
+
+def _box_at(track: torch.Tensor, edges: torch.Tensor) -> BoxState:
+    """A box at poses [T, 7], with edges [3] or [T, 3], m."""
+    position, rotation = track[:, :3], track[:, 3:]
+    half = (0.5 * edges).expand(len(track), 3)
+    return BoxState(position, rotation, torch.zeros_like(position), half, position, position)
 
 
 def _hands_m(clip: Clip) -> np.ndarray:
@@ -210,11 +238,9 @@ def _with_arms(
     qpos = torch.from_numpy(generalised_positions(root.astype(np.float32), local)).double()
     # first the hands come beside the box, then they close
     wide = torch.from_numpy(_OPEN_M * (1.0 - minimum_jerk(2.0 * done - 1.0)))
-    half = torch.from_numpy(0.5 * edges).expand(len(root), 3).clone()
-    half[:, 1] += wide
-    position, rotation = torch.from_numpy(track[:, :3]), torch.from_numpy(track[:, 3:])
-    still = torch.zeros_like(position)
-    holding = BoxState(position, rotation, still, half, position, position)
+    opened = torch.from_numpy(edges).expand(len(root), 3).clone()
+    opened[:, 1] += 2.0 * wide
+    holding = _box_at(torch.from_numpy(track), opened)
     solved = kinematics.local_rotations(grasp.holding_pose(qpos, holding)).numpy()
     found = local.copy()
     reach = minimum_jerk(2.0 * done)

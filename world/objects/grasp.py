@@ -23,9 +23,13 @@ _SIDES = tuple(
     )
     for side, ball, hinge in (("right", 2, 0), ("left", 3, 1))
 )
+_SIGNS = (-1.0, 1.0)
 _UPPER_M, _FORE_M, _HAND_M = 0.274788, 0.258947, 0.04
 #: The near edge of a box in hand is this far before the root, its centre this far above it, m.
 _BEFORE_M, _ABOVE_M = 0.16, 0.12
+#: The hands hold a box at the centres of two faces, or this far from their near edges, m, where
+#: that is nearer: the arms of an upright body reach no farther about a deep box.
+HOLD_DEPTH_M = 0.175
 #: A box is placed within these of its target, vertically and horizontally, m.
 _DOWN_M, _AT_M = 0.02, 0.09
 #: A box is at its start up to this height above it and this distance from it, m.
@@ -40,6 +44,8 @@ class Grip:
     """[n, 3]: horizontal unit vector from the box's centre to the left hand's face."""
     out_m: Tensor
     """[n]: distance from the centre to the centre of a hand in contact."""
+    nearer: Tensor
+    """[n, 3]: offset of the holds from the faces' centres, towards the body, m."""
 
 
 def held_centre(root: Tensor, heading: Tensor, depth_m: Tensor) -> Tensor:
@@ -50,19 +56,36 @@ def held_centre(root: Tensor, heading: Tensor, depth_m: Tensor) -> Tensor:
 
 
 def holding_pose(qpos: Tensor, box: BoxState) -> Tensor:
-    """qpos [n, 43] with the arms bent so that the hands touch the box on both sides, or are as near
+    """qpos [n, 43] with the arms bent so that the hands hold the box on both sides, or are as near
     as the arms reach."""
+    position, rotation, goals = _holds(qpos, box)
+    found = qpos.clone()
+    for side, (upper, lower, ball, hinge) in enumerate(_SIDES):
+        bent = _arm_angles(position, rotation, goals[side], _SIGNS[side], upper, lower)
+        found[:, ball : ball + 4] = rotations.from_rotation_vector(bent[:, :3]).to(found)
+        found[:, hinge] = bent[:, 3].to(found)
+    return found
+
+
+def stretch(qpos: Tensor, box: BoxState) -> Tensor:
+    """[n, 2]: distance from shoulder to hold, right first, in lengths of the arm; beyond 1 the arm
+    does not reach it."""
+    position, _, goals = _holds(qpos, box)
+    shoulders = (position[:, side[0]] for side in _SIDES)
+    apart = [
+        (goal - shoulder).norm(dim=1) for goal, shoulder in zip(goals, shoulders, strict=True)
+    ]
+    return torch.stack(apart, dim=1) / (_UPPER_M + _FORE_M)
+
+
+def _holds(qpos: Tensor, box: BoxState) -> tuple[Tensor, Tensor, list[Tensor]]:
+    """Positions and rotations of the bodies, and the place of each hand, right first, [n, 3], m."""
     position, rotation = kinematics.forward(
         qpos[:, :3], rotations.matrix(kinematics.local_rotations(qpos))
     )
     grip = grip_of(box, rotations.heading(qpos[:, 3:7]))
-    found = qpos.clone()
-    for sign, (upper, lower, ball, hinge) in zip((-1.0, 1.0), _SIDES, strict=True):
-        goal = box.position + sign * grip.axis * grip.out_m[:, None]
-        bent = _arm_angles(position, rotation, goal, sign, upper, lower)
-        found[:, ball : ball + 4] = rotations.from_rotation_vector(bent[:, :3]).to(found)
-        found[:, hinge] = bent[:, 3].to(found)
-    return found
+    middle, out = box.position + grip.nearer, grip.axis * grip.out_m[:, None]
+    return position, rotation, [middle + sign * out for sign in _SIGNS]
 
 
 def is_placed(box: BoxState) -> Tensor:
@@ -85,7 +108,19 @@ def grip_of(box: BoxState, heading: Tensor) -> Grip:
     chosen = along.abs().argmax(dim=1)
     rows = torch.arange(len(chosen), device=chosen.device)
     sign = torch.where(along[rows, chosen] < 0, -1.0, 1.0)
-    return Grip(axes[rows, :, chosen] * sign[:, None], box.half[rows, chosen] + _HAND_M)
+    ahead = axes[rows, :, 1 - chosen]
+    back = torch.where((ahead[:, :2] * heading).sum(dim=1) < 0, 1.0, -1.0)
+    back = back * hold_play_m(box.half[rows, 1 - chosen])
+    return Grip(
+        axes[rows, :, chosen] * sign[:, None],
+        box.half[rows, chosen] + _HAND_M,
+        ahead * back[:, None],
+    )
+
+
+def hold_play_m(half_depth_m: Tensor) -> Tensor:
+    """Distance of a hold from its face's centre, m, for half the depth of the face, m."""
+    return (half_depth_m - HOLD_DEPTH_M).clamp_min(0.0)
 
 
 def half_depth_m(box: BoxState, heading: Tensor) -> Tensor:

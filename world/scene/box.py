@@ -1,5 +1,7 @@
 """The box to carry, its initial stand and its target's stand: geometry, mass and contacts."""
 
+import math
+
 import mujoco
 
 from world.furniture.piece import Box, Piece, Vector
@@ -33,6 +35,11 @@ def box(scale: float = 1.0, mass_kg: float | None = None) -> Piece:
     x, y, z = (0.5 * scale * edge for edge in BOX_SIZE_M)
     mass = BOX_KG * scale**3 if mass_kg is None else mass_kg
     return Piece("box", "box", (Box((0.0, 0.0, 0.0), (x, y, z)),), (), mass)
+
+
+def mass_kg(half_m: Vector) -> float:
+    """Mass by volume of a box with these half edges, m, in kg."""
+    return 8.0 * BOX_KG * math.prod(half_m) / math.prod(BOX_SIZE_M)
 
 
 def is_box(piece: Piece) -> bool:

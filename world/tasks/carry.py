@@ -13,6 +13,7 @@ from world import rotations
 from world.affordances import CARRIED
 from world.character.features import Body, Feature, Table
 from world.character.model import BODIES
+from world.objects import grasp
 from world.scene.box import GROUND_M
 from world.scene.target import BoxState, Target
 from world.tasks.evaluation import Evaluation, Published
@@ -119,23 +120,23 @@ class Carry(Task):
         # a character that leans on the box has its feet far behind it: no reward for that
         stood = _stood(body)
         walk = walk * stood
-        grasp = torch.exp(-8.0 * reach_m(body, box).square().sum(dim=1)) * stood
+        held = torch.exp(-8.0 * reach_m(body, box).square().sum(dim=1)) * stood
         risen = ((box.position - box.start)[:, 2] / _LIFT_M).clamp(0.0, 1.0)
         # only a box between the hands counts as lifted, not one that was kicked up
-        lift = risen * grasp
+        lift = risen * held
         place_term = torch.exp(-10.0 * (box.target - box.position).square().sum(dim=1))
         carried = _towards(box.velocity, to_target) * lift
         # at the target the box is held or placed: one that is dropped beside it earns nothing. Held
         # earns less: a policy for which it was as good stood there with the box for ever.
         at_target = to_target.norm(dim=1) < _AT_TARGET_M
-        kept = torch.maximum(_HELD_AT_TARGET * grasp, place_term)
+        kept = torch.maximum(_HELD_AT_TARGET * held, place_term)
         lift, carried = torch.where(at_target, kept, lift), torch.where(at_target, kept, carried)
         put = self.put_down(box).float()
         # after putting the box down the character may let go and walk away
-        grasp, walk = torch.maximum(grasp, put), torch.where(there, 1.0, walk)
+        held, walk = torch.maximum(held, put), torch.where(there, 1.0, walk)
         excess = (box.velocity.norm(dim=1) - 2.5).clamp_min(0.0)
         overspeed = torch.exp(-2.0 * excess.square()) - 1.0
-        return torch.stack((walk, grasp, lift, carried, place_term, put, overspeed), dim=1)
+        return torch.stack((walk, held, lift, carried, place_term, put, overspeed), dim=1)
 
     def put_down(self, box: BoxState) -> Tensor:
         """[n] bool: the box rests at its target."""
@@ -223,8 +224,9 @@ def _hands_in_box(body: Body, box: BoxState) -> Tensor:
 
 
 def reach_m(body: Body, box: BoxState) -> Tensor:
-    """[n, 2]: distance of each hand from its hold, m: the centres of two opposite upright faces,
-    chosen by the least sum of squares."""
+    """[n, 2]: distance of each hand from its hold, m, on two opposite upright faces, chosen by the
+    least sum of squares: their centres, or of a deep box the nearest point from there to
+    grasp.HOLD_DEPTH_M from an edge."""
     hands = _hands_in_box(body, box)
     best = None
     for axis in (0, 1):
@@ -232,6 +234,9 @@ def reach_m(body: Body, box: BoxState) -> Tensor:
             grip = torch.zeros_like(hands)
             grip[:, 0, axis] = sign * (box.half[:, axis] + _HAND_M)
             grip[:, 1, axis] = -grip[:, 0, axis]
+            play = grasp.hold_play_m(box.half[:, 1 - axis])[:, None]
+            depth = hands[:, :, 1 - axis]
+            grip[:, :, 1 - axis] = torch.minimum(torch.maximum(depth, -play), play)
             gap = (hands - grip).norm(dim=2)
             nearer = best is None or (gap.square().sum(1) < best.square().sum(1))[:, None]
             best = gap if best is None else torch.where(torch.as_tensor(nearer), gap, best)
