@@ -17,7 +17,7 @@ from world.motions.uses.use import CONTACT, BoxFrames
 from world.objects import grasp
 from world.objects.box_bank import BoxBank, Layout
 from world.scene.batch import Scenes
-from world.scene.box import FRICTION
+from world.scene.box import BOX_SIZE_M, FRICTION
 from world.scene.target import BoxState, Target
 
 #: Least distance of the box's edge from the root of a standing character, m.
@@ -31,6 +31,8 @@ _BOX_LIFT_M = 0.001
 _GRAVITY_M_S2 = 9.81
 #: A hand presses with this multiple of the force that the weight needs, plus so many N.
 _GRIP, _GRIP_N = 3.0, 15.0
+#: Half the height of the default box, m.
+_DEFAULT_HALF_M = 0.5 * BOX_SIZE_M[2]
 #: A clip that puts its box down is doing so within this of the final position, m.
 _PUTTING_M = 0.6
 
@@ -163,6 +165,8 @@ class BoxSampler:
         far behind them."""
         heading = rotations.heading(qpos[:, 3:7])
         position = grasp.held_centre(qpos[:, :3], heading, half[:, 0])
+        # a larger box with its underside where the default one's is: arms do not reach lower
+        position[:, 2] += (half[:, 2] - _DEFAULT_HALF_M).clamp_min(0.0)
         behind = torch.cat((-_AWAY_M * heading, self._rest_height(half, u[:, 9])), dim=1)
         velocity = torch.cat((qvel[:, :3], torch.zeros_like(qvel[:, :3])), dim=1)
         rotation = rotations.from_heading(heading)

@@ -72,9 +72,7 @@ def stretch(qpos: Tensor, box: BoxState) -> Tensor:
     does not reach it."""
     position, _, goals = _holds(qpos, box)
     shoulders = (position[:, side[0]] for side in _SIDES)
-    apart = [
-        (goal - shoulder).norm(dim=1) for goal, shoulder in zip(goals, shoulders, strict=True)
-    ]
+    apart = [(goal - shoulder).norm(dim=1) for goal, shoulder in zip(goals, shoulders, strict=True)]
     return torch.stack(apart, dim=1) / (_UPPER_M + _FORE_M)
 
 

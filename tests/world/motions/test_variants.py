@@ -99,3 +99,26 @@ def test_what_has_no_variant(clip: Clip) -> None:
     assert walks is not None and walks.box is not None
     assert walks.frames == inside.frames and walks.name == f"{clip.name}~x1.25"
     assert np.abs(gaps_m(walks)).max() < 0.006
+
+
+def stretch(clip: Clip) -> np.ndarray:
+    """[T]: distance from shoulder to hand of the more stretched arm, in lengths of the arm."""
+    qpos = torch.from_numpy(clip.qpos())
+    position = features.body(qpos, torch.zeros(len(qpos), character.NV)).position
+    arms = ("right", "left")
+    shoulders = [character.BODIES.index(f"{side}_upper_arm") for side in arms]
+    apart = (position[:, HANDS] - position[:, shoulders]).norm(dim=2).amax(dim=1)
+    return apart.numpy() / (0.274788 + 0.258947)
+
+
+def test_arms_that_hold_a_larger_box_are_bent(clip: Clip) -> None:
+    """It is held higher for that: straight arms have nothing left to press with."""
+    assert clip.box is not None
+    plain, large = variant(clip, 0.4, 1.0), variant(clip, 0.4, 1.9)
+    assert plain is not None and plain.box is not None
+    assert large is not None and large.box is not None
+    assert np.quantile(stretch(large)[large.box.held], 0.9) < 0.93
+    assert np.abs(gaps_m(large)[large.box.held]).max() < 0.006
+    # above what its half height alone lifts its centre by, while it is carried
+    most = [found.box.pose[:, 2].max() for found in (plain, large)]
+    assert most[1] - most[0] > 0.5 * EDGES[2] * 0.9 + 0.03

@@ -64,12 +64,14 @@ def test_a_goal_out_of_reach_is_approached_with_a_stretched_arm() -> None:
 
 
 def test_hands_hold_a_box_on_both_sides() -> None:
-    """Boxes of 25 to 45 cm width before the standing body: both hands are within 2 cm."""
-    bank = BoxBank([box(scale) for scale in (0.5, 0.7, 0.9)])
+    """Boxes of 25 to 75 cm width before the standing body: both hands are within 2 cm. About the
+    middle of the larger ones the arms would not reach."""
+    bank = BoxBank([box(scale) for scale in (0.5, 0.7, 0.9, 1.1, 1.3, 1.5)])
     n = len(bank)
     qpos = torch.from_numpy(character.standing_qpos()).float()[None].repeat(n, 1)
     ahead = torch.tensor([[1.0, 0.0]]).repeat(n, 1)
     at = grasp.held_centre(qpos[:, :3], ahead, bank.half[:, 0])
+    at[:, 2] += (bank.half[:, 2] - 0.15).clamp_min(0.0)
     place = bank.target(torch.arange(n), resting(at, ahead, at + 3.0))
     assert place.box is not None
     assert not grasp.is_placed(place.box).any() and grasp.is_at_start(place.box).all()
@@ -80,3 +82,24 @@ def test_hands_hold_a_box_on_both_sides() -> None:
         arms[ball : ball + 4] = False
         arms[hinge] = False
     assert torch.equal(held[:, arms], qpos[:, arms]), "the arms alone are moved"
+    # the stretch is that of the solved arms: distance from shoulder to hand by forward kinematics
+    position, _ = forward(held)
+    shoulders, hands = grasp._SIDES[0][0], RIGHT_HAND
+    apart = (position[:, hands] - position[:, shoulders]).norm(dim=1)
+    length = grasp._UPPER_M + grasp._FORE_M
+    torch.testing.assert_close(
+        grasp.stretch(qpos, place.box)[:, 0], apart / length, atol=2e-3, rtol=0
+    )
+
+
+def test_a_deep_box_is_held_near_the_body() -> None:
+    """By hand: size 1.5 is 0.525 m deep, its hold 0.0875 m before the centre of its face; the box
+    is turned by 90 degrees, so that its long side, 0.75 m, is along the heading."""
+    bank = BoxBank([box(1.0), box(1.5), box(1.5)])
+    ahead = torch.tensor([[1.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    at = torch.tensor([[0.5, 0.0, 1.0]]).repeat(3, 1)
+    place = bank.target(torch.arange(3), resting(at, ahead, at + 3.0)).box
+    assert place is not None
+    grip = grasp.grip_of(place, torch.tensor([[1.0, 0.0]]).repeat(3, 1))
+    expected = torch.tensor([[0.0, 0.0, 0.0], [-0.0875, 0.0, 0.0], [-0.2, 0.0, 0.0]])
+    torch.testing.assert_close(grip.nearer, expected, atol=1e-6, rtol=0)

@@ -197,6 +197,23 @@ def test_hands_hold_by_two_opposite_faces() -> None:
     ].item() == pytest.approx(0.07, abs=1e-6)
 
 
+def test_a_deep_box_may_be_held_before_its_middle() -> None:
+    """By hand: the short faces, axis x, are 0.5 m deep: from the centre to 0.175 m from an edge are
+    0.075 m. The long ones, 0.35 m deep, are held at their centres."""
+    where = a_box((0.4, 0.0, 1.0), yaw=math.pi / 2)
+    assert where.box is not None
+    # turned by 90 degrees its depth, axis y, is along the world's −x; its faces x are at y ± 0.175
+    for ahead, expected in ((0.4, 0.0), (0.34, 0.0), (0.3, 0.025), (0.5, 0.025)):
+        body = with_hands((ahead, -0.215, 1.0), (ahead, 0.215, 1.0))
+        torch.testing.assert_close(
+            reach_m(body, where.box), torch.full((1, 2), expected), atol=1e-5, rtol=0
+        )
+    across = with_hands((0.34, -0.29, 1.0), (0.34, 0.29, 1.0))
+    straight = a_box((0.4, 0.0, 1.0)).box
+    assert straight is not None
+    assert reach_m(across, straight).amax().item() == pytest.approx(0.06, abs=1e-5)
+
+
 def test_reward_of_walking_to_the_box() -> None:
     for speed, expected in ((0.9, 0.8), (0.45, 0.4), (-0.5, 0.0)):
         assert terms(standing((speed, 0, 0)), a_box((3.0, 0.0, 0.7)))["walk"] == pytest.approx(

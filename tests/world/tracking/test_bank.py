@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import mujoco
 import numpy as np
+import pytest
 import torch
 
 from tests.support.track_scenes import WORLD, bank, clips, followed
@@ -65,3 +66,17 @@ def test_initial_states_in_chosen_clips_alone() -> None:
     assert len(started) == int((followed().start_weight[followed().clip == 0] > 0).sum())
     # the bank itself is as it was
     assert bank().reference is followed()
+
+
+def test_boxes_weigh_by_volume_where_it_is_asked_for() -> None:
+    """As in carry: 4 kg at 35 × 50 × 30 cm."""
+    config = replace(WORLD.track, by_volume=True, boxes=3, size=(0.8, 1.4))
+    found = TrackBank(clips()[:1], reference(clips()[:1]), config)
+    for model in found.models:
+        box = model.body(BOX_BODY)
+        edges = 2.0 * model.geom_size[int(box.geomadr[0])]
+        assert float(box.mass[0]) == pytest.approx(
+            4.0 * edges.prod() / (0.35 * 0.5 * 0.3), rel=1e-5
+        )
+    masses = [float(model.body(BOX_BODY).mass[0]) for model in found.models]
+    assert masses == sorted(masses) and masses[-1] > 2.0 * masses[0]
