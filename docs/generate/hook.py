@@ -5,6 +5,7 @@ from mkdocs.structure.files import File, Files
 
 from console.report.page import shared
 from docs.generate import (
+    ablations,
     api,
     commands,
     configuration,
@@ -29,6 +30,7 @@ def pages() -> dict[str, str]:
         "reference/file-formats.md": formats.page(),
         "gallery/index.md": gallery.page(),
         "results/policies.md": results.page(),
+        "results/ablations.md": ablations.page(),
         "results/peers.md": peers.page(),
         **{f"reference/protocol-{name}.md": protocol.page(name) for name in protocol.FILES},
         **{f"reference/api/{package}.md": api.page(package) for package in api.PACKAGES},

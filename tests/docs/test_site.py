@@ -164,17 +164,3 @@ def test_the_glossary_is_in_order_and_has_about_forty_terms() -> None:
     terms = re.findall(r"^## (.+)$", PAGES["glossary.md"], re.MULTILINE)
     assert 40 <= len(terms) <= 60
     assert terms == sorted(terms, key=lambda term: term.lower().replace("-", " "))
-
-
-def test_each_row_of_the_ablations_is_one_command() -> None:
-    """Of its flags each is taken, and changes what it says."""
-    rows = re.findall(r"^\| ([^|]+) \| (?:`(.+)`)? ?\|$", PAGES["results/ablations.md"], re.M)
-    made = {
-        name: parse(["train", "sit", "--samples", "40000000", *flags.split()]).experiment
-        for name, flags in rows
-    }
-    assert len(made) == 7 and made.pop("all parts") == parse(["train", "sit"]).experiment
-    assert not made["character-only discriminator"].style.object_features
-    assert [one.world.pieces for one in made.values()] == [60, 350, 35, 7, 60, 60]
-    assert made["no reference state initialisation"].world.initial.reference == 0.0
-    assert made["no size randomisation"].world.scale == (1.0, 1.0)
