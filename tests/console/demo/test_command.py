@@ -38,6 +38,12 @@ def test_what_is_missing_and_how_to_get_it() -> None:
     ("words", "code", "said"),
     [
         (["nowhere"], 2, "nowhere: no such run"),
+        (
+            ["track"],
+            2,
+            "track follows clips, of which a room has none: choose policies of sit, lie",
+        ),
+        (["sit", "sit-free"], 2, "sit and sit-free are both policies of sit: a room has one of"),
         (["--seed", "-1"], 2, "--seed -1: must be 0"),
         (["--listen", "0.0.0.0:0"], 2, "--allow-insecure-remote"),
         (["--listen", "nowhere"], 2, "HOST:PORT"),
