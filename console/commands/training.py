@@ -237,7 +237,9 @@ class Video:
     sheet: Path | None = None
     """Filmstrip to write (PNG; one row per trial)."""
     trials: int = 4
-    """Number of trials, shown one after the other."""
+    """Number of trials, shown one after the other; of a recording, the first. The flags seconds,
+    objects, near-m, far-m and seed are of trials that are simulated: not of a recording, nor of a
+    policy that follows clips."""
     seconds: float | None = None
     """Longest duration of a trial, s; default: the task's time limit. A trial ends 2 s after its
     success."""

@@ -46,16 +46,29 @@ def policies(words: Iterable[str]) -> dict[str, Served]:
     """The policies by task: the package's, and those of RUN words instead. Of two of the package's
     policies for a task it is the one that anyone may use.
 
-    Raises InhabitError, in one line, for a word that is no policy, and for one that follows clips.
+    Raises InhabitError, in one line, for a word that is no policy, for one that follows clips, and
+    for two of one task.
     """
     found = {
         task: pretrained.ROOT / name
         for name in sorted(pretrained.names(), key=_is_free)
         if not tasks.make(task := loading.task_of(pretrained.ROOT / name)).affordance.follows_clips
     }
+    named: dict[str, str] = {}
     for word in words:
         path = loading.checkpoint_of(Path(word), "best")
-        found[loading.task_of(path)] = path
+        task = loading.task_of(path)
+        if tasks.make(task).affordance.follows_clips:
+            raise ConfigError(
+                f"{word} follows clips, of which a room has none: choose policies of"
+                f" {', '.join(_playable())}"
+            )
+        if task in named:
+            raise ConfigError(
+                f"{named[task]} and {word} are both policies of {task}: a room has one of each"
+                " task, leave one out"
+            )
+        named[task], found[task] = word, path
     return {task: loading.served(task, path).check() for task, path in found.items()}
 
 
@@ -65,14 +78,15 @@ def _is_free(name: str) -> bool:
     return licences.NO_COMMERCE not in licences.restrictions(licence)
 
 
+def _playable() -> list[str]:
+    """The tasks of a room: those that follow no clips."""
+    return [name for name in tasks.REGISTRY if not tasks.make(name).affordance.follows_clips]
+
+
 def missing(found: Iterable[str]) -> str:
     """What the page says about tasks without a policy, as Markdown; empty without any."""
     have = set(found)
-    lack = [
-        name
-        for name in tasks.REGISTRY
-        if name not in have and not tasks.make(name).affordance.follows_clips
-    ]
+    lack = [name for name in _playable() if name not in have]
     if not lack:
         return ""
     return (

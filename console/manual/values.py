@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import pretrained
+from console.commands import Distill
 from console.manual.fields import Field
 from console.run import recipe
 from world.meshes.collection import SPLITS
@@ -28,6 +29,8 @@ def of(field: Field) -> Values:
     name = field.own_name
     if field.choices:
         return Values(field.choices)
+    if name == "task" and field.owner is Distill:
+        return Values(distilled())
     if name == "task":
         return Values(tasks())
     if name == "mix":
@@ -53,3 +56,11 @@ def tasks() -> tuple[str, ...]:
     from world.tasks import REGISTRY
 
     return tuple(REGISTRY)
+
+
+def distilled() -> tuple[str, ...]:
+    """Return the names of the tasks that policies teach."""
+    # imported here, as above
+    from console.run.policy_teachers import WALKERS
+
+    return WALKERS

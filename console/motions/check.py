@@ -64,9 +64,10 @@ def _examined(source: ClipSource) -> dict[str, Any] | None:
         if source.holds_none():
             return None
         if (source.form or registry.detected(source.path)) == "clip" and source.given == Map():
-            return asdict(measures.examine(load.read(source.path)))
+            return asdict(measures.examine(load.read(source.path), rate_stated=True))
         recording = source.recording()
-        return asdict(measures.examine(source.clip(recording), recording.fps))
+        stated = source.rate_stated(recording)
+        return asdict(measures.examine(source.clip(recording), recording.fps, stated))
 
 
 def remarks(report: ClipReport) -> list[str]:

@@ -97,6 +97,10 @@ class ClipSource:
         """The motion in the file, at the stated rate if any."""
         return registry.read(self.path, self.form, self.given.fps)
 
+    def rate_stated(self, recording: Recording) -> bool:
+        """Whether the rate of the file's motion is what the file itself states."""
+        return self.given.fps is None and not recording.fps_assumed
+
     def clip(self, recording: Recording) -> Clip:
         """The clip of the file's motion."""
         return replace(retargeted(recording, self.given), name=self.name)
@@ -133,7 +137,7 @@ def _written(source: ClipSource, out: Path) -> dict[str, Any] | None:
             return None
         recording = source.recording()
         clip = source.clip(recording)
-        report = measures.examine(clip, recording.fps)
+        report = measures.examine(clip, recording.fps, source.rate_stated(recording))
     clip_file.write(out, clip)
     return {
         "line": line(clip, report),

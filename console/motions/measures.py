@@ -51,15 +51,18 @@ class ClipReport:
     """Why the motion cannot be a person's, and the likely cause; empty where it can."""
 
 
-def examine(clip: Clip, source_fps: float | None = None) -> ClipReport:
-    """Return the report of a readable clip; source_fps: the rate of its source, if another."""
+def examine(clip: Clip, source_fps: float | None = None, rate_stated: bool = False) -> ClipReport:
+    """Return the report of a readable clip.
+
+    source_fps: the rate of its source, if another. rate_stated: whether the file itself states it.
+    """
     ready = floor_corrected(resampled(clip))
     before, after = measures.skates_m_s(ready)
     error = measures.key_body_error_m(ready)
     sinks, breaks = measures.penetration_m(ready), measures.discontinuities(ready)
     jerk_before, jerk_after = measures.jerks_m_s3(ready)
     share, most, joint = measures.past_limits(ready)
-    why = plausible.implausible(ready, source_fps or clip.fps)
+    why = plausible.implausible(ready, source_fps or clip.fps, rate_stated)
     return ClipReport(
         clip=clip.name,
         frames=clip.frames,

@@ -1,4 +1,4 @@
-"""`inhabit realism`: motions measured relative to held-out mocap."""
+"""`inhabit realism`: motions measured relative to held-out reference clips."""
 
 from typing import Any
 
@@ -29,20 +29,21 @@ def realism_command(command: Realism) -> int:
         clips = phases.noised(clips, command.noise_rad, command.seed)
     if not clips:
         raise ConfigError(f"{command.source}: no motion to measure")
-    with output.status("comparing with mocap"), doing("comparing with mocap"):
+    reference = sources.reference(mocap, against)
+    with output.status(f"comparing with {reference}"), doing(f"comparing with {reference}"):
         found = relative.compare(clips, mocap, groups, command.folds, command.seed)
     output.print(table(found, f"{command.source.name}: {len(clips)} motions, {task}"))
     output.print(
-        "each cell: value (ratio to held-out mocap); 1 is as mocap. "
-        f"Mocap: {len(set(groups))} {command.group}s, halved {command.folds} times"
+        "each cell: value (ratio to the held-out reference clips); 1 is as they are. "
+        f"Reference: {reference}, {len(set(groups))} {command.group}s, halved {command.folds} times"
     )
     if command.json is not None:
-        write_json(command.json, figures(found, command, task, len(set(groups))))
+        write_json(command.json, figures(found, command, task, reference, len(set(groups))))
     return 0
 
 
 def _motions(command: Realism) -> tuple[list[Clip], str, tuple[str, ...]]:
-    """Return the motions to measure, their task, and the paths of the mocap."""
+    """Return the motions to measure, their task, and the paths of the reference clips."""
     against = tuple(str(path) for path in command.against)
     source = command.source
     if sources.is_policy(source):
@@ -73,7 +74,7 @@ def table(found: dict[str, relative.Phase], title: str) -> Table:
 
 
 def figures(
-    found: dict[str, relative.Phase], command: Realism, task: str, groups: int
+    found: dict[str, relative.Phase], command: Realism, task: str, reference: str, groups: int
 ) -> dict[str, Any]:
     """Return the measures as JSON values."""
     return {
@@ -83,6 +84,7 @@ def figures(
         "seed": command.seed,
         "folds": command.folds,
         "group": command.group,
+        "reference": reference,
         "noise_rad": command.noise_rad,
         "groups": groups,
         "phases": {

@@ -23,6 +23,7 @@ from world.errors import ConfigError
 from world.motions import load
 from world.motions.clip import Clip
 from world.motions.objects import BoxTrack
+from world.motions.synthetic.walker import SOURCE
 from world.motions.uses.use import ClipUse
 from world.scene.target import BoxState
 from world.tracking.target import TOUCH_M, gap_m
@@ -105,6 +106,13 @@ def _box(take: Take) -> BoxTrack | None:
     held = (gap_m(body, box) < TOUCH_M).all(dim=1).numpy()
     x, y, z = (2.0 * take.cargo).tolist()
     return BoxTrack(pose.numpy(), (x, y, z), held)
+
+
+def reference(clips: Sequence[Clip], paths: Sequence[str]) -> str:
+    """Return what reference clips are, in words: clips that the package made are no mocap."""
+    if all(clip.source == SOURCE for clip in clips):
+        return assembly.OWN_CLIPS
+    return f"clips of {', '.join(Path(path).name for path in paths)}"
 
 
 def mocap(paths: Sequence[str], use: ClipUse, group: str) -> tuple[list[Clip], list[str]]:

@@ -24,6 +24,9 @@ from world.teachers.teacher import Teacher
 from world.teachers.tracker import TrackerTeacher
 from world.teachers.walker import WalkerTeacher
 
+#: Tasks whose scenes a policy that walks teaches, and those that one that follows clips does.
+WALKERS, HANDLERS = ("sit", "lie", "carry"), ("sit", "carry")
+
 
 class Trained(Protocol):
     """What a teacher needs of a trained policy."""
@@ -93,8 +96,8 @@ def policy_teachers(
     here = {part.task for part in mixing.worlds(experiment)}
     for flag, names, source, wanted, name in (
         ("--world.track.teacher", ("track",), world.track.teacher, "track", "tracker"),
-        ("--world.walker", ("sit", "lie", "carry"), world.walker, "walk", "walker"),
-        ("--world.tracker", ("sit", "carry"), world.tracker, "track", "handler"),
+        ("--world.walker", WALKERS, world.walker, "walk", "walker"),
+        ("--world.tracker", HANDLERS, world.tracker, "track", "handler"),
     ):
         if not source:
             continue

@@ -82,7 +82,14 @@ def initialised(command: TeachCarry, experiment: Experiment) -> Learner:
     if command.init is not None:
         found = read(checkpoint_folder(command.init), ("policy",))
         mine, theirs = assembly.layout(experiment), found.manifest.layout
-        source = str(command.init)
+        source = f"--init {command.init}"
+        if theirs.task != mine.task:
+            raise ConfigError(f"{source} is a policy of {theirs.task}: choose one of {mine.task}")
+        if not theirs.skip:
+            raise ConfigError(
+                f"{source}: its actor has no linear map beside its layers, as a student of this"
+                " teacher has: choose a checkpoint of inhabit teach carry"
+            )
         replace(mine, hidden=theirs.hidden).require(theirs, source)
         policy = widened(found.state["policy"], command.dagger.hidden, experiment.seed, source)
         learner.load_policy_state({**policy, "actor": policy["average"]})

@@ -13,7 +13,7 @@ from console.commands.teaching import Distill, Labelled
 from console.run import ancestors, assembly, mixing
 from console.run.directory import policy_source
 from console.run.experiment import Experiment
-from console.run.policy_teachers import PolicyTeacher, policy_teachers
+from console.run.policy_teachers import WALKERS, PolicyTeacher, policy_teachers
 from console.teaching import dagger
 from console.teaching.command import require_checkpoint
 from console.terminal import doing
@@ -138,8 +138,12 @@ def distill_command(command: Distill) -> int:
 
 
 def resolve(command: Distill) -> WorldConfig:
-    """Return the world of the flags; ConfigError for an unknown task, RunError for a teacher that
-    is not there."""
+    """Return the world of the flags; ConfigError for a task that is not distilled, RunError for a
+    teacher that is not there."""
+    if command.task not in WALKERS:
+        raise ConfigError(
+            f"{command.task}: no task that is distilled: choose one of {', '.join(WALKERS)}"
+        )
     task = tasks.make(command.task)
     if command.world.teacher:
         raise ConfigError(

@@ -45,6 +45,7 @@ from world import device as devices
 from world import tasks
 from world.config import WorldConfig
 from world.errors import ConfigError
+from world.initial import reference
 from world.meshes import collection
 from world.scene.simulators import require_warp
 
@@ -55,6 +56,10 @@ def train(command: Train) -> int:
     """Run `inhabit train`; return the exit code."""
     experiment = resolve(command)
     if command.dry_run:
+        # the package's own are sound, and a dry run of them need not wait for reading
+        if experiment.world.motions or experiment.world.objects:
+            with doing("reading furniture and clips"):
+                require_data(experiment)
         for line in command.overrides:
             print(line)
         print(dry_run.describe(experiment))
@@ -179,6 +184,18 @@ def _furniture(name: str) -> str:
     return name if name in collection.SPLITS else str(Path(name).resolve())
 
 
+def require_data(experiment: Experiment) -> None:
+    """Raise an InhabitError where clips or furniture that the flags name cannot be used."""
+    stages = range(1, len(experiment.stages) + 1) or (1,)
+    staged = [mixing.worlds(recipe.staged(experiment, number)) for number in stages]
+    for worlds in zip(*staged, strict=True):  # those of one task, whose clips are read once
+        for world in worlds:
+            assembly.training_pieces(world)
+            library = assembly.library_of(world)
+            if not tasks.make(world.task).affordance.follows_clips:
+                reference.require(world.initial, library)
+
+
 def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
     """Prepare the run directory, or refuse it with RunError and leave its files untouched."""
     if command.resume:
@@ -205,10 +222,7 @@ def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
         raise RunError(f"{run.path} exists: add --resume or --restart, or name another --run")
     if command.init and checkpoint_folder(command.init).is_relative_to(run.path.resolve()):
         raise RunError(f"--init {command.init} lies in {run.path}, which --restart erases")
-    # unusable furniture and unreadable clips are found before the run exists or an old one is lost
-    for world in mixing.worlds(experiment):
-        assembly.training_pieces(world)
-        assembly.library_of(world)
+    require_data(experiment)  # before the run exists or an old one is lost
     if command.restart:
         run.erase()
     run.create()

@@ -1,5 +1,6 @@
 """`inhabit video`: a recording, or a run's policy in a few trials, as mp4 and filmstrip."""
 
+import dataclasses
 from pathlib import Path
 
 from console import outputs
@@ -19,6 +20,9 @@ from world import tasks
 from world.character.model import CONTROL_HZ
 from world.errors import ConfigError
 
+#: Fields that say which trials are simulated.
+_SIMULATED = ("seconds", "objects", "near_m", "far_m", "seed")
+
 
 def video_command(command: Video) -> int:
     """Write the video, the filmstrip or both; return the exit code."""
@@ -30,6 +34,7 @@ def video_command(command: Video) -> int:
     outputs.check(command.sheet, "--sheet", (".png",))
     rendering.require_gl()
     if command.source.is_file():
+        _refuse_trials(command, "a recording, whose trials are simulated already")
         found = recording.read(command.source)
         found = Recording(found.takes[: command.trials], found.meta)
     else:
@@ -51,6 +56,17 @@ def video_command(command: Video) -> int:
     return 0
 
 
+def _refuse_trials(command: Video, what: str) -> None:
+    """Raise ConfigError for a flag that chooses simulated trials, where none can be chosen."""
+    for field in dataclasses.fields(command):
+        if field.name in _SIMULATED and getattr(command, field.name) != field.default:
+            flag = f"--{field.name.replace('_', '-')} {getattr(command, field.name)}"
+            raise ConfigError(
+                f"{flag}: {command.source} is {what}: leave it out, and choose how many are shown"
+                " by --trials"
+            )
+
+
 def with_terms(found: Recording, source: Path) -> Recording:
     """Return a recording that says what its policy was trained on, and under which terms."""
     notes = read_manifest(checkpoint_folder(source)).notes
@@ -63,6 +79,7 @@ def played(command: Video) -> Recording:
     source = assembly.trained(command.source)
     threads = command.threads or machine.cores()
     if tasks.make(source.task).affordance.follows_clips:
+        _refuse_trials(command, "a policy that follows clips, each in a trial of its length")
         if line := tracking.notice(source):
             print(line)
         return tracking.shown(source, command.trials, threads)

@@ -7,7 +7,7 @@ from torch import Tensor
 
 from world import rotations
 from world.character import model as character
-from world.config import WorldConfig
+from world.config import InitialStates, WorldConfig
 from world.errors import ClipError, ConfigError
 from world.motions.library import Frames, MotionLibrary
 
@@ -50,17 +50,10 @@ class CharacterSampler:
     """Draws the initial states of characters."""
 
     def __init__(self, config: WorldConfig, library: MotionLibrary) -> None:
-        """Raises ConfigError for invalid fractions, ClipError where reference states are configured
-        and no clip has the task's use."""
+        """Raises as `require`."""
         initial = config.initial
+        require(initial, library)
         fractions = [initial.reference, initial.near, initial.far]
-        if min(fractions) < 0 or sum(fractions) <= 0:
-            raise ConfigError(
-                f"--world.initial.reference, near and far are {fractions}: each must be 0 or more,"
-                " and not all 0"
-            )
-        if initial.reference > 0 and not any(len(stage) for stage in library.start_stages):
-            raise ClipError(library.use.missing)
         self._standing_fraction, self._library = initial.standing_fraction, library
         edges = torch.tensor(fractions, dtype=torch.float64).cumsum(0) / sum(fractions)
         self._edges = edges[:-1].to(torch.float32)
@@ -94,6 +87,19 @@ class CharacterSampler:
         qpos = torch.where(rest[:, None], self._standing, frames.qpos)
         qvel = torch.where(rest[:, None], torch.zeros_like(frames.qvel), frames.qvel)
         return CharacterStates(kind, stage, frame, frames, rest, qpos, qvel)
+
+
+def require(initial: InitialStates, library: MotionLibrary) -> None:
+    """Raise ConfigError for invalid fractions, ClipError where reference states are configured and
+    no clip has the task's use."""
+    fractions = [initial.reference, initial.near, initial.far]
+    if min(fractions) < 0 or sum(fractions) <= 0:
+        raise ConfigError(
+            f"--world.initial.reference, near and far are {fractions}: each must be 0 or more,"
+            " and not all 0"
+        )
+    if initial.reference > 0 and not any(len(stage) for stage in library.start_stages):
+        raise ClipError(library.use.missing)
 
 
 def course(qpos: Tensor, qvel: Tensor) -> Tensor:

@@ -53,7 +53,7 @@ class MotionLibrary:
 
     def __init__(self, clips: Sequence[Clip], mirror: bool = True, use: ClipUse = SEAT) -> None:
         if not clips:
-            raise ClipError("no clips: --motions names files or folders with clips (.npz)")
+            raise ClipError(use.none)  # there were clips, and `use` takes none of them
         both = [c for clip in clips for c in ((clip, mirrored(clip)) if mirror else (clip,))]
         self.clips = tuple(both)
         self.qpos = torch.cat([torch.from_numpy(c.qpos()) for c in both])

@@ -87,16 +87,17 @@ class Walk:
         return self.ahead_m_s / (self.hz * self.step_m)
 
 
-def implausible(clip: Clip, fps: float | None = None) -> str:
+def implausible(clip: Clip, fps: float | None = None, stated: bool = False) -> str:
     """Why a clip cannot be a person's motion, with the likely cause; empty where it can.
 
     Args:
-        fps: rate that the source states, frames per second, for the hint; the clip's by default.
+        fps: rate of the source, frames per second, for the hint; the clip's by default.
+        stated: whether the file itself states this rate.
     """
     points = points_of(clip)
     if points is None:
         return ""
-    return judged(points, clip.fps, fps or clip.fps)
+    return judged(points, clip.fps, fps or clip.fps, stated)
 
 
 def points_of(clip: Clip) -> Points | None:
@@ -125,14 +126,14 @@ def _own() -> dict[str, int]:
     }
 
 
-def judged(points: Points, fps: float, source_fps: float) -> str:
+def judged(points: Points, fps: float, source_fps: float, stated: bool = False) -> str:
     """Why points at `fps` cannot be a person's; empty where they can."""
     for check in (_proportions, _axis, _sides):
         found = check(points, fps)
         if found:
             return found
     walk = longest_walk(points, fps)
-    return (walk and _gait(walk, source_fps)) or _speeds(points, fps)
+    return (walk and _gait(walk, source_fps, stated)) or _speeds(points, fps)
 
 
 def _pelvis(points: Points) -> Array:
@@ -193,7 +194,7 @@ def longest_walk(points: Points, fps: float) -> Walk | None:
     )
 
 
-def _gait(walk: Walk, source_fps: float) -> str:
+def _gait(walk: Walk, source_fps: float, stated: bool) -> str:
     """What is wrong with a walk: its travel, or its rate."""
     speed = f"{walk.speed_m_s:.{0 if walk.speed_m_s > 10 else 1}f}"
     said = f"{walk.hz:.1f} steps of {walk.step_m:.2f} m a second at {speed} m/s"
@@ -215,6 +216,8 @@ def _gait(walk: Walk, source_fps: float) -> str:
     if fast or slow:
         true = source_fps / factor
         rate = min(_RATES_HZ, key=lambda one: abs(np.log(one / true)))
+        if stated:  # the file is seldom wrong: a dance steps so, too
+            return f"{said} at the {source_fps:g} fps that the file states (--fps {rate} overrides)"
         return f"{said}: is it at {rate} fps? (--fps {rate})"
     return ""
 

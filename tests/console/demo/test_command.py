@@ -7,6 +7,7 @@ import pytest
 import pretrained
 from console.app import main
 from console.demo.command import missing, policies
+from world.errors import ConfigError
 
 
 def test_every_shipped_policy_is_there_and_a_named_one_replaces_that_of_its_task(
@@ -27,6 +28,13 @@ def test_of_two_policies_of_a_task_it_plays_the_one_that_anyone_may_use(
         assert licence.startswith("Apache-2.0")
 
 
+def test_a_room_has_one_policy_of_each_task() -> None:
+    with pytest.raises(ConfigError, match=r"^sit and sit-free are both policies of sit: .* leave"):
+        policies(["sit", "walk", "sit-free"])
+    with pytest.raises(ConfigError, match=r"^track follows clips, .* of sit, lie, carry, walk$"):
+        policies(["walk", "track"])
+
+
 def test_what_is_missing_and_how_to_get_it() -> None:
     assert missing(["sit", "lie", "carry", "walk"]) == ""
     text = missing(["carry", "walk"])
@@ -38,6 +46,11 @@ def test_what_is_missing_and_how_to_get_it() -> None:
     ("words", "code", "said"),
     [
         (["nowhere"], 2, "nowhere: no such run"),
+        (
+            ["track"],
+            2,
+            "track follows clips, of which a room has none: choose policies of sit, lie",
+        ),
         (["--seed", "-1"], 2, "--seed -1: must be 0"),
         (["--listen", "0.0.0.0:0"], 2, "--allow-insecure-remote"),
         (["--listen", "nowhere"], 2, "HOST:PORT"),

@@ -23,6 +23,10 @@ def test_values_of_train() -> None:
     assert train["samples"] == train["ppo.gamma"] == train["resume"] == Values()
 
 
+def test_distill_completes_the_tasks_that_it_takes() -> None:
+    assert found(commands.Distill)["task"] == Values(("sit", "lie", "carry"))
+
+
 def test_values_of_words_without_a_flag() -> None:
     for kind in (commands.Evaluate, commands.Video, commands.Play, commands.Serve, commands.Demo):
         word = next(f for f in page.flags_of(kind) if f.positional)

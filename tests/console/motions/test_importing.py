@@ -3,6 +3,7 @@
 import json
 import os
 import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -280,6 +281,18 @@ def test_an_implausible_motion_is_called_that(
     assert report["verdict"] == "implausible" and "--fps 30" in report["implausible"]
     assert main(["motions", "check", str(path)]) == 0
     assert "1 good, 0 fair, 0 poor" in capsys.readouterr().out
+
+
+def test_the_rate_that_a_file_states_is_not_asked_about(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    walk = library.walking(np.random.default_rng(0), 1.2).part(60, 180)
+    path = foreign_motions.bvh_of(tmp_path / "walk.bvh", replace(walk, fps=120))
+    for words in (["import", str(path), "--out", str(tmp_path / "out")], ["check", str(path)]):
+        assert main(["motions", *words]) == 0
+        shown = " ".join(capsys.readouterr().out.split())
+        assert "at the 120 fps that the file states (--fps 30 overrides)" in shown
+        assert "is it at" not in shown
 
 
 def test_companions_of_a_folder_are_left_out_and_said(

@@ -55,6 +55,13 @@ def test_recordings_name_their_task(tmp_path: Path) -> None:
         sources.clips_of_recording(path)
 
 
+def test_a_reference_is_named_by_what_its_clips_are() -> None:
+    own = library.walking(np.random.default_rng(0), 1.0)
+    recorded = replace(own, source="01.bvh")
+    assert sources.reference([own], ("clips",)) == "the package's synthetic clips"
+    assert sources.reference([own, recorded], ("some/cmu", "b.npz")) == "clips of cmu, b.npz"
+
+
 def test_policies_are_folders_with_a_manifest(tmp_path: Path) -> None:
     assert sources.is_policy(ROOT / "pretrained" / "sit") and not sources.is_policy(tmp_path)
     assert not sources.is_policy(tmp_path / "none")

@@ -44,6 +44,15 @@ WRONG = [
     ("--object chair-test-000 --start a,b,c --out a.npz", "--start a,b,c: give X,Y,YAW"),
     ("--object chair-test-000 --start 1,inf,2 --out a.npz", "--start 1,inf,2: each number"),
     (
+        "--object chair-test-000 --start 0,0,90 --out a.npz",
+        "--start 0,0,90: the character would stand in chair-test-000, which reaches from -0.25 to",
+    ),
+    (
+        "--object bed-test-002 --at 2,0,90 --start 2,0.9,0 --out a.npz",
+        "from -1.01 to 1.01 m in Y: choose a point outside",
+    ),
+    ("--object high-stool-test-000 --start 0,0,180 --out a.npz", "would stand in high-stool-test"),
+    (
         "--object chair-test-000 --seconds 601 --out a.npz",
         "--seconds 601: must be 0.0333333 to 600",
     ),
@@ -86,6 +95,14 @@ def test_one_line_names_what_is_wrong(
     assert said.count("\n") == 1 and named in said
     assert (tmp_path / "there.bvh").read_text() == "mine"
     assert [path.name for path in tmp_path.iterdir()] == ["there.bvh"], "nothing is left"
+
+
+def test_a_start_beside_a_piece_is_taken() -> None:
+    """Its front edge is at 0.25 m, and a character takes less than 0.15 m."""
+    for start in ("0.4,0,180", "0.4,0,0", "-0.4,0,0"):
+        scene_request.scene(command("sit", "chair-test-000", start=start), tasks.make("sit"), None)
+    at = command("sit", "chair-test-000", start="0,0,0", at="1,1,45")
+    scene_request.scene(at, tasks.make("sit"), None)
 
 
 def test_what_carry_needs_is_named() -> None:

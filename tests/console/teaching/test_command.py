@@ -1,10 +1,14 @@
 """`inhabit teach`: help, and one clear line with exit code 2 for flags that are out of bounds."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from console.app import main
+from console.teaching import command
+from policy.checkpoints.format import Checkpoint, Manifest, read_manifest
+from tests.support.paths import ROOT
 
 
 @pytest.mark.parametrize(
@@ -31,6 +35,7 @@ def test_help(words: str, expected: str, capsys: pytest.CaptureFixture[str]) -> 
         ("carry OUT --batches 0", "--batches 0: must be 1 to 1000000000"),
         ("carry OUT --in-hand 1.5", "--in-hand 1.5: must be 0 to 1"),
         ("carry OUT --spell 0 10", "--spell 0: must be 0.001 to 1000000"),
+        ("carry OUT --init sit", "--init sit is a policy of sit: choose one of carry"),
         ("carry TMP", "is not a checkpoint: choose another folder"),
         ("try --noise -1", "--noise -1: must be 0 to 10"),
         ("try --near-m 3 --far-m 2", "--near-m must be above 0 and no more than --far-m"),
@@ -54,6 +59,21 @@ def test_missing_checkpoints_fail(tmp_path: Path, capsys: pytest.CaptureFixture[
         assert main(words) == 2
         text = capsys.readouterr().err.strip()
         assert text.startswith("inhabit: ") and "none" in text and "\n" not in text
+
+
+def test_a_student_begins_as_a_policy_with_a_linear_map(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    layout = read_manifest(ROOT / "pretrained" / "carry").layout
+    assert layout.skip
+    plain = Checkpoint(tmp_path, Manifest(replace(layout, skip=False), 0, 0), {})
+    monkeypatch.setattr(command, "read", lambda *_: plain)
+    assert main(["teach", "carry", str(tmp_path / "out"), "--init", "carry"]) == 2
+    text = capsys.readouterr().err.strip()
+    assert (
+        text.startswith("inhabit: --init carry: its actor has no linear map") and "\n" not in text
+    )
+    assert text.endswith("choose a checkpoint of inhabit teach carry") and "--ppo" not in text
 
 
 def test_training_refuses_an_unknown_teacher(

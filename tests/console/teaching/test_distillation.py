@@ -135,7 +135,9 @@ def test_a_student_that_drives_alone(walker: PolicyTeacher) -> None:
     ("words", "line"),
     [
         ("sit OUT", "nothing here teaches: name a policy that walks (--world.walker)"),
-        ("swim OUT --world.walker walk", "unknown task 'swim': choose one of carry, lie, sit"),
+        ("swim OUT --world.walker walk", "swim: no task that is distilled: choose one of sit, lie"),
+        ("walk OUT", "walk: no task that is distilled: choose one of sit, lie, carry"),
+        ("track OUT --world.walker walk", "track: no task that is distilled: choose one of sit"),
         ("lie OUT --world.tracker track", "no scene here has the task sit or carry: leave it out"),
         ("sit OUT --world.walker sit", "is a policy of the task sit: name a run or checkpoint of"),
         ("sit OUT --world.walker none", "none"),

@@ -9,6 +9,7 @@ import threading
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 import torch
 from safetensors.torch import load_file
@@ -20,8 +21,11 @@ from console.training import command as training
 from policy.checkpoints.format import read
 from tests.support.console.runs import SMALL, said
 from tests.support.paths import ROOT
+from tests.support.world.clips import saved
 from world.character.features import STATE
 from world.errors import ConfigError
+from world.motions import clip_file, load
+from world.motions.synthetic import library
 
 
 def test_ctrl_c_leaves_a_checkpoint(tmp_path: Path) -> None:
@@ -159,6 +163,28 @@ def test_clips_that_cannot_be_used(tmp_path: Path, capsys: pytest.CaptureFixture
     assert main(["train", "sit", "--run", str(run), "--motions", str(tmp_path / "clips")]) == 1
     assert "broken.npz" in said(capsys)
     assert not (run / "config.json").exists()
+
+
+def test_clips_without_what_the_task_uses(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Found before a run is made, or an old one erased, and by a dry run too."""
+    sits = next(clip for clip in load.own_clips() if clip.seat is not None)
+    clip_file.write(tmp_path / "sits.npz", sits)
+    walks = saved(tmp_path / "walks.npz", library.walking(np.random.default_rng(0), 1.0))
+    run = tmp_path / "run"
+    (run / "checkpoints" / "000001").mkdir(parents=True)
+    for clips, line in (
+        (tmp_path / "sits.npz", "no clip carries a box: --motions must name clips that do"),
+        (walks, "no clip carries a box: set --world.initial.reference to 0 or add clips that do"),
+    ):
+        words = ["train", "carry", "--motions", str(clips), "--run", str(run), "--restart"]
+        for more in ([], ["--dry-run"]):
+            assert main([*words, *more]) == 1
+            assert said(capsys) == f"inhabit: {line}"
+            assert (run / "checkpoints" / "000001").exists()
+    words = ["train", "carry", "--motions", str(walks), "--dry-run"]
+    assert main([*words, "--world.initial.reference", "0"]) == 0
 
 
 def test_a_failed_start_leaves_what_was_there_before(

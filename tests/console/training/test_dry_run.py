@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from console.app import main
+from tests.support.console.runs import said
 
 
 def test_dry_run_shows_everything_and_writes_nothing(
@@ -16,3 +17,17 @@ def test_dry_run_shows_everything_and_writes_nothing(
     for text in ("state: 114 numbers", "goal", "29 numbers", "overspeed", '"gamma": 0.99', "1024"):
         assert text in shown
     assert not run.exists()
+
+
+@pytest.mark.parametrize(
+    ("flag", "line"), [("--motions", "no clips found"), ("--objects", "no .piece.json files")]
+)
+def test_folders_without_data_are_refused_as_by_the_training(
+    flag: str, line: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["train", "sit", flag, str(tmp_path), "--run", str(tmp_path / "run")]
+    assert main(words) == 1
+    refused = said(capsys)
+    assert line in refused and str(tmp_path) in refused
+    assert main([*words, "--dry-run"]) == 1
+    assert said(capsys) == refused

@@ -1,5 +1,6 @@
 """`inhabit video`: what is refused before anything is drawn, and how much of a recording is."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,29 @@ def test_something_must_be_asked_for() -> None:
         command.video_command(Video(Path("x")))
     with pytest.raises(ConfigError, match="--trials must be at least 1"):
         command.video_command(Video(Path("x"), Path("a.mp4"), trials=0))
+
+
+@pytest.mark.parametrize(
+    ("flag", "value"),
+    [("seconds", 3.0), ("objects", "train"), ("near_m", 1.0), ("far_m", 2.0), ("seed", 1)],
+)
+def test_a_recording_has_its_trials(
+    flag: str, value: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "r.msgpack"
+    recording.write(path, Recording([take()], {}))
+    monkeypatch.setattr(rendering, "require_gl", lambda: None)
+    worked: list[Any] = []
+    monkeypatch.setattr(rendering, "write_video", lambda *a, **k: worked.append(a))
+    monkeypatch.setattr(command.tracking, "shown", lambda *a: worked.append(a))
+    words = replace(Video(path, tmp_path / "a.mp4"), **{flag: value})
+    named = f"--{flag.replace('_', '-')} {value}: .*r.msgpack is a recording, .* by --trials"
+    with pytest.raises(ConfigError, match=named):
+        command.video_command(words)
+    words = replace(words, source=Path("track"))
+    with pytest.raises(ConfigError, match="track is a policy that follows clips"):
+        command.video_command(words)
+    assert worked == []
 
 
 def test_a_recording_is_drawn_up_to_the_trials_asked_for(

@@ -85,6 +85,9 @@ def test_walks_of_people_are_plausible(hz: float, step_m: float) -> None:
 def test_a_wrong_rate_is_told_from_the_steps(factor: float, stated: int, true: int) -> None:
     found = plausible.judged(pendulum(1.8 * factor, 0.6, seconds=10), FPS, stated)
     assert found.endswith(f"is it at {true} fps? (--fps {true})")
+    found = plausible.judged(pendulum(1.8 * factor, 0.6, seconds=10), FPS, stated, stated=True)
+    assert found.endswith(f"at the {stated} fps that the file states (--fps {true} overrides)")
+    assert "is it at" not in found
 
 
 @pytest.mark.parametrize(

@@ -44,7 +44,7 @@ def test_more_of_the_same_is_about_1_and_noise_is_far_from_it(walks: list[Clip])
     seconds = sum(clip.seconds for clip in rest)
     assert same.seconds[1] + same.seconds[2] == pytest.approx(seconds)
     contact = relative.compare(control[:1], rest[:4], names[:4], folds=1)["contact"]
-    assert contact.values["jerk"] == relative.Value(None, None)
+    assert contact.values["jerk"] == relative.Value(None, None, 0.5)
 
 
 def test_groups_are_held_out_whole(walks: list[Clip], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -63,8 +63,32 @@ def test_groups_are_held_out_whole(walks: list[Clip], monkeypatch: pytest.Monkey
     for names, _ in seen[1:]:
         assert all(group <= names or not group & names for group in by_group)
         assert len(names) == 4
-    with pytest.raises(ClipError, match="3 recordings of mocap to compare with: at least 4"):
+    with pytest.raises(ClipError, match="3 recordings to compare with: at least 4"):
         relative.compare(walks[8:], walks[:8], ["a", "b", "c", "c"] * 2)
+
+
+def test_there_is_no_ratio_to_next_to_nothing(
+    walks: list[Clip], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Clips that stand have less of a measure than it resolves; those that walk have more."""
+    still = [
+        replace(
+            clip,
+            root_position_m=np.repeat(clip.root_position_m[:1], 40, axis=0),
+            local_rotation=np.repeat(clip.local_rotation[:1], 40, axis=0),
+        )
+        for clip in walks[:4]
+    ]
+    names = [clip.name for clip in still]
+    monkeypatch.setattr(relative.comparison, "separability", lambda *sets: 0.5)
+    found = relative.compare(walks[4:5], still, names, folds=1)["all"].values
+    for name in ("skating", "jerk"):
+        motion, reference = found[name].motion, found[name].mocap
+        assert motion is not None and motion > found[name].least > 0.0, name
+        assert reference is not None and reference < found[name].least, name
+        assert found[name].ratio is None, name
+    assert relative.Value(0.05, 0.01, 0.01).ratio is None
+    assert relative.Value(0.05, 0.02, 0.01).ratio == pytest.approx(2.5)
 
 
 def test_depth_below_the_floor_and_speed_of_a_walk() -> None:

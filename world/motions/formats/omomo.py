@@ -67,6 +67,7 @@ def read(path: Path) -> Recording:
     return Recording(
         name=path.stem,
         fps=RATE_HZ,
+        fps_assumed=True,
         names=NAMES,
         parents=parents(),
         position=rows[:, 162:318].reshape(-1, 52, 3),

@@ -12,7 +12,7 @@ from world.scene.target import Target
 class AnyUse(StandingObjectUse):
     """Whatever a clip does, with the box, bed or seat that it uses."""
 
-    missing = "no clip is sound: add clips"
+    lacking, wanted = "no clip is sound", "others"
 
     def fit(self, clip: Clip) -> list[Clip]:
         """Parts with their objects of any use."""

@@ -23,7 +23,7 @@ class BedUse(StandingObjectUse):
     """Lying down on a bed and getting up."""
 
     kind = "bed"
-    missing = "no clip uses a bed: set --world.initial.reference to 0 or add clips that lie down"
+    lacking, wanted = "no clip uses a bed", "clips that lie down"
 
     def fit(self, clip: Clip) -> list[Clip]:
         """Parts with at most one bed each."""

@@ -33,7 +33,7 @@ class BoxUse(ClipUse):
     """Picking a box up, carrying it and putting it down."""
 
     kind, holds = "box", True
-    missing = "no clip carries a box: set --world.initial.reference to 0 or add clips that do"
+    lacking, wanted = "no clip carries a box", "clips that do"
 
     def fit(self, clip: Clip) -> list[Clip]:
         """The clip with its box."""

@@ -20,7 +20,7 @@ _AHEAD_S = (0.5, 5.0)
 class FloorUse(StandingObjectUse):
     """Walking, turning and standing, in any clip."""
 
-    missing = "no clip walks: set --world.initial.reference to 0 or add clips that do"
+    lacking, wanted = "no clip walks", "clips that do"
     # the task ends standing still
     idle_every = 3
 

@@ -17,7 +17,7 @@ class SeatUse(StandingObjectUse):
     """Sitting down on a seat and getting up."""
 
     kind = "seat"
-    missing = "no clip uses a seat: set --world.initial.reference to 0 or add clips that sit down"
+    lacking, wanted = "no clip uses a seat", "clips that sit down"
 
     def fit(self, clip: Clip) -> list[Clip]:
         """Parts with at most one seat each."""

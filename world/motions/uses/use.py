@@ -106,11 +106,23 @@ class ClipUse(ABC):
     """The field of a clip that holds the object used; empty: none."""
     holds: ClassVar[bool] = False
     """Whether the object is held in the hands."""
-    missing: ClassVar[str]
-    """Error message where reference states are configured and no clip has this use."""
+    lacking: ClassVar[str]
+    """What is wrong with clips of which none has this use."""
+    wanted: ClassVar[str]
+    """Clips that have it."""
     idle_every: ClassVar[int] = 12
     """One in so many of the idle upright frames is kept: people often stand still before and after
     they sit, and a discriminator trained on that rewards the policy for standing still."""
+
+    @property
+    def none(self) -> str:
+        """Error message where no clip is left for this use."""
+        return f"{self.lacking}: --motions must name {self.wanted}"
+
+    @property
+    def missing(self) -> str:
+        """Error message where reference states are configured and no clip has this use."""
+        return f"{self.lacking}: set --world.initial.reference to 0 or add {self.wanted}"
 
     def accepts(self, clip: Clip) -> bool:
         """Whether the annotated objects of a clip are this use's; True without annotation."""

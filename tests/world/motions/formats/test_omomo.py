@@ -37,6 +37,7 @@ def test_columns_are_where_they_are_said_to_be(tmp_path: Path, wrap: object) -> 
     path = saved(tmp_path / "sub1_largebox_001.pt", wrap(torch.from_numpy(expected)))  # pyright: ignore
     read = registry.read(path)
     assert (read.fps, read.up, read.unit_m) == (30.0, "z", 1.0)
+    assert "the file does not say" in read.remarks[0]
     np.testing.assert_allclose(read.position[:, 1], expected[:, 165:168])
     np.testing.assert_allclose(read.position[:, 51], expected[:, 315:318])
     assert read.box is not None
