@@ -190,6 +190,9 @@ class WorldConfig:
     """Run, checkpoint or name of a policy of the task track, without a mixture, that labels what is
     done there (sit: sitting down; carry: picking the box up and putting it down): clips are laid
     over the seat or the box, and it follows them. Empty: no such teacher."""
+    expert: str = ""
+    """Run, checkpoint or name of a policy of the task itself that labels what no other teacher
+    labels, so that a student keeps what it can. Empty: no such teacher."""
     seed: int = 0
     """Seed of the furniture catalogue."""
     perturb: PerturbConfig = field(default_factory=PerturbConfig)

@@ -84,7 +84,8 @@ class TeachCarry:
 @dataclass(frozen=True)
 class Distill:
     """Distill policies that each know a part of a task into one that does it whole (DAgger): a
-    walker the way, a tracker sitting down or picking up as in the clips."""
+    walker the way, a tracker sitting down or picking up as in the clips, an expert of the task the
+    rest."""
 
     task: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="TASK")]
     """Task: sit or carry, with a walker, a tracker or both; lie with a walker."""

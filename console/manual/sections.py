@@ -112,7 +112,7 @@ FLAGS: dict[type, tuple[Section, ...]] = {
         _section("What the files leave open", "unit height up front category sit"),
     ),
     commands.Distill: (
-        _section("The teachers", "world.walker world.tracker motions"),
+        _section("The teachers", "world.walker world.tracker world.expert motions"),
         _section("How long", "minutes batches"),
         _section("What it starts from", "init seed"),
         _section("What it runs on", "workers scenes"),

@@ -10,7 +10,7 @@ from world.meshes.collection import SPLITS
 
 #: Fields whose value names a piece's split, or files of pieces.
 _SPLITS = ("objects",)
-_SOURCES = ("source", "sources", "policies", "init", "walker", "tracker", "rollouts")
+_SOURCES = ("source", "sources", "policies", "init", "walker", "tracker", "expert", "rollouts")
 
 
 @dataclass(frozen=True)

@@ -257,6 +257,7 @@ def check(experiment: Experiment) -> Experiment:
         ("track.teacher", track.teacher),
         ("walker", experiment.world.walker),
         ("tracker", experiment.world.tracker),
+        ("expert", experiment.world.expert),
     ):
         if named and experiment.ppo.imitation_weight <= 0.0:
             raise ConfigError(
@@ -265,7 +266,7 @@ def check(experiment: Experiment) -> Experiment:
             )
         if named and flag != "track.teacher" and experiment.world.teacher:
             raise ConfigError(
-                f"--world.teacher and --world.{flag} both label the way to the object: choose one"
+                f"--world.teacher and --world.{flag} both label the same states: choose one"
             )
     disturbances.check(experiment.world, experiment.simulator)
     return experiment

@@ -82,6 +82,7 @@ def untaught(world: WorldConfig) -> WorldConfig:
         world,
         walker="",
         tracker="",
+        expert="",
         track=replace(world.track, goal="", teacher="", walker="", rollouts=""),
     )
 

@@ -19,12 +19,14 @@ from world.objects.bank import ObjectBank
 from world.teachers.aligned import AlignedTracker
 from world.teachers.boxes import Boxes
 from world.teachers.carrying import carrying_walker
+from world.teachers.expert import ExpertTeacher
 from world.teachers.seated import SeatedTracker
 from world.teachers.teacher import Teacher
 from world.teachers.tracker import TrackerTeacher
 from world.teachers.walker import WalkerTeacher
 
-#: Tasks whose scenes a policy that walks teaches, and those that one that follows clips does.
+#: Tasks whose scenes a policy that walks, or one of the task itself, teaches; those that one that
+#: follows clips does.
 WALKERS, HANDLERS = ("sit", "lie", "carry"), ("sit", "carry")
 
 
@@ -54,7 +56,8 @@ class Weights:
 @dataclass(frozen=True)
 class PolicyTeacher:
     """Trained policies that label the scenes of one task, by what they teach: to follow a reference
-    (tracker), to walk to an object (walker), to use it as in a clip (handler)."""
+    (tracker), to walk to an object (walker), to use it as in a clip (handler), and what these leave
+    open (expert)."""
 
     policies: Mapping[str, Weights]
 
@@ -67,6 +70,16 @@ class PolicyTeacher:
         """
         if (tracker := self.policies.get("tracker")) is not None:
             return TrackerTeacher(tracker.policy(), tracker.world.track.residual)
+        first = self._of_parts(world, library, bank, scenes)
+        if (expert := self.policies.get("expert")) is not None:
+            return ExpertTeacher(expert.policy(), tasks.make(world.task), first)
+        assert first is not None, "a teacher has a policy"
+        return first
+
+    def _of_parts(
+        self, world: WorldConfig, library: MotionLibrary, bank: ObjectBank, scenes: int
+    ) -> Teacher | None:
+        """Return the teacher that labels the parts of the task by walker and handler, if any."""
         walker = self.policies.get("walker")
         walks = None if walker is None else WalkerTeacher(walker.policy())
         if (handler := self.policies.get("handler")) is not None:
@@ -79,7 +92,6 @@ class PolicyTeacher:
                 usual = walker.weights["normaliser.mean"][: features.STATE.width]
                 carrying = carrying_walker(walker.policy(), usual, clips, boxes)
             return AlignedTracker(act, residual, clips, boxes, stands, scenes, walks, carrying)
-        assert walks is not None, "a teacher has a policy"
         return walks
 
 
@@ -98,6 +110,7 @@ def policy_teachers(
         ("--world.track.teacher", ("track",), world.track.teacher, "track", "tracker"),
         ("--world.walker", WALKERS, world.walker, "walk", "walker"),
         ("--world.tracker", HANDLERS, world.tracker, "track", "handler"),
+        ("--world.expert", WALKERS, world.expert, "", "expert"),
     ):
         if not source:
             continue
@@ -106,9 +119,9 @@ def policy_teachers(
             raise ConfigError(
                 f"{flag} {source}: no scene here has the task {' or '.join(names)}: leave it out"
             )
-        one = required(flag, source, wanted, world, trained)
-        theirs = one.experiment.world
         for task in taught:
+            one = required(flag, source, wanted or task, world, trained)
+            theirs = one.experiment.world
             found.setdefault(task, {})[name] = Weights(theirs, one.weights)
     return {task: PolicyTeacher(policies) for task, policies in found.items()}
 

@@ -112,7 +112,7 @@ def distill_command(command: Distill) -> int:
     if world.task not in taught:
         raise ConfigError(
             "nothing here teaches: name a policy that walks (--world.walker), one that follows"
-            " clips (--world.tracker), or both"
+            " clips (--world.tracker), one of the task itself (--world.expert), or more than one"
         )
     torch.set_num_threads(1)
     experiment = Experiment(seed=seed, world=mixing.untaught(world), ppo=ppo)
@@ -121,7 +121,7 @@ def distill_command(command: Distill) -> int:
         if command.init is not None:
             _, state, _ = ancestors.networks(command.init, experiment)
             student.load_policy_state({**state, "actor": state["average"]})
-        sources = (command.init, world.walker, world.tracker)
+        sources = (command.init, world.walker, world.tracker, world.expert)
         notes = assembly.notes(experiment, ancestors.origins(sources))
     scenes = [
         MakeShard(replace(command.practice, seed=seed + 1000 * k), world, taught[world.task])
@@ -154,5 +154,5 @@ def resolve(command: Distill) -> WorldConfig:
     world = replace(world, classes=world.classes or task.affordance.classes)
     if command.motions:
         world = replace(world, motions=tuple(str(path.resolve()) for path in command.motions))
-    named = {name: policy_source(getattr(world, name)) for name in ("walker", "tracker")}
+    named = {name: policy_source(getattr(world, name)) for name in ("walker", "tracker", "expert")}
     return replace(world, **named)

@@ -73,8 +73,8 @@ def inherited(run: RunDirectory, command: Train, experiment: Experiment) -> tupl
     if not command.resume:
         world = experiment.world
         track = world.track
-        others = track.teacher, track.walker, track.rollouts, world.walker, world.tracker
-        return ancestors.origins((command.init, *others))
+        others = track.teacher, track.walker, track.rollouts
+        return ancestors.origins((command.init, *others, world.walker, world.tracker, world.expert))
     for path in sorted(run.checkpoints.glob("[0-9]*"), reverse=True):
         with contextlib.suppress(CheckpointError):
             notes = read_manifest(path).notes

@@ -138,7 +138,7 @@ def resolve(command: Train) -> Experiment:
         if source := getattr(world.track, name):
             source = _same_policy(source, getattr(begun.track, name))
             world = replace(world, track=replace(world.track, **{name: source}))
-    for name in ("walker", "tracker"):
+    for name in ("walker", "tracker", "expert"):
         if source := getattr(world, name):
             world = replace(world, **{name: _same_policy(source, getattr(begun, name))})
     experiment = replace(command.experiment, world=world)

@@ -17,6 +17,7 @@ from world.motions.library import MotionLibrary
 from world.motions.uses.box import BOX
 from world.objects.box_bank import BoxBank, boxes
 from world.teachers.aligned import AlignedTracker
+from world.teachers.expert import ExpertTeacher
 from world.teachers.walker import WalkerTeacher
 
 TRACKER, WALKER = (str(ROOT / "pretrained" / name) for name in ("track", "walk"))
@@ -50,6 +51,19 @@ def test_a_walker_teaches_what_has_furniture(task: str) -> None:
     found = policy_teachers(experiment(WorldConfig(task=task, walker=WALKER)), assembly.trained)
     assert list(found) == [task]
     assert set(found[task].policies) == {"walker"}
+
+
+def test_an_expert_is_of_the_task_itself() -> None:
+    library, bank = MotionLibrary([standing_clip()], use=BOX), BoxBank(boxes(WORLD.carry))
+    theirs = assembly.trained(Path("carry")).experiment.world
+    own = replace(WORLD, expert="carry", action_scale=theirs.action_scale)
+    for world, kind in ((own, None), (replace(own, walker=WALKER), WalkerTeacher)):
+        found = policy_teachers(Experiment(world=world), assembly.trained)["carry"]
+        teacher = pickle.loads(pickle.dumps(found)).teacher(world, library, bank, 4)
+        assert type(teacher) is ExpertTeacher
+        assert type(teacher._first) is (kind or type(None))
+    with pytest.raises(ConfigError, match=r"is a policy of the task carry: name .* the task sit"):
+        policy_teachers(Experiment(world=replace(own, task="sit")), assembly.trained)
 
 
 def test_a_renamed_flag_of_an_earlier_version_is_read() -> None:
