@@ -195,8 +195,9 @@ def _meshes(folder: Path) -> dict[str, Sample]:
     with zipfile.ZipFile(file, "w") as archive:
         sizes = "width#1=50\ndepth#1=50\nheight#1=90\nmodelRotation#1=1 0 0 0 1 0 0 0 1\n"
         text = f"id#1=a\nname#1=Chair\ncategory#1=Seats\nmodel#1=/a.obj\n{sizes}"
-        archive.writestr(sweethome.CATALOGUE, text)
-        archive.writestr("a.obj", exported("obj"))
+        # of a fixed date: by its name alone a member has the time of now
+        archive.writestr(zipfile.ZipInfo(sweethome.CATALOGUE), text)
+        archive.writestr(zipfile.ZipInfo("a.obj"), exported("obj"))
     glb = exported("glb")
     length = int.from_bytes(glb[12:16], "little")
     scene = json.loads(glb[20 : 20 + length])

@@ -105,9 +105,10 @@ def _archive(content: bytes, draw: np.random.Generator) -> bytes:
     else:
         members[name] = _bytes(members[name], draw)
     file = io.BytesIO()
-    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+    with zipfile.ZipFile(file, "w") as archive:
         for key, data in members.items():
-            archive.writestr(key, data)
+            # of a fixed date: by its name alone a member has the time of now
+            archive.writestr(zipfile.ZipInfo(key), data, zipfile.ZIP_DEFLATED)
     return file.getvalue()
 
 
