@@ -20,7 +20,10 @@ from docs.generate.markdown import code, table
 
 FILE = Path(__file__).parents[1] / "results" / "ablations.json"
 SAMPLES = 5_000_000
-TRAIN = ("train", "sit", "--init", "walk", "--preset", "finetune", "--samples", str(SAMPLES))
+#: What a training begins from, and what it is.
+INIT = ("--init", "walk")
+HOW = ("train", "sit", "--preset", "finetune", "--samples", str(SAMPLES))
+TRAIN = (*HOW, *INIT)
 #: Trials of an evaluation and of the measure of realism, and their seed: one for development.
 TRIALS, MOTIONS, SEED = 1024, 128, 100
 ALL = "all parts"
@@ -92,8 +95,8 @@ def train(row: Row, seed: int, folder: Path, inhabit: Callable[..., None]) -> Tr
     arguments."""
     run = folder / f"{ROWS.index(row)}-{seed}"
     evaluated, measured = run / "ablation.json", run / "realism.json"
-    how = ("--resume",) if (run / "config.json").exists() else ()
-    inhabit(*TRAIN, "--run", str(run), "--seed", str(seed), *row.flags, *how)
+    begun = ("--resume",) if (run / "config.json").exists() else INIT
+    inhabit(*HOW, "--run", str(run), "--seed", str(seed), *row.flags, *begun)
     trials = ("--trials", str(TRIALS), "--seed", str(SEED))
     inhabit("evaluate", str(run), *trials, "--json", str(evaluated))
     motions = ("--trials", str(MOTIONS), "--seed", str(SEED))

@@ -84,4 +84,5 @@ def test_what_the_commands_write_is_what_is_kept(tmp_path: Path) -> None:
     found = ablations.train(ROWS[0], 1, tmp_path, inhabit)
     assert found == Trained(ALL, 1, 1024, 768, 0.125, 1.6, 1.6, 0.8, 0.6, 0.5)
     assert [words[0] for words in said] == ["train", "evaluate", "realism"]
-    assert "--resume" in said[0]
+    # a run goes on from its own networks: the two flags together are refused
+    assert "--resume" in said[0] and "--init" not in said[0]
