@@ -33,11 +33,11 @@ IMPRATIO = 3.0
 def box(scale: float = 1.0, mass_kg: float | None = None) -> Piece:
     """The default box at `scale`, in a frame at its centre; mass_kg None: by volume."""
     x, y, z = (0.5 * scale * edge for edge in BOX_SIZE_M)
-    mass = BOX_KG * scale**3 if mass_kg is None else mass_kg
+    mass = by_volume_kg((x, y, z)) if mass_kg is None else mass_kg
     return Piece("box", "box", (Box((0.0, 0.0, 0.0), (x, y, z)),), (), mass)
 
 
-def mass_kg(half_m: Vector) -> float:
+def by_volume_kg(half_m: Vector) -> float:
     """Mass by volume of a box with these half edges, m, in kg."""
     return 8.0 * BOX_KG * math.prod(half_m) / math.prod(BOX_SIZE_M)
 

@@ -146,6 +146,6 @@ def _cargo(
         "box",
         (Box((0.0, 0.0, 0.0), (x, y, z)),),
         (),
-        box_scene.mass_kg((x, y, z)) if config.by_volume else between(config.weight_kg, share),
+        box_scene.by_volume_kg((x, y, z)) if config.by_volume else between(config.weight_kg, share),
     )
     return piece, between(config.friction, (3.0 * share) % 1.0)
