@@ -135,6 +135,18 @@ class PerturbConfig:
 
 
 @dataclass(frozen=True)
+class PenaltyConfig:
+    """Penalties of motion that lessen the task reward; none by default, as in the paper."""
+
+    skating: float = 0.0
+    """Weight of foot skating: the mean speed of the sole corners that stand on the floor; 1 m/s
+    and more costs the whole weight."""
+    jerk: float = 0.0
+    """Weight of jerk, the third derivative of the bodies' positions, mean over the bodies; 500 m/s³
+    and more costs the whole weight."""
+
+
+@dataclass(frozen=True)
 class WorldConfig:
     """What the scenes hold and how their episodes run."""
 
@@ -197,6 +209,8 @@ class WorldConfig:
     """Seed of the furniture catalogue."""
     perturb: PerturbConfig = field(default_factory=PerturbConfig)
     """Disturbances of training episodes."""
+    penalty: PenaltyConfig = field(default_factory=PenaltyConfig)
+    """Penalties of motion in the task reward of training."""
     carry: CarryConfig = field(default_factory=CarryConfig)
     """Settings of the task carry alone."""
     track: TrackConfig = field(default_factory=TrackConfig)

@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from world import rotations
-from world.character import kinematics
+from world.character import kinematics, soles
 from world.character import model as character
 from world.device import at
 
@@ -120,11 +120,18 @@ class Body:
     """[n, 3]: the root's angular velocity, world axes, rad/s."""
     head: Tensor
     """[n, 3]: centre of the head, world, m."""
+    feet: Tensor
+    """[n, 2, 3, 3]: rotation matrices of the feet, right first, world."""
 
     @property
     def root(self) -> Tensor:
         """[n, 3]: the root's position, world, m."""
         return self.position[:, 0]
+
+    @property
+    def soles(self) -> Tensor:
+        """[n, 2, 4, 3]: corners of the soles, right foot first, world, m."""
+        return soles.corners(self.position[:, soles.FEET], self.feet)
 
 
 def body(qpos: Tensor, qvel: Tensor) -> Body:
@@ -158,7 +165,8 @@ def body(qpos: Tensor, qvel: Tensor) -> Body:
         dim=1,
     )
     head = position[:, _HEAD] + _HEAD_UP_M * rotation[:, _HEAD, :, 2]
-    return Body(features, heading, position, qvel[:, :3], angular, head)
+    feet = rotation[:, soles.FEET]
+    return Body(features, heading, position, qvel[:, :3], angular, head, feet)
 
 
 def object_features(root: Tensor, heading: Tensor, position: Tensor, facing: Tensor) -> Tensor:

@@ -17,6 +17,7 @@ from world.config import WorldConfig
 from world.device import CPU, moved, put
 from world.episodes import disturbances, state_keys
 from world.episodes.disturbances import Disturbances
+from world.episodes.penalties import Penalties
 from world.episodes.stall import StallTimeout
 from world.errors import ConfigError
 from world.initial.sampler import AdaptiveSampler
@@ -35,7 +36,7 @@ class Step:
     """Results of one control step; see Rollout for their use."""
 
     reward: Tensor
-    """[n]: weighted sum of the task's terms."""
+    """[n]: weighted sum of the task's terms, less the penalties of motion."""
     terms: Tensor
     """[n, n_terms]: the unweighted reward terms."""
     fell: Tensor
@@ -120,6 +121,8 @@ class Shard:
         self._labelled: Tensor | None = None
         self._asks = True
         self._stall = StallTimeout(self.n, config.stall_s, device)
+        penalties = Penalties(self.n, config.penalty, device)
+        self._penalties = penalties if penalties.active else None
         disturbances.check(config, simulator)
         self._disturbances = (
             Disturbances(config.perturb, self._scenes, bank, self._ids, seed)
@@ -169,6 +172,8 @@ class Shard:
         terms = self.task.reward_terms(body, target)
         # a fixed order of additions: the rounding of a matrix product depends on its number of rows
         reward = (terms * self._weights).sum(dim=1)
+        if self._penalties is not None:
+            reward = reward - self._penalties.after(body)
         error = self.task.error_m(body, target)
         # a low pelvis away from the object ends the episode: saves a third of early samples
         collapsed = ~self.task.low(body, target) & (body.root[:, 2] < self.config.early_pelvis_m)
@@ -271,6 +276,8 @@ class Shard:
         now, body = self._scenes.now(self._targets.rows(rows), rows), self._scenes.body(rows)
         self._write_observations(body, now, rows)
         self._stall.reset(rows, body, now)
+        if self._penalties is not None:
+            self._penalties.reset(rows, body)
         if self._disturbances is not None:
             self._disturbances.reset(rows, self._episode[rows], states, body)
         if self._teacher is not None:
@@ -284,6 +291,8 @@ class Shard:
         assert self._targets is not None
         own |= {name: value.clone() for name, value in self._targets.tensors().items()}
         own |= {f"stall_{k}": v.clone() for k, v in self._stall.state_dict().items()}
+        if self._penalties is not None:
+            own |= {f"penalty_{k}": v.clone() for k, v in self._penalties.state_dict().items()}
         if self._disturbances is not None:
             disturbed = self._disturbances.state_dict()
             own |= {f"disturbance_{k}": v.clone() for k, v in disturbed.items()}
@@ -306,6 +315,8 @@ class Shard:
         # and these where they are older than the stall time-out
         if "stall_still" in state:
             self._stall.load_state_dict({k: state[f"stall_{k}"] for k in self._stall.state_dict()})
+        if self._penalties is not None:
+            self._penalties.load_state_dict(state_keys.part(state, "penalty_"))
         if self._teacher is not None:
             self._teacher.load_state_dict(state_keys.part(state, "teacher_"))
         if self._disturbances is not None:

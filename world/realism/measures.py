@@ -12,14 +12,9 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from world import rotations
-from world.character import features, kinematics
+from world.character import features, kinematics, soles
 from world.character import model as character
 
-#: Corners of a sole in its foot's frame, m (humanoid.xml).
-_SOLE = torch.tensor([(x, y, -0.05) for x in (-0.0435, 0.1335) for y in (-0.045, 0.045)])
-_FEET = [character.BODIES.index(name) for name in ("right_foot", "left_foot")]
-#: A sole's corner lower than this in two consecutive frames stands on the floor, m.
-PLANTED_M = 0.02
 #: Frames of one window of the spectrum, about two seconds; windows overlap by half.
 WINDOW = 64
 #: Joint motion of people is below this frequency, tremor of servos above it, Hz.
@@ -89,18 +84,15 @@ def positions(qpos: Tensor) -> Tensor:
 def skating(qpos: Tensor, hz: float) -> tuple[float, int]:
     """Summed horizontal speed, m/s, of sole corners while they stand on the floor, and the number
     of pairs of frames and corners in the sum."""
-    corners = soles(qpos)
-    low = corners[..., 2] < PLANTED_M
-    planted = low[1:] & low[:-1]
-    speed = (corners[1:, ..., :2] - corners[:-1, ..., :2]).norm(dim=-1) * hz
+    corners = sole_corners(qpos)
+    speed, planted = soles.slips(corners[:-1], corners[1:], hz)
     return float(speed[planted].sum()), int(planted.sum())
 
 
-def soles(qpos: Tensor) -> Tensor:
+def sole_corners(qpos: Tensor) -> Tensor:
     """World positions of the corners of the soles [T, 2, 4, 3], right foot first, m."""
     position, rotation = poses(qpos)
-    corners = torch.einsum("tfij,cj->tfci", rotation[:, _FEET], _SOLE.to(rotation))
-    return corners + position[:, _FEET, None]
+    return soles.corners(position[:, soles.FEET], rotation[:, soles.FEET])
 
 
 def jerk(position: Tensor, hz: float) -> NDArray[np.float64]:

@@ -171,7 +171,7 @@ def penetration_m(motions: Sequence[Motion]) -> float:
     depth = []
     for motion in motions:
         limbs = clearance.points(motion.qpos.float())[..., 2] - clearance.RADII
-        soles = measures.soles(motion.qpos)[..., 2].flatten(1).float()
+        soles = measures.sole_corners(motion.qpos)[..., 2].flatten(1).float()
         low = torch.minimum(limbs.amin(dim=1), soles.amin(dim=1))
         depth.append((-low).clamp_min(0.0))
     return float(torch.cat(depth).double().mean())

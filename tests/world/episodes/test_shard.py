@@ -1,17 +1,19 @@
 """The shard: its numbers depend on seed, scene and episode alone."""
 
+from dataclasses import replace
+
 import pytest
 import torch
 
 from world import random_streams
-from world.config import WorldConfig
+from world.config import PenaltyConfig, WorldConfig
 from world.episodes.shard import Shard
 from world.furniture.catalogue import catalogue
 from world.motions import load
 from world.motions.library import MotionLibrary
 from world.objects.furniture_bank import FurnitureBank, variants
 
-CONFIG = WorldConfig(pieces=8, scales=2)
+CONFIG = WorldConfig(pieces=8, scales=2, penalty=PenaltyConfig(skating=0.3, jerk=0.3))
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +68,7 @@ def test_exact_continuation(library: MotionLibrary, bank: FurnitureBank) -> None
 def test_observations_are_finite_and_episodes_count(
     library: MotionLibrary, bank: FurnitureBank
 ) -> None:
-    shard = Shard(CONFIG, library, bank, range(64), 1)
+    shard = Shard(replace(CONFIG, penalty=PenaltyConfig()), library, bank, range(64), 1)
     ended = 0
     for _ in range(60):
         step = shard.step(actions(range(64), shard.clock))

@@ -28,8 +28,9 @@ CONFIG = WorldConfig(
 def body(root_x: list[float]) -> Body:
     n = len(root_x)
     root = torch.tensor([[x, 0.0, 0.9] for x in root_x])
-    none = torch.zeros(n, 3)
-    return Body(torch.zeros(n, 105), none[:, :2], root[:, None].repeat(1, 15, 1), none, none, none)
+    none, upright = torch.zeros(n, 3), torch.eye(3).repeat(n, 2, 1, 1)
+    at = root[:, None].repeat(1, 15, 1)
+    return Body(torch.zeros(n, 105), none[:, :2], at, none, none, none, upright)
 
 
 def place(box_x: list[float]) -> Target:

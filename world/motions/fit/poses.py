@@ -5,7 +5,7 @@ import torch
 from torch import Tensor
 
 from world import rotations
-from world.character import kinematics
+from world.character import kinematics, soles
 from world.character import model as character
 from world.motions.clip import Clip
 
@@ -16,7 +16,6 @@ _SITTING_SPHERES = {
     "right_thigh": (((0.0, 0.0, -0.06), 0.055),),
     "left_thigh": (((0.0, 0.0, -0.06), 0.055),),
 }
-_SOLE = tuple((x, y, -0.05) for x in (-0.0435, 0.1335) for y in (-0.045, 0.045))
 
 
 def body_poses(clip: Clip) -> tuple[Tensor, Tensor]:
@@ -27,13 +26,9 @@ def body_poses(clip: Clip) -> tuple[Tensor, Tensor]:
 
 def sole_heights(position: Tensor, rotation: Tensor) -> np.ndarray:
     """Height of the lowest corner of the right and the left sole, m: [T, 2]."""
-    heights = []
-    for foot in ("right_foot", "left_foot"):
-        body = character.BODIES.index(foot)
-        corners = torch.tensor(_SOLE, dtype=position.dtype)
-        offsets = corners @ rotation[:, body, 2, :, None]
-        heights.append((position[:, body, 2, None] + offsets[..., 0]).min(dim=1).values)
-    return torch.stack(heights, dim=1).numpy()
+    corners = soles.corners(position[:, soles.FEET], rotation[:, soles.FEET])
+    lowest: np.ndarray = corners[..., 2].amin(dim=2).numpy()
+    return lowest
 
 
 def seat_clearance(position: Tensor, rotation: Tensor) -> np.ndarray:

@@ -1,0 +1,78 @@
+"""Penalties of how a character moves, in addition to a task's reward: foot skating and jerk.
+
+Both are the measures of world.realism, of one control step. The paper has none: its style reward
+alone judges the motion.
+"""
+
+import torch
+from torch import Tensor
+
+from world.character import model as character
+from world.character import soles
+from world.character.features import Body
+from world.config import PenaltyConfig
+from world.device import CPU
+
+#: Jerk that costs the whole weight, m/s^3; mocap of walking has 60.
+JERK_M_S3 = 500.0
+#: Skating that costs the whole weight, m/s.
+SKATING_M_S = 1.0
+#: Frames before the present one that a jerk needs.
+_PAST = 3
+
+
+class Penalties:
+    """The last frames of n scenes, and what their motion costs."""
+
+    def __init__(self, n: int, config: PenaltyConfig, device: torch.device = CPU) -> None:
+        self._config = config
+        bodies = len(character.BODIES)
+        self._positions = torch.zeros(n, _PAST, bodies, 3, device=device)
+        self._soles = torch.zeros(n, 2, 4, 3, device=device)
+        self._frames = torch.zeros(n, dtype=torch.int64, device=device)
+
+    @property
+    def active(self) -> bool:
+        """Whether anything has a weight."""
+        return self._config.skating > 0.0 or self._config.jerk > 0.0
+
+    def after(self, body: Body) -> Tensor:
+        """The cost [n] of the control step that ended in `body`, at least 0; once in each step."""
+        jerk = _jerk_m_s3(self._positions, body.position) / JERK_M_S3
+        jerk = torch.where(self._frames >= _PAST, jerk.clamp(max=1.0), 0.0)
+        corners = body.soles
+        skating = _skating_m_s(self._soles, corners) / SKATING_M_S
+        skating = torch.where(self._frames >= 1, skating.clamp(max=1.0), 0.0)
+        self._positions = torch.cat((self._positions[:, 1:], body.position[:, None]), dim=1)
+        self._soles = corners
+        self._frames = self._frames + 1
+        return self._config.jerk * jerk + self._config.skating * skating
+
+    def reset(self, ids: Tensor, body: Body) -> None:
+        """Forget the frames of the scenes `ids` [m], whose characters begin as in body [m]."""
+        self._positions[ids, -1] = body.position
+        self._soles[ids] = body.soles
+        self._frames[ids] = 1
+
+    def state_dict(self) -> dict[str, Tensor]:
+        """The state between control steps, by name."""
+        return {"positions": self._positions, "soles": self._soles, "frames": self._frames}
+
+    def load_state_dict(self, state: dict[str, Tensor]) -> None:
+        """Restore what `state_dict` gave."""
+        for name, value in self.state_dict().items():
+            value.copy_(state[name])
+
+
+def _jerk_m_s3(past: Tensor, now: Tensor) -> Tensor:
+    """[n]: mean over the bodies of the third difference of positions [n, 3, 15, 3] and
+    [n, 15, 3]."""
+    third = now - 3 * past[:, 2] + 3 * past[:, 1] - past[:, 0]
+    return third.norm(dim=-1).mean(dim=-1) * float(character.CONTROL_HZ**3)
+
+
+def _skating_m_s(before: Tensor, after: Tensor) -> Tensor:
+    """[n]: mean horizontal speed of the corners that stand on the floor; 0 without any."""
+    speed, planted = soles.slips(before, after, float(character.CONTROL_HZ))
+    counted = torch.where(planted, speed, 0.0).flatten(1).sum(dim=1)
+    return counted / planted.flatten(1).sum(dim=1).clamp(min=1)
