@@ -24,7 +24,7 @@ from console.bench import world as bench_world
 from console.bench.peers import alternation, learning
 from console.bench.turns import turns
 from console.commands import Bench, Train
-from console.run import assembly, machine
+from console.run import assembly, machine, mixing
 from console.run.directory import RunDirectory, write_json
 from console.run.experiment import PRESETS, Experiment, check, with_learner_threads
 from console.terminal import doing, progress, screen
@@ -34,7 +34,7 @@ from learner.config import LoopConfig
 from learner.loop import Loop
 from policy.rollout import Rollout
 from world import device as devices
-from world import random_streams, tasks
+from world import random_streams
 from world.meshes import collection
 
 #: Goals of whole iterations on two cores, samples/s, by preset.
@@ -214,7 +214,7 @@ def train(command: Bench, experiment: Experiment, threads: int) -> dict[str, flo
     with tempfile.TemporaryDirectory() as folder:
         run = RunDirectory(Path(folder))
         with open_runner(command_of_training, experiment, run, threads, print, device) as runner:
-            terms = list(tasks.make(experiment.world.task).terms)
+            terms = mixing.term_names(experiment)
             loop = Loop(student, runner.fleet, runner.style, Null(), Null(), LoopConfig(), terms)
             for _ in range(3):
                 loop.iterate()

@@ -7,14 +7,13 @@ from pathlib import Path
 
 from console.commands import Train
 from console.doctor.finding import Finding
-from console.run import assembly
+from console.run import assembly, mixing
 from console.run.directory import RunDirectory
 from console.run.experiment import PRESETS, Experiment, with_learner_threads
 from console.run.machine import cores
 from console.training.runners import open_runner
 from learner.config import LoopConfig
 from learner.loop import Loop
-from world import tasks
 
 PIECES = 8  # compiling all pieces of furniture takes longer than the measurement
 
@@ -46,7 +45,7 @@ def measure(experiment: Experiment, workers: int, seconds: float) -> tuple[float
     """Return samples/s of the local runner over at least `seconds` and one iteration, and the
     number of iterations."""
     command = Train(task=experiment.world.task, experiment=experiment, threads=workers)
-    terms = list(tasks.make(experiment.world.task).terms)
+    terms = mixing.term_names(experiment)
     with tempfile.TemporaryDirectory() as folder:
         run = RunDirectory(Path(folder))
         with open_runner(command, experiment, run, workers, print) as runner:

@@ -17,6 +17,7 @@ from world.episodes.mixed import kinds
 from world.errors import ConfigError
 from world.initial.reference import KINDS
 from world.tasks import mixture as mixtures
+from world.tasks import reward
 from world.tasks.mixture import Mixture
 
 
@@ -97,13 +98,14 @@ def division(experiment: Experiment) -> Division | None:
         return None
     scenes = experiment.scenes
     styled = torch.zeros(scenes, dtype=torch.bool)
-    terms = torch.zeros(scenes, sum(len(part.terms) for part in mixed.parts), dtype=torch.bool)
+    counts = [len(reward.weights(part, experiment.world.penalty)) for part in mixed.parts]
+    terms = torch.zeros(scenes, sum(counts), dtype=torch.bool)
     first = 0
     for k, part in enumerate(mixed.parts):
         own = mixed.scenes(k, range(scenes), experiment.block)
         styled[own] = not part.affordance.follows_clips
-        terms[own, first : first + len(part.terms)] = True
-        first += len(part.terms)
+        terms[own, first : first + counts[k]] = True
+        first += counts[k]
     return Division(styled, terms)
 
 
@@ -111,8 +113,9 @@ def term_names(experiment: Experiment) -> list[str]:
     """Return the names of the reward terms; of a mixture, TASK_TERM each."""
     mixed = mixture_of(experiment)
     if mixed is None:
-        return list(tasks.make(experiment.world.task).terms)
-    return [f"{part.name}_{term}" for part in mixed.parts for term in part.terms]
+        return list(reward.weights(tasks.make(experiment.world.task), experiment.world.penalty))
+    penalty = experiment.world.penalty
+    return [f"{part.name}_{term}" for part in mixed.parts for term in reward.weights(part, penalty)]
 
 
 def kind_names(experiment: Experiment) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from console.terminal import plain
 from world import tasks
 from world.character.features import STATE
 from world.character.features import Table as Features
-from world.tasks import Task
+from world.tasks import Task, reward
 
 
 def describe(experiment: Experiment, width: int = 100) -> str:
@@ -58,7 +58,7 @@ def stages(experiment: Experiment) -> Table:
 
 def _rewards(task: Task, experiment: Experiment, mixed: bool) -> Table:
     rewards = Table("term", "weight", title=f"reward of {task.name}", title_justify="left")
-    for name, weight in task.terms.items():
+    for name, weight in reward.weights(task, experiment.world.penalty).items():
         rewards.add_row(name, f"{weight:g}")
     weights, alone = experiment.ppo, mixed and task.affordance.follows_clips
     rewards.add_section()

@@ -52,9 +52,6 @@ class MixedShard:
         shard."""
         self._mixture, self._parts, self._places = mixture, tuple(parts), tuple(places)
         self.n = sum(len(place) for place in places)
-        widths = [len(part.terms) for part in mixture.parts]
-        self._first_term = [sum(widths[:k]) for k in range(len(widths))]
-        self._terms = sum(widths)
         self._observe()
 
     @property
@@ -79,9 +76,11 @@ class MixedShard:
             [place[step.end_ids] for step, place in zip(steps, self._places, strict=True)]
         )
         order = torch.argsort(ends)
-        terms = action.new_zeros(self.n, self._terms)
-        for step, place, first in zip(steps, self._places, self._first_term, strict=True):
+        terms = action.new_zeros(self.n, sum(step.terms.shape[1] for step in steps))
+        first = 0
+        for step, place in zip(steps, self._places, strict=True):
             terms[place, first : first + step.terms.shape[1]] = step.terms
+            first += step.terms.shape[1]
         goals = [self._mixture.embed(k, step.end_goals) for k, step in enumerate(steps)]
         labels = [step.teacher_action for step in steps]
         return Step(

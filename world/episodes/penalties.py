@@ -12,6 +12,7 @@ from world.character import soles
 from world.character.features import Body
 from world.config import PenaltyConfig
 from world.device import CPU
+from world.tasks.reward import penalties
 
 #: Jerk that costs the whole weight, m/s^3; mocap of walking has 60.
 JERK_M_S3 = 500.0
@@ -22,31 +23,31 @@ _PAST = 3
 
 
 class Penalties:
-    """The last frames of n scenes, and what their motion costs."""
+    """The last frames of n scenes, and what their motion costs; with at least one weight."""
 
     def __init__(self, n: int, config: PenaltyConfig, device: torch.device = CPU) -> None:
-        self._config = config
+        self._names = tuple(penalties(config))
         bodies = len(character.BODIES)
         self._positions = torch.zeros(n, _PAST, bodies, 3, device=device)
         self._soles = torch.zeros(n, 2, 4, 3, device=device)
         self._frames = torch.zeros(n, dtype=torch.int64, device=device)
 
-    @property
-    def active(self) -> bool:
-        """Whether anything has a weight."""
-        return self._config.skating > 0.0 or self._config.jerk > 0.0
-
     def after(self, body: Body) -> Tensor:
-        """The cost [n] of the control step that ended in `body`, at least 0; once in each step."""
-        jerk = _jerk_m_s3(self._positions, body.position) / JERK_M_S3
-        jerk = torch.where(self._frames >= _PAST, jerk.clamp(max=1.0), 0.0)
+        """The terms [n, P] in [-1, 0] of the control step that ended in `body`, in the order of
+        world.tasks.reward.penalties; once in each step."""
         corners = body.soles
-        skating = _skating_m_s(self._soles, corners) / SKATING_M_S
-        skating = torch.where(self._frames >= 1, skating.clamp(max=1.0), 0.0)
+        found = []
+        for name in self._names:
+            cost, needed = (
+                (_jerk_m_s3(self._positions, body.position) / JERK_M_S3, _PAST)
+                if name == "jerk"
+                else (_skating_m_s(self._soles, corners) / SKATING_M_S, 1)
+            )
+            found.append(torch.where(self._frames >= needed, -cost.clamp(max=1.0), 0.0))
         self._positions = torch.cat((self._positions[:, 1:], body.position[:, None]), dim=1)
         self._soles = corners
         self._frames = self._frames + 1
-        return self._config.jerk * jerk + self._config.skating * skating
+        return torch.stack(found, dim=1)
 
     def reset(self, ids: Tensor, body: Body) -> None:
         """Forget the frames of the scenes `ids` [m], whose characters begin as in body [m]."""

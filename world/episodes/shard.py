@@ -26,7 +26,7 @@ from world.objects.bank import ObjectBank
 from world.scene import simulators
 from world.scene.target import Target
 from world.scene.warp_config import DEFAULT, WarpConfig
-from world.tasks import HELD
+from world.tasks import HELD, reward
 from world.tasks.task import Task, statistic
 from world.teachers.teacher import UNTAUGHT, Teacher
 
@@ -36,9 +36,10 @@ class Step:
     """Results of one control step; see Rollout for their use."""
 
     reward: Tensor
-    """[n]: weighted sum of the task's terms, less the penalties of motion."""
+    """[n]: weighted sum of the terms."""
     terms: Tensor
-    """[n, n_terms]: the unweighted reward terms."""
+    """[n, n_terms]: the unweighted reward terms, of the task and penalties of motion
+    (world.tasks.reward)."""
     fell: Tensor
     """[n] bool: terminal state: the character or its box fell, or the stall time-out expired."""
     timed_out: Tensor
@@ -99,7 +100,8 @@ class Shard:
         self._scenes = simulators.make(
             simulator, bank, self.n, config.action_scale, config.action_clip, device, warp
         )
-        self._weights = put(torch.tensor(list(self.task.terms.values())), device)
+        weights = reward.weights(self.task, config.penalty)
+        self._weights = put(torch.tensor(list(weights.values())), device)
         self._length = round((config.episode_s or self.task.episode_s) * character.CONTROL_HZ)
         self._hold = round(config.hold_s * character.CONTROL_HZ)
         self._episode = torch.zeros_like(self._all)
@@ -121,8 +123,8 @@ class Shard:
         self._labelled: Tensor | None = None
         self._asks = True
         self._stall = StallTimeout(self.n, config.stall_s, device)
-        penalties = Penalties(self.n, config.penalty, device)
-        self._penalties = penalties if penalties.active else None
+        penalised = reward.penalties(config.penalty)
+        self._penalties = Penalties(self.n, config.penalty, device) if penalised else None
         disturbances.check(config, simulator)
         self._disturbances = (
             Disturbances(config.perturb, self._scenes, bank, self._ids, seed)
@@ -170,10 +172,10 @@ class Shard:
         target = self._target()
         target.advance(body)
         terms = self.task.reward_terms(body, target)
-        # a fixed order of additions: the rounding of a matrix product depends on its number of rows
-        reward = (terms * self._weights).sum(dim=1)
         if self._penalties is not None:
-            reward = reward - self._penalties.after(body)
+            terms = torch.cat((terms, self._penalties.after(body)), dim=1)
+        # a fixed order of additions: the rounding of a matrix product depends on its number of rows
+        earned = (terms * self._weights).sum(dim=1)
         error = self.task.error_m(body, target)
         # a low pelvis away from the object ends the episode: saves a third of early samples
         collapsed = ~self.task.low(body, target) & (body.root[:, 2] < self.config.early_pelvis_m)
@@ -187,9 +189,9 @@ class Shard:
         self._stages |= torch.cat((self.task.stage(body, target), held[:, None]), dim=1)
         timed_out = ((self._steps >= self._length) | held) & ~fell & finite
         fell = fell & finite
-        reward = torch.where(finite, reward, 0.0)
+        earned = torch.where(finite, earned, 0.0)
         terms = torch.where(finite[:, None], terms, 0.0)
-        self._return += reward
+        self._return += earned
         if self._disturbances is not None:
             target = self._disturbed(self._disturbances, body, target)
         self._write_observations(body, target, None)
@@ -197,7 +199,7 @@ class Shard:
         ends = torch.nonzero(fell | timed_out).flatten()
         broken = torch.nonzero(~finite).flatten()
         step = Step(
-            reward=reward,
+            reward=earned,
             terms=terms,
             fell=fell,
             timed_out=timed_out,

@@ -12,14 +12,13 @@ import torch
 from console.bench.peers import protocol
 from console.bench.peers.counters import counted
 from console.bench.peers.protocol import Assignment, Iterate
-from console.run import assembly
+from console.run import assembly, mixing
 from console.run.directory import RunDirectory
 from console.training.runners import local_runner
 from learner.config import LoopConfig
 from learner.loop import Loop
 from learner.ppo import Learner
 from learner.protocols import Fleet, State, Style
-from world import tasks
 
 
 class Nowhere:
@@ -53,7 +52,7 @@ def iterating(
     assignment: Assignment, student: Learner, fleet: Fleet, style: Style | None
 ) -> Iterator[Iterate]:
     """Open the training loop of `inhabit train` over a fleet."""
-    terms = list(tasks.make(assignment.experiment.world.task).terms)
+    terms = mixing.term_names(assignment.experiment)
     nowhere = Nowhere()
     loop = Loop(student, fleet, style, nowhere, nowhere, LoopConfig(), terms)
 

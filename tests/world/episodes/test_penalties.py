@@ -16,8 +16,11 @@ from world.motions.synthetic.library import walking
 from world.motions.uses.floor import FLOOR
 from world.objects.floor_bank import FloorBank
 from world.realism import measures
+from world.tasks import reward
 
 HZ = float(character.CONTROL_HZ)
+#: Of walk's terms and the two penalties.
+WEIGHTS = [0.35, 0.25, 0.2, 0.2, 0.4, 0.25, 0.25]
 
 
 def standing(x_m: list[float]) -> list[features.Body]:
@@ -29,9 +32,11 @@ def standing(x_m: list[float]) -> list[features.Body]:
 
 
 def costs(config: PenaltyConfig, bodies: list[features.Body]) -> list[float]:
+    """What each body but the first costs, with the weight of the one penalty that has any."""
     penalties = Penalties(1, config)
     penalties.reset(torch.tensor([0]), bodies[0])
-    return [float(penalties.after(body)) for body in bodies[1:]]
+    (weight,) = reward.penalties(config).values()
+    return [-weight * float(penalties.after(body)) for body in bodies[1:]]
 
 
 def test_skating_costs_its_speed() -> None:
@@ -82,4 +87,5 @@ def test_a_shard_takes_them_off_the_reward_and_forgets_at_a_reset() -> None:
         ended += int(began.sum())
     assert torch.stack(cost).min() >= -1e-6
     assert 0.01 < torch.stack(cost).mean() < 0.5
+    torch.testing.assert_close(other.reward, other.terms @ torch.tensor(WEIGHTS))
     assert ended > 20
