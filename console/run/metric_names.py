@@ -31,7 +31,7 @@ METRICS = (
     Metric("seconds", "s", "wall time of all iterations of the run"),
     Metric("reward/task", "", "mean weighted task reward of a control step"),
     Metric("reward/style", "", "mean style reward of a control step, -log(1 - D)"),
-    Metric("reward/TERM", "", "mean of one reward term of the task, before its weight"),
+    Metric("reward/TERM", "", "mean of one reward term or penalty, before its weight"),
     Metric(
         "episode/return",
         "",

@@ -19,6 +19,15 @@ def test_dry_run_shows_everything_and_writes_nothing(
     assert not run.exists()
 
 
+def test_a_penalty_with_a_weight_is_a_term_of_the_reward(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["train", "sit", "--dry-run", "--world.penalty.jerk", "0.15"]) == 0
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["│", "jerk", "│", "0.15", "│"] in rows
+    assert not [row for row in rows if row[1:2] == ["skating"]]
+
+
 @pytest.mark.parametrize(
     ("flag", "line"), [("--motions", "no clips found"), ("--objects", "no .piece.json files")]
 )

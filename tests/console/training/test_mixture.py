@@ -18,7 +18,8 @@ from world.motions import clip_file
 
 WORDS = """--mix sit=0.5 track=0.5 --world.track.goal sit --scenes 64 --block 32 --horizon 8
     --ppo.hidden 32 16 --ppo.warmup-iterations 1 --world.track.boxes 1 --world.pieces 4
-    --world.scales 1 --style.hidden 32 16 --style.replay 4096 --clone-samples 500"""
+    --world.scales 1 --style.hidden 32 16 --style.replay 4096 --clone-samples 500
+    --world.penalty.skating 0.2"""
 SMALL = """--iterations 1 --scenes 64 --block 32 --horizon 8 --ppo.hidden 32 16 --world.pieces 4
     --world.scales 1 --style.hidden 32 16 --style.replay 4096"""
 
@@ -50,6 +51,9 @@ def run(motions: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
     # each task's scenes have its own terms, starts and ends; one discriminator, of sit's scenes
     assert 0.4 < last["reward/track_body"] < 1.0
     assert "reward/sit_approach" in last
+    assert -1.0 < last["reward/sit_skating"] < 0.0
+    assert -1.0 < last["reward/track_skating"] < 0.0
+    assert "reward/sit_jerk" not in last, "it has no weight"
     assert 0.0 < last["reward/style"] < 5.0
     assert last["episode/length_track_reference"] > 0.0
     assert "episode/success_sit_near" in last
