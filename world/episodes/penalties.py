@@ -14,7 +14,7 @@ from world.config import PenaltyConfig
 from world.device import CPU
 from world.tasks.reward import penalties
 
-#: Jerk that costs the whole weight, m/s^3; mocap of walking has 60.
+#: Jerk that costs the whole weight, m/s^3; mocap of walking has 140.
 JERK_M_S3 = 500.0
 #: Skating that costs the whole weight, m/s.
 SKATING_M_S = 1.0
@@ -36,14 +36,14 @@ class Penalties:
         """The terms [n, P] in [-1, 0] of the control step that ended in `body`, in the order of
         world.tasks.reward.penalties; once in each step."""
         corners = body.soles
-        found = []
-        for name in self._names:
-            cost, needed = (
-                (_jerk_m_s3(self._positions, body.position) / JERK_M_S3, _PAST)
-                if name == "jerk"
-                else (_skating_m_s(self._soles, corners) / SKATING_M_S, 1)
-            )
-            found.append(torch.where(self._frames >= needed, -cost.clamp(max=1.0), 0.0))
+        costs = {
+            "skating": (_skating_m_s(self._soles, corners) / SKATING_M_S, 1),
+            "jerk": (_jerk_m_s3(self._positions, body.position) / JERK_M_S3, _PAST),
+        }
+        found = [
+            torch.where(self._frames >= needed, -cost.clamp(max=1.0), 0.0)
+            for cost, needed in (costs[name] for name in self._names)
+        ]
         self._positions = torch.cat((self._positions[:, 1:], body.position[:, None]), dim=1)
         self._soles = corners
         self._frames = self._frames + 1
