@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from world.character import kinematics
+from world.character import kinematics, soles
 from world.character import model as character
 from world.motions.clip import Clip
 from world.motions.formats.recording import forward
@@ -26,8 +26,8 @@ ENDS_M = {
     "head": (0.0, 0.0, 0.27),
     "right_hand": (0.0, 0.0, -0.04),
     "left_hand": (0.0, 0.0, -0.04),
-    "right_foot": (0.1335, 0.0, -0.05),
-    "left_foot": (0.1335, 0.0, -0.05),
+    "right_foot": soles.FRONT_M,
+    "left_foot": soles.FRONT_M,
 }
 #: Least length of the sum of two unit vectors that still gives a heading.
 _HEADS = 0.05

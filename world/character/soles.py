@@ -6,8 +6,15 @@ from torch import Tensor
 from world.character import model as character
 from world.device import at
 
-#: Corners of a sole in its foot's frame, m (humanoid.xml).
-CORNERS = torch.tensor([(x, y, -0.05) for x in (-0.0435, 0.1335) for y in (-0.045, 0.045)])
+#: Ends of a sole ahead of the ankle, half its width, and its depth below, in the foot's frame, m
+#: (humanoid.xml).
+HEEL_M, TOE_M, HALF_WIDTH_M, ANKLE_M = -0.0435, 0.1335, 0.045, 0.05
+#: Corners of a sole in its foot's frame, m.
+CORNERS = torch.tensor(
+    [(x, y, -ANKLE_M) for x in (HEEL_M, TOE_M) for y in (-HALF_WIDTH_M, HALF_WIDTH_M)]
+)
+#: The front of a sole in its foot's frame, m.
+FRONT_M = (TOE_M, 0.0, -ANKLE_M)
 #: Bodies of the feet, right first.
 FEET = (character.BODIES.index("right_foot"), character.BODIES.index("left_foot"))
 #: A corner lower than this in two consecutive frames stands on the floor, m.

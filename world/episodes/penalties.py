@@ -12,8 +12,10 @@ from world.character import soles
 from world.character.features import Body
 from world.config import PenaltyConfig
 from world.device import CPU
+from world.realism import measures
 from world.tasks.reward import penalties
 
+HZ = float(character.CONTROL_HZ)
 #: Jerk that costs the whole weight, m/s^3; mocap of walking has 140.
 JERK_M_S3 = 500.0
 #: Skating that costs the whole weight, m/s.
@@ -28,36 +30,38 @@ class Penalties:
     def __init__(self, n: int, config: PenaltyConfig, device: torch.device = CPU) -> None:
         self._names = tuple(penalties(config))
         bodies = len(character.BODIES)
-        self._positions = torch.zeros(n, _PAST, bodies, 3, device=device)
+        self._positions = torch.zeros(_PAST, n, bodies, 3, device=device)
         self._soles = torch.zeros(n, 2, 4, 3, device=device)
         self._frames = torch.zeros(n, dtype=torch.int64, device=device)
 
     def after(self, body: Body) -> Tensor:
         """The terms [n, P] in [-1, 0] of the control step that ended in `body`, in the order of
         world.tasks.reward.penalties; once in each step."""
-        corners = body.soles
+        corners, positions = body.soles, torch.cat((self._positions, body.position[None]))
         costs = {
             "skating": (_skating_m_s(self._soles, corners) / SKATING_M_S, 1),
-            "jerk": (_jerk_m_s3(self._positions, body.position) / JERK_M_S3, _PAST),
+            "jerk": (measures.jerk(positions, HZ)[0].mean(dim=-1) / JERK_M_S3, _PAST),
         }
         found = [
             torch.where(self._frames >= needed, -cost.clamp(max=1.0), 0.0)
             for cost, needed in (costs[name] for name in self._names)
         ]
-        self._positions = torch.cat((self._positions[:, 1:], body.position[:, None]), dim=1)
+        self._positions = positions[1:]
         self._soles = corners
         self._frames = self._frames + 1
         return torch.stack(found, dim=1)
 
     def reset(self, ids: Tensor, body: Body) -> None:
         """Forget the frames of the scenes `ids` [m], whose characters begin as in body [m]."""
-        self._positions[ids, -1] = body.position
+        self._positions[-1, ids] = body.position
         self._soles[ids] = body.soles
         self._frames[ids] = 1
 
     def state_dict(self) -> dict[str, Tensor]:
         """The state between control steps, by name."""
-        return {"positions": self._positions, "soles": self._soles, "frames": self._frames}
+        # a row for each scene: mixtures divide the state over actors by rows
+        by_scene = self._positions.transpose(0, 1)
+        return {"positions": by_scene, "soles": self._soles, "frames": self._frames}
 
     def load_state_dict(self, state: dict[str, Tensor]) -> None:
         """Restore what `state_dict` gave."""
@@ -65,15 +69,8 @@ class Penalties:
             value.copy_(state[name])
 
 
-def _jerk_m_s3(past: Tensor, now: Tensor) -> Tensor:
-    """[n]: mean over the bodies of the third difference of positions [n, 3, 15, 3] and
-    [n, 15, 3]."""
-    third = now - 3 * past[:, 2] + 3 * past[:, 1] - past[:, 0]
-    return third.norm(dim=-1).mean(dim=-1) * float(character.CONTROL_HZ**3)
-
-
 def _skating_m_s(before: Tensor, after: Tensor) -> Tensor:
     """[n]: mean horizontal speed of the corners that stand on the floor; 0 without any."""
-    speed, planted = soles.slips(before, after, float(character.CONTROL_HZ))
+    speed, planted = soles.slips(before, after, HZ)
     counted = torch.where(planted, speed, 0.0).flatten(1).sum(dim=1)
     return counted / planted.flatten(1).sum(dim=1).clamp(min=1)

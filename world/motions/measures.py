@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from world.character import features, servos
+from world.character import features, servos, soles
 from world.character import model as character
 from world.errors import ClipError
 from world.motions.clip import Clip
@@ -27,7 +27,7 @@ BREAK_M_S2, BREAK_RAD_S2 = 120.0, 900.0
 _LIMIT_SLACK_RAD = np.deg2rad(1.0)
 _HANDS, _FEET = (5, 8), (11, 14)
 #: The front of the sole, in the foot's frame, m.
-_TOE = torch.tensor([0.1335, 0.0, -0.05])
+_TOE = torch.tensor(soles.FRONT_M)
 _KEY_ROLES = ("right_wrist", "left_wrist", "right_ankle", "left_ankle")
 
 

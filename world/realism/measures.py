@@ -55,7 +55,8 @@ def measure(motions: Sequence[Motion], hz: float = character.CONTROL_HZ) -> Figu
     motions = [motion for motion in motions if len(motion.qpos) >= 4]
     skates = [skating(motion.qpos, hz) for motion in motions]
     moved, planted = (sum(part[i] for part in skates) for i in (0, 1))
-    jerks = np.concatenate([jerk(positions(m.qpos), hz) for m in motions] or [np.zeros((0, 15))])
+    each = [jerk(positions(m.qpos), hz).numpy() for m in motions]
+    jerks = np.concatenate(each or [np.zeros((0, 15))])
     frequency, power = spectrum(motions, hz)
     total = float(power.sum())
     joints = [motion.qvel[:, 6:].double().square().mean(1) for motion in motions]
@@ -95,10 +96,11 @@ def sole_corners(qpos: Tensor) -> Tensor:
     return soles.corners(position[:, soles.FEET], rotation[:, soles.FEET])
 
 
-def jerk(position: Tensor, hz: float) -> NDArray[np.float64]:
-    """Magnitude of the third derivative [T - 3, B] m/s^3 of positions [T, B, 3], by differences."""
+def jerk(position: Tensor, hz: float) -> Tensor:
+    """Magnitude of the third derivative [T - 3, ..] m/s^3 of positions [T, .., 3], by
+    differences."""
     third = position[3:] - 3 * position[2:-1] + 3 * position[1:-2] - position[:-3]
-    return third.double().norm(dim=-1).numpy() * hz**3
+    return third.norm(dim=-1) * hz**3
 
 
 def spectrum(

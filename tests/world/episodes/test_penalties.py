@@ -9,7 +9,7 @@ import torch
 from world.character import features
 from world.character import model as character
 from world.config import InitialStates, PenaltyConfig, WorldConfig
-from world.episodes.penalties import JERK_M_S3, Penalties
+from world.episodes.penalties import HZ, JERK_M_S3, Penalties
 from world.episodes.shard import Shard
 from world.motions.library import MotionLibrary
 from world.motions.synthetic.library import walking
@@ -18,7 +18,6 @@ from world.objects.floor_bank import FloorBank
 from world.realism import measures
 from world.tasks import reward
 
-HZ = float(character.CONTROL_HZ)
 #: Of walk's terms and the two penalties.
 WEIGHTS = [0.35, 0.25, 0.2, 0.2, 0.4, 0.25, 0.25]
 
@@ -61,7 +60,7 @@ def test_they_are_the_measures_of_realism() -> None:
     qpos = torch.from_numpy(clip.qpos()[:60]).float()
     bodies = [features.body(row[None], torch.zeros(1, character.NV)) for row in qpos]
     jerk = costs(PenaltyConfig(jerk=0.5), bodies)[2:]
-    expected = measures.jerk(measures.positions(qpos), HZ).mean(axis=1) / JERK_M_S3
+    expected = measures.jerk(measures.positions(qpos), HZ).mean(dim=1).numpy() / JERK_M_S3
     assert expected.max() < 1.0
     assert jerk == pytest.approx(0.5 * expected, rel=0.05, abs=2e-3)
     skating = costs(PenaltyConfig(skating=0.5), bodies)

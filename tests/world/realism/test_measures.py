@@ -54,7 +54,7 @@ def test_rolling_over_the_toes_is_not_skating() -> None:
 def test_jerk_of_a_cubic_is_its_third_derivative() -> None:
     t = torch.arange(20, dtype=torch.float64) / HZ
     path = torch.stack((2.0 * t**3, 1.0 - t**2, 0.5 * t), dim=1)[:, None]
-    assert measures.jerk(path, HZ) == pytest.approx(np.full((17, 1), 12.0), rel=1e-6)
+    assert measures.jerk(path, HZ).numpy() == pytest.approx(np.full((17, 1), 12.0), rel=1e-6)
 
 
 def noise(frames: int, seed: int = 0) -> Motion:

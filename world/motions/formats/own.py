@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from world.character import kinematics
+from world.character import kinematics, soles
 from world.character import model as character
 from world.motions import clip_file
 from world.motions.formats.recording import Recording, forward
 from world.motions.licences import licence
 
 SUFFIXES, KEYS = (clip_file.SUFFIX,), clip_file.KEYS
-_SOLE_FRONT_M = np.array([0.1335, 0.0, -0.05])
+_SOLE_FRONT_M = np.array(soles.FRONT_M)
 NAMES = (*character.BODIES, "right_foot_end", "left_foot_end")
 PARENTS = (
     *character.PARENTS,

@@ -11,15 +11,15 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from world.character import model as character
+from world.character.soles import ANKLE_M
 from world.errors import ClipError
 from world.motions.formats.landmarks import SIDES
 from world.motions.formats.recording import RecordedBox, Recording
 
 Array = np.ndarray
 
-#: Length of our leg from hip to ankle, m, and height of the ankle above a flat sole.
+#: Length of our leg from hip to ankle, m.
 LEG_M = 0.421546 + 0.40987
-ANKLE_M = 0.05
 #: Least and greatest length of an adult's legs from hip to ankle, m, from which units are inferred.
 _LEGS_M = (0.55, 1.20)
 #: Length units in use: m, cm, mm, inch, and CMU's 1/0.45 inch.

@@ -6,10 +6,9 @@ import numpy as np
 from scipy.ndimage import binary_closing, binary_opening, gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
-from world.motions.retarget.body import ANKLE_M, Array, Targets
+from world.character.soles import ANKLE_M, HALF_WIDTH_M, HEEL_M, TOE_M
+from world.motions.retarget.body import Array, Targets
 
-#: The sole's ends ahead of the ankle and half its width, m, in the foot's frame.
-HEEL_M, TOE_M, HALF_WIDTH_M = -0.0435, 0.1335, 0.045
 #: Radius of the hand's sphere.
 HAND_M = 0.04
 #: A point of the sole that is slower and lower than this stands on the floor: m/s, m.

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from world.character import model as character
+from world.character.soles import ANKLE_M
 from world.errors import ClipError
 from world.motions.clip import Clip, validate
 from world.motions.formats import landmarks, recording
@@ -51,7 +52,7 @@ def _retargeted(source: Recording, given: Map) -> Clip:
         target = body.targets(scaled)
     held = contacts.held(target, contacts.find(target, scaled.fps))
     root, local = solve.solved(held)
-    drop = np.array([0, 0, scaled.ankle_m - body.ANKLE_M])
+    drop = np.array([0, 0, scaled.ankle_m - ANKLE_M])
     ghost = Skeleton(
         names=source.names,
         parents=source.parents,

@@ -3,6 +3,7 @@
 import numpy as np
 
 from world.character.model import PARENTS
+from world.character.soles import ANKLE_M, HALF_WIDTH_M, HEEL_M, TOE_M
 from world.motions.synthetic.rotations import Array, turn
 
 HIP_M = 0.084887
@@ -11,11 +12,6 @@ SHIN_M = 0.40987
 LEG_M = THIGH_M + SHIN_M
 UPPER_ARM_M = 0.274788
 FOREARM_M = 0.258947
-
-ANKLE_M = 0.05
-"""Height of the ankle above a flat sole."""
-HEEL_M, TOE_M, SOLE_HALF_WIDTH_M = -0.0435, 0.1335, 0.045
-"""Ends of the sole ahead of the ankle, and half its width, in the foot's frame."""
 
 OFFSETS_M = np.array(
     [
@@ -90,6 +86,6 @@ def sole_corners(positions_m: Array, rotations: Array, side: int) -> Array:
     """The four corners of the right (0) or left (1) sole in the world, [T, 4, 3]."""
     foot = 11 + 3 * side
     corners = np.array(
-        [[x, y, -ANKLE_M] for x in (HEEL_M, TOE_M) for y in (-SOLE_HALF_WIDTH_M, SOLE_HALF_WIDTH_M)]
+        [[x, y, -ANKLE_M] for x in (HEEL_M, TOE_M) for y in (-HALF_WIDTH_M, HALF_WIDTH_M)]
     )
     return positions_m[:, foot, None] + np.einsum("tij,cj->tci", rotations[:, foot], corners)
