@@ -55,7 +55,7 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "fraction": (_FRACTION,), "pushes_per_s": ((0, 30),), "push_n_s": ((0, 1000),),
         "projectiles_per_s": ((0, 30),), "moved_fraction": (_FRACTION,),
     },
-    "PenaltyConfig": {"skating": ((0, 100),), "jerk": ((0, 100),)},
+    "PenaltyConfig": {"skating": ((0, 100),), "jerk": ((0, 100),), "hands": ((0, 100),)},
     "TrackConfig": {
         "boxes": ((1, 1e4),), "size": ((0.1, 10),), "weight_kg": ((0.01, 1000),),
         "friction": ((0.01, 100),), "focus": (_FRACTION,), "handling": ((0, 1e6),),

@@ -1,7 +1,8 @@
-"""Penalties of how a character moves, in addition to a task's reward: foot skating and jerk.
+"""Penalties of how a character moves, in addition to a task's reward: foot skating, jerk, and hands
+held up at rest.
 
-Both are the measures of world.realism, of one control step. The paper has none: its style reward
-alone judges the motion.
+The first two are the measures of world.realism, of one control step. The paper has none: its style
+reward alone judges the motion.
 """
 
 import torch
@@ -20,8 +21,13 @@ HZ = float(character.CONTROL_HZ)
 JERK_M_S3 = 500.0
 #: Skating that costs the whole weight, m/s.
 SKATING_M_S = 1.0
+#: A character whose root is slower than this is at rest, m/s; so high above the pelvis are the
+#: hands of people who rest at most (the package's clips: 0.16 m, folded on the belly), m; so much
+#: higher they cost the whole weight, m.
+REST_M_S, RESTING_M, HELD_M = 0.15, 0.2, 0.3
 #: Frames before the present one that a jerk needs.
 _PAST = 3
+_HANDS = [character.BODIES.index(f"{side}_hand") for side in ("right", "left")]
 
 
 class Penalties:
@@ -41,6 +47,7 @@ class Penalties:
         costs = {
             "skating": (_skating_m_s(self._soles, corners) / SKATING_M_S, 1),
             "jerk": (measures.jerk(positions, HZ)[0].mean(dim=-1) / JERK_M_S3, _PAST),
+            "hands": (_held_m(body) / HELD_M, 0),
         }
         found = [
             torch.where(self._frames >= needed, -cost.clamp(max=1.0), 0.0)
@@ -74,3 +81,10 @@ def _skating_m_s(before: Tensor, after: Tensor) -> Tensor:
     speed, planted = soles.slips(before, after, HZ)
     counted = torch.where(planted, speed, 0.0).flatten(1).sum(dim=1)
     return counted / planted.flatten(1).sum(dim=1).clamp(min=1)
+
+
+def _held_m(body: Body) -> Tensor:
+    """[n]: mean height of the hands beyond RESTING_M over the pelvis; 0 for one that moves."""
+    above = body.position[:, _HANDS, 2] - body.position[:, :1, 2] - RESTING_M
+    rests = body.root_velocity.norm(dim=1) < REST_M_S
+    return torch.where(rests, above.clamp(min=0.0).mean(dim=1), 0.0)

@@ -4,7 +4,7 @@ from world.config import PenaltyConfig
 from world.tasks.task import Task
 
 #: The penalties by name; each is a setting of PenaltyConfig.
-PENALTIES = ("skating", "jerk")
+PENALTIES = ("skating", "jerk", "hands")
 
 
 def weights(task: Task, penalty: PenaltyConfig) -> dict[str, float]:

@@ -1,4 +1,5 @@
-"""Foot skating and jerk cost what they measure, and nothing across the beginning of an episode."""
+"""Foot skating, jerk and raised hands cost what they measure, and nothing across the beginning of an
+episode."""
 
 from dataclasses import replace
 
@@ -53,6 +54,27 @@ def test_jerk_costs_the_third_difference() -> None:
     found = costs(PenaltyConfig(jerk=1.0), standing(x))
     assert found[:4] == pytest.approx([0.0] * 4, abs=2e-2)
     assert found[4] == pytest.approx(0.005 * HZ**3 / JERK_M_S3, rel=0.05)
+
+
+def test_hands_cost_how_high_they_are_held_at_rest() -> None:
+    """Hands that hang, or rest on the belly, cost nothing; from 0.2 m above the pelvis their height
+    does, up to the whole weight; and no height does while the character moves."""
+    (body,) = standing([0.0])
+    assert costs(PenaltyConfig(hands=1.0), [body, body]) == [0.0]
+    hands = [character.BODIES.index(f"{side}_hand") for side in ("right", "left")]
+
+    def raised(right_m: float, left_m: float, speed_m_s: float = 0.0) -> features.Body:
+        position = body.position.clone()
+        position[0, hands, 2] = position[0, 0, 2] + torch.tensor([right_m, left_m])
+        velocity = torch.tensor([[speed_m_s, 0.0, 0.0]])
+        return replace(body, position=position, root_velocity=velocity)
+
+    found = costs(
+        PenaltyConfig(hands=0.6),
+        [body, raised(0.16, 0.2), raised(0.35, 0.1), raised(0.35, 0.35), raised(1.0, 0.9),
+         raised(1.0, 0.9, 0.2)],
+    )  # fmt: skip
+    assert found == pytest.approx([0.0, 0.15, 0.3, 0.6, 0.0], abs=1e-5)
 
 
 def test_they_are_the_measures_of_realism() -> None:
