@@ -15,7 +15,7 @@ from world.character import model as character
 from world.errors import ClipError
 from world.motions.clip import Clip
 from world.objects import clearance
-from world.realism import comparison, measures, phases, windows
+from world.realism import comparison, measures, phases, rest, windows
 from world.realism.measures import Motion
 
 #: A root that is faster than this walks, m/s.
@@ -29,6 +29,7 @@ MEASURES: dict[str, tuple[str, str]] = {
     "penetration": ("mean depth of the body below the floor", "mm"),
     "tremor": ("share of joint power above 5 Hz", ""),
     "walking_speed": ("median speed of the root while it walks", "m/s"),
+    "rest": ("share of rest with head, hands or feet elsewhere", ""),
     "spectral_distance": ("distance of joint power spectra", "dB"),
     "frechet": ("Fréchet distance of 0.5 s windows", ""),
     "separability": ("area under the ROC curve of a classifier", ""),
@@ -40,7 +41,7 @@ MEASURES: dict[str, tuple[str, str]] = {
 #: would be of noise. Retargeted feet are on the floor to a tenth of a millimetre; a foot that moves
 #: by 0.3 mm from frame to frame has 0.01 m/s. The package's own clips lie as still as float32 is
 #: exact, with less than 0.001 m/s³; seated they have 2.6.
-_LEAST = {"skating": 0.01, "penetration": 0.2, "jerk": 0.5, "tremor": 1e-4}
+_LEAST = {"skating": 0.01, "penetration": 0.2, "jerk": 0.5, "tremor": 1e-4, "rest": 0.01}
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ class Value:
     """Of held-out mocap."""
     least: float = 0.0
     """Values of mocap up to this one are 0 within the accuracy of the measure: skating 0.01 m/s,
-    penetration 0.2 mm, jerk 0.5 m/s³, tremor 0.0001."""
+    penetration 0.2 mm, jerk 0.5 m/s³, tremor 0.0001, rest 0.01."""
 
     @property
     def ratio(self) -> float | None:
@@ -146,6 +147,7 @@ def _phase(ours: _Set, theirs: _Set, among: _Set, seed: int) -> Phase:
     values["spectral_distance"] = Value(
         _spectral(ours[0], among[0]), _spectral(theirs[0], among[0])
     )
+    values["rest"] = Value(rest.outside(ours[0], among[0]), rest.outside(theirs[0], among[0]))
     values |= _compared(ours, theirs, among, seed)
     return Phase((seconds[0], seconds[1], seconds[2]), values)
 
