@@ -33,6 +33,7 @@ from console.run import assembly, machine
 from console.run.directory import write_text
 from docs.generate.markdown import table
 from world import tasks
+from world.errors import ConfigError
 from world.furniture.piece import Piece
 from world.meshes import importing
 from world.meshes.build import ImportOptions
@@ -131,23 +132,23 @@ class Entry:
     choice: Choice
     perturb: str = "none"
     near_m: float = 1.0
-    far_m: float = 5.0
+    far_m: float = 10.0
     mesh: bool = False
     """Whether the furniture is the imported mesh of this file."""
 
 
 ENTRIES = (
-    Entry("sit", "Sit", "sit", typical),
-    Entry("lie", "Lie", "lie", typical),
+    Entry("sit", "Sit", "sit-free", typical),
+    Entry("lie", "Lie", "lie-free", typical),
     Entry("carry", "Carry", "carry", typical),
     Entry("walk", "Walk", "walk", typical),
-    Entry("sit-projectiles", "Sit, hit by balls of 1.2 kg", "sit", recoveries, "projectiles"),
+    Entry("sit-projectiles", "Sit, hit by balls of 1.2 kg", "sit-free", recoveries, "projectiles"),
     Entry("walk-projectiles", "Walk, hit by balls", "walk", recoveries, "projectiles"),
-    Entry("sit-moved", "Sit, on furniture that moves away", "sit", followed, "moved"),
-    Entry("lie-moved", "Lie, on furniture that moves away", "lie", followed, "moved"),
-    Entry("sit-spread", "Seats: the widest spread", "sit", spread),
-    Entry("lie-spread", "Beds, sofas and tables: the widest spread", "lie", spread),
-    Entry("sit-mesh", "A chair from a mesh", "sit", one, mesh=True),
+    Entry("sit-moved", "Sit, on furniture that moves away", "sit-free", followed, "moved"),
+    Entry("lie-moved", "Lie, on furniture that moves away", "lie-free", followed, "moved"),
+    Entry("sit-spread", "Seats: the widest spread", "sit-free", spread),
+    Entry("lie-spread", "Beds, sofas and tables: the widest spread", "lie-free", spread),
+    Entry("sit-mesh", "A chair from a mesh", "sit-free", one, mesh=True),
 )
 
 
@@ -321,9 +322,14 @@ def small(name: str, content: Callable[[int], str]) -> str:
 
 def make(names: Sequence[str], motions: Sequence[str]) -> None:
     """Write the entries of these names, by default all; motions: clips to follow."""
+    every = (*ENTRIES, *FOLLOWED)
+    known = {entry.name for entry in every}
+    if unknown := sorted(set(names) - known):
+        raise ConfigError(
+            f"{', '.join(unknown)}: no such entry; there are {', '.join(sorted(known))}"
+        )
     file = FOLDER / "entries.json"
     facts: dict[str, Any] = json.loads(file.read_text()) if file.exists() else {}
-    every = (*ENTRIES, *FOLLOWED)
     for entry in every:
         if names and entry.name not in names:
             continue
@@ -395,4 +401,7 @@ if __name__ == "__main__":
     parser.add_argument("names", nargs="*", help="entries; default: all")
     parser.add_argument("--motions", nargs="*", default=[], help="clips to follow")
     given = parser.parse_args()
-    make(given.names, given.motions)
+    try:
+        make(given.names, given.motions)
+    except ConfigError as error:
+        parser.error(str(error))

@@ -13,6 +13,7 @@ from policy.checkpoints.format import read_manifest
 from tests.support.console.recordings import take
 from tests.support.paths import ROOT
 from world.character import model as character
+from world.errors import ConfigError
 from world.scene.model import compile_scene
 
 FACTS = json.loads((FOLDER / "entries.json").read_text())
@@ -39,11 +40,16 @@ def test_it_shows_the_committed_policies() -> None:
 
 
 def test_worst_cases_of_every_task_are_shown() -> None:
-    tasks = {fact["policy"] for fact in FACTS.values()}
-    assert tasks == {"sit", "lie", "carry", "walk", "track", "track-sit"}
-    for task in tasks:
-        worst = FACTS[task]["shown"]["worst"]
+    policies = {fact["policy"] for fact in FACTS.values()}
+    assert policies == {"sit-free", "lie-free", "carry", "walk", "track", "track-sit"}
+    for policy in policies:
+        worst = FACTS[policy.removesuffix("-free")]["shown"]["worst"]
         assert "reached" not in worst and "to its end" not in worst, "it is a failure"
+
+
+def test_an_unknown_entry_is_refused() -> None:
+    with pytest.raises(ConfigError, match=r"sit-free: no such entry; there are carry, lie, .*walk"):
+        gallery.make(("walk", "sit-free"), ())
 
 
 def run(success: list[bool], time_s: list[float], disturbed: list[int]) -> Run:
