@@ -1,7 +1,8 @@
 """Policies by name: `inhabit play sit` finds the folder `sit` here.
 
 An installed package holds those that anyone may use; a checkout also holds those that were trained
-on research-only motions, which their manifests say.
+on research-only motions, which their manifests say. In `stages` are networks that a training goes
+on from: they have no names (`--init pretrained/stages/sit`).
 """
 
 from pathlib import Path

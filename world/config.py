@@ -145,8 +145,8 @@ class PenaltyConfig:
     """Weight of jerk, the third derivative of the bodies' positions, mean over the bodies; 500 m/s³
     and more costs the whole weight."""
     hands: float = 0.0
-    """Weight of hands held up at rest: while the root is slower than 0.15 m/s, the mean height of the
-    hands beyond 0.2 m above the pelvis; 0.3 m more costs the whole weight. For sit and lie."""
+    """Weight of hands held up at rest: while the root is slower than 0.15 m/s, the mean height of
+    the hands beyond 0.2 m above the pelvis; 0.3 m more costs the whole weight. For sit and lie."""
 
 
 @dataclass(frozen=True)

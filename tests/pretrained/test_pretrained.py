@@ -1,6 +1,7 @@
 """Policies by name; the package ships those that anyone may use, within its size."""
 
 import fnmatch
+import json
 import os
 import subprocess
 import sys
@@ -40,6 +41,19 @@ def test_installed_policies_are_free_and_small() -> None:
         assert (name in shipped) == ("research" not in licence), (name, licence)
     sizes = [path.stat().st_size for name in shipped for path in (pretrained.ROOT / name).iterdir()]
     assert sum(sizes) < 25e6
+
+
+def test_stages_are_whole_and_free_but_no_names() -> None:
+    """What a training goes on from: with its terms and what it was measured at, outside of the
+    wheel (the test of an installed package)."""
+    stages = sorted(path.parent for path in (pretrained.ROOT / "stages").glob("*/manifest.json"))
+    assert stages and "stages" not in pretrained.names()
+    for stage in stages:
+        manifest = read_manifest(stage)
+        assert manifest.layout.task == stage.name and "research" not in manifest.notes["licence"]
+        evaluation = json.loads((stage / "evaluation.json").read_text())
+        assert evaluation["seed"] >= 100, "stages are judged on seeds of development"
+        assert evaluation["samples"] == manifest.samples and evaluation["trials"] >= 512
 
 
 def test_commands_take_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,5 +1,5 @@
-"""Foot skating, jerk and raised hands cost what they measure, and nothing across the beginning of an
-episode."""
+"""Foot skating, jerk and raised hands cost what they measure, and nothing across the beginning of
+an episode."""
 
 from dataclasses import replace
 
