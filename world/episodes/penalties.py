@@ -13,7 +13,7 @@ from world.character import soles
 from world.character.features import Body
 from world.config import PenaltyConfig
 from world.device import CPU
-from world.realism import measures
+from world.realism import measures, rest
 from world.tasks.reward import penalties
 
 HZ = float(character.CONTROL_HZ)
@@ -21,10 +21,9 @@ HZ = float(character.CONTROL_HZ)
 JERK_M_S3 = 500.0
 #: Skating that costs the whole weight, m/s.
 SKATING_M_S = 1.0
-#: A character whose root is slower than this is at rest, m/s; so high above the pelvis are the
-#: hands of people who rest at most (the package's clips: 0.16 m, folded on the belly), m; so much
-#: higher they cost the whole weight, m.
-REST_M_S, RESTING_M, HELD_M = 0.15, 0.2, 0.3
+#: So high above the pelvis are the hands of people who rest at most (the package's clips: 0.16 m,
+#: folded on the belly), m; so much higher they cost the whole weight, m.
+RESTING_M, HELD_M = 0.2, 0.3
 #: Frames before the present one that a jerk needs.
 _PAST = 3
 _HANDS = [character.BODIES.index(f"{side}_hand") for side in ("right", "left")]
@@ -86,5 +85,5 @@ def _skating_m_s(before: Tensor, after: Tensor) -> Tensor:
 def _held_m(body: Body) -> Tensor:
     """[n]: mean height of the hands beyond RESTING_M over the pelvis; 0 for one that moves."""
     above = body.position[:, _HANDS, 2] - body.position[:, :1, 2] - RESTING_M
-    rests = body.root_velocity.norm(dim=1) < REST_M_S
+    rests = body.root_velocity.norm(dim=1) < rest.RESTS_M_S
     return torch.where(rests, above.clamp(min=0.0).mean(dim=1), 0.0)

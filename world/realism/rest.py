@@ -24,7 +24,7 @@ _HEAD = character.BODIES.index("head")
 
 def outside(motions: Sequence[Motion], reference: Sequence[Motion]) -> float | None:
     """Return the fraction of the frames at rest in which the head, a hand or a foot is higher above
-    the pelvis or lower than in the reference at rest, or the neck bent further.
+    the pelvis or lower than in the reference at rest, or the neck bent more or less.
 
     None where either has less than a second at rest.
     """
