@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 import torch
 from torch import Tensor
 
+from world import vector_math  # noqa: F401  # pyright: ignore[reportUnusedImport]
 from world.errors import ConfigError, InhabitError
 
 CHOICES = ("auto", "cpu", "cuda")

@@ -6,6 +6,8 @@ Our own code, since batched libraries are scalar-last, and these run in every co
 import torch
 from torch import Tensor
 
+from world import vector_math  # noqa: F401  # pyright: ignore[reportUnusedImport]
+
 
 def multiply(a: Tensor, b: Tensor) -> Tensor:
     """Hamilton product a·b of quaternions [..., 4]: first b, then a."""
