@@ -135,7 +135,8 @@ def _last(path: Path, count: int, layout: Layout) -> list[Path]:
 
 def kept_evaluations(path: Path, iteration: int) -> list[Path]:
     """Return the evaluations of a checkpoint that its run or its published folder keeps: for each
-    perturbation the one of the most trials on test pieces, from the paper's distances."""
+    perturbation the one of the most trials on test pieces, and on imported pieces that are held out
+    of training, from the paper's distances."""
     run = run_of(path)
     best: dict[str, tuple[int, Path]] = {}
     for file in sorted(run.evaluations.glob("*.json") if run else path.glob("evaluation*.json")):
@@ -145,11 +146,12 @@ def kept_evaluations(path: Path, iteration: int) -> list[Path]:
             usual = list(figures.get("start_m", ())) in ([], list(start_m(head["task"], "table1")))
         except (OSError, ValueError, KeyError, TypeError, InhabitError):
             continue
-        special = {"held_out", "simulator", "motions"} & set(figures)
+        special = {"simulator", "motions"} & set(figures)
         plain = figures.get("preset", "table1") == "table1" and not special and usual
-        if not plain or head["objects"] not in ("test", "clips"):
+        unseen = figures.get("held_out") or head["objects"] in ("test", "clips")
+        if not plain or not unseen:
             continue
-        kind, trials = head["perturbation"], int(head["trials"])
+        kind, trials = _kind(figures), int(head["trials"])
         if figures.get("iteration") == iteration and trials > best.get(kind, (0, file))[0]:
             best[kind] = trials, file
     return [file for _, file in best.values()]
@@ -157,21 +159,31 @@ def kept_evaluations(path: Path, iteration: int) -> list[Path]:
 
 def _evaluations(paths: Sequence[Path]) -> dict[str, dict[str, Any]]:
     """Return the figures of `inhabit evaluate --json` by the name of the published file, one per
-    perturbation."""
+    perturbation and set of pieces."""
     found: dict[str, dict[str, Any]] = {}
     for path in paths:
         try:
             figures = json.loads(path.read_text())
-            kind = _headline(figures)["perturbation"]
+            _headline(figures)
+            kind = _kind(figures)
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise ConfigError(
                 f"{path} is not an evaluation of `inhabit evaluate --json`: {error}"
             ) from error
-        name = _UNDISTURBED if kind == "none" else f"evaluation-{kind}.json"
+        name = f"evaluation-{kind}.json" if kind else _UNDISTURBED
         if name in found:
-            raise ConfigError(f"{path}: a second evaluation with perturbation {kind}: give one")
+            what = f"perturbation {figures['perturbation']}"
+            where = ", imported pieces" if figures.get("held_out") else ""
+            raise ConfigError(f"{path}: a second evaluation with {what}{where}: give one")
         found[name] = figures
     return found
+
+
+def _kind(figures: dict[str, Any]) -> str:
+    """Return what sets an evaluation apart: imported pieces, a perturbation, both; else nothing."""
+    disturbed = figures["perturbation"]
+    parts = ["imported"] if figures.get("held_out") else []
+    return "-".join([*parts, disturbed] if disturbed != "none" else parts)
 
 
 def _headline(figures: dict[str, Any]) -> dict[str, Any]:

@@ -31,7 +31,11 @@ def test_a_published_folder_describes_itself_and_acts(tmp_path: Path) -> None:
         "as you like",
         "--relicense",
     ]
-    assert main([*words, "--evaluation", str(figures), str(disturbed)]) == 0
+    imported = tmp_path / "i.json"
+    meshes = {"objects": "mine", "held_out": True}
+    imported.write_text(json.dumps(json.loads(figures.read_text()) | meshes))
+    given = [str(figures), str(disturbed), str(imported)]
+    assert main([*words, "--evaluation", *given]) == 0
     manifest = json.loads((out / "manifest.json").read_text())
     assert manifest["notes"]["data"] == "clips"
     # the data that the source names stay, whatever is stated beside them
@@ -42,6 +46,8 @@ def test_a_published_folder_describes_itself_and_acts(tmp_path: Path) -> None:
     assert json.loads(manifest["notes"]["evaluation"])["perturbation"] == "none"
     assert json.loads((out / "evaluation.json").read_text())["checkpoint"] == "mine"
     assert json.loads((out / "evaluation-moved.json").read_text())["perturbation"] == "moved"
+    assert json.loads((out / "evaluation-imported.json").read_text())["held_out"] is True
+    assert "held_out" not in json.loads((out / "evaluation.json").read_text())
     assert (out / "policy.safetensors").read_bytes() == (source / "policy.safetensors").read_bytes()
     assert main([*words]) == 1  # it exists
 
@@ -67,11 +73,14 @@ def test_evaluations_that_are_kept_with_the_checkpoint_come_along(tmp_path: Path
         "near": {"trials": 128, "start_m": [1.0, 3.0]},
         "train": {"trials": 128, "objects": "train"},
         "moved": {"trials": 16, "perturbation": "moved"},
+        "pieces": {"trials": 16, "objects": "mine"},
+        "held": {"trials": 16, "objects": "mine", "held_out": True},
+        "both": {"trials": 16, "objects": "mine", "held_out": True, "perturbation": "moved"},
     }.items():
         (run / "evaluations" / f"{name}.json").write_text(json.dumps(figures | other))
     (run / "evaluations" / "broken.json").write_text("{")
     kept = kept_evaluations(run / "checkpoints" / "000007", number)
-    assert sorted(file.stem for file in kept) == ["large", "moved"]
+    assert sorted(file.stem for file in kept) == ["both", "held", "large", "moved"]
 
 
 def test_no_path_of_a_teacher_is_published(tmp_path: Path) -> None:
@@ -98,7 +107,7 @@ def test_two_evaluations_of_a_kind_or_none_at_all_are_refused(
     broken.write_text("[]")
     words = ["publish", str(source), str(tmp_path / "mine"), "--data", "clips"]
     assert main([*words, "--evaluation", figures, figures]) in (1, 2)
-    assert "a second evaluation with perturbation none" in capsys.readouterr().err
+    assert "a second evaluation with perturbation none: give one" in capsys.readouterr().err
     assert main([*words, "--evaluation", str(broken)]) in (1, 2)
     assert "is not an evaluation of `inhabit evaluate --json`" in capsys.readouterr().err
     assert not (tmp_path / "mine").exists()
