@@ -13,6 +13,7 @@ from world import random_streams, rotations
 from world.config import WorldConfig
 from world.initial.reference import LIFT_M, CharacterSampler, CharacterStates, course, unit
 from world.motions.library import MotionLibrary
+from world.motions.uses.box import stands_away
 from world.motions.uses.use import CONTACT, BoxFrames
 from world.objects import grasp
 from world.objects.box_bank import BoxBank, Layout
@@ -188,6 +189,9 @@ class BoxSampler:
         putting &= ~box.has_picked[frame] | (from_start > _PUTTING_M)
         # a stand that the clip does not show, or that the box has left, is moved away
         unknown = ~box.has_picked[frame] | (putting & (from_start < 1.0))
+        middle = torch.zeros_like(root[:, :2])
+        picked = stands_away(picked, middle, box.held[frame])
+        put = stands_away(put, middle, box.held[frame])
         heading = rotations.heading(drawn.frames.qpos[:, 3:7])
         behind = -_AWAY_M * heading
         away = torch.cat((behind, picked[:, 2:]), dim=1)

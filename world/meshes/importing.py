@@ -25,7 +25,7 @@ WALL_S = 600
 MEMORY_BYTES = 8 * 1024**3
 """Greatest address space of one piece."""
 ADVICE = "repair or decimate the mesh"
-MAKER = 6
+MAKER = 7
 """Version of the build; a new one invalidates cached pieces."""
 
 

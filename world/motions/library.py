@@ -71,6 +71,8 @@ class MotionLibrary:
         second = torch.cat([torch.arange(c.frames) // c.fps for c in both])
         held_out = second % _HELD_OUT_EVERY == _HELD_OUT_EVERY // 2
         upright = self.qpos[:, 2] > UPRIGHT_M
+        free = upright & ~self.box.held if use.holds and self.box is not None else upright
+        upright = free if bool(free.any()) else upright  # empty hands are not held out so
         stage = torch.cat([u.stage for u in uses])
         idle = (self.qvel[:, :2].norm(dim=1) < _IDLE_M_S) & (
             self.body.angular_velocity[:, 2].abs() < _IDLE_RAD_S

@@ -1,8 +1,11 @@
-"""Penetration of the furniture by the character: spheres along its limbs against the pieces' boxes.
+"""Penetration of furniture, boxes and stands by the character: spheres along its limbs against
+boxes.
 
-Used to choose furniture that fits a reference state: the chairs of the clips were not recorded, and
-contacts throw a character out of a backrest that it penetrates.
+Used to choose what fits a reference state: the chairs and stands of the clips were not recorded,
+and contacts throw a character out of a backrest or a plate that it penetrates.
 """
+
+from collections.abc import Sequence
 
 import torch
 from torch import Tensor
@@ -11,7 +14,9 @@ from world import rotations
 from world.character import kinematics
 from world.character import model as character
 from world.device import at
+from world.furniture.piece import Box
 from world.objects.furniture_bank import FurnitureBank
+from world.scene.box import STAND
 
 #: Body, centre in its frame (z alone, m) and radius, m: the collision shapes as spheres.
 _SPHERES = (
@@ -29,6 +34,17 @@ _SPHERES = (
 BODIES = torch.tensor([character.BODIES.index(b) for b, zs, _ in _SPHERES for _ in zs])
 _HEIGHTS = torch.tensor([z for _, zs, _ in _SPHERES for z in zs])
 RADII = torch.tensor([r for _, zs, r in _SPHERES for _ in zs])
+#: All spheres but those of the arms, which close on a box before they hold it.
+_ARMS = ("hand", "lower_arm", "upper_arm")
+LIMBS = torch.tensor(
+    [
+        sphere
+        for sphere, body in enumerate(BODIES.tolist())
+        if not character.BODIES[body].endswith(_ARMS)
+    ]
+)
+#: Parts of a stand.
+PLATE, COLUMN = STAND.boxes
 
 #: Rows computed at a time: each takes 7 kB, and behaviour cloning from the clips has 70,000.
 _ROWS = 2048
@@ -62,3 +78,31 @@ def depth(
     distance = beyond.clamp_min(0.0).norm(dim=-1) + beyond.amax(dim=-1).clamp_max(0.0)
     distance = torch.where(bank.box_used[variant][:, None], distance, torch.inf)
     return (at(RADII, distance)[:, None] - distance).flatten(1).amax(dim=1)
+
+
+def limb_depth(centres: Tensor, pose: Tensor, half: Tensor) -> Tensor:
+    """[T]: deepest penetration of the limbs [T, len(LIMBS), 3] into boxes, m, negative for
+    clearance; their poses [T or 1, 7] and half edges [3], m."""
+    axes = rotations.matrix(pose[:, 3:])[:, None]
+    away = centres - pose[:, None, :3]
+    beyond = (away[..., None] * axes).sum(dim=-2).abs() - half
+    distance = beyond.clamp_min(0.0).norm(dim=-1) + beyond.amax(dim=-1).clamp_max(0.0)
+    return (at(RADII, distance)[LIMBS] - distance).amax(dim=1)
+
+
+def stand_depth(
+    centres: Tensor, rest: Tensor, half_height: Tensor, parts: Sequence[Box] = STAND.boxes
+) -> Tensor:
+    """[T]: deepest penetration of the limbs [T, len(LIMBS), 3] into parts of stands, m.
+
+    Boxes rest on them at `rest` [T or 1, 4], centre (m) and yaw (rad), and are half_height
+    [T or 1] m high to their centres.
+    """
+    yaw = torch.stack((rest[:, 3].cos(), rest[:, 3].sin()), dim=1)
+    top = torch.cat((rest[:, :2], (rest[:, 2] - half_height)[:, None]), dim=1)
+    found = []
+    for part in parts:
+        centre = top + torch.tensor(part.centre_m, dtype=top.dtype)
+        pose = torch.cat((centre, rotations.from_heading(yaw)), dim=1)
+        found.append(limb_depth(centres, pose, torch.tensor(part.half_m, dtype=top.dtype)))
+    return torch.stack(found).amax(dim=0)

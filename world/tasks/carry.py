@@ -37,12 +37,15 @@ DEPTH_COST = 6.0
 _OFF_M, _OFF_RAD = 0.4, 1.0
 #: Height above the start at which the lift term is 1, m.
 _LIFT_M = 0.2
+#: Or at the second horizontal distance from the start, m; it rises from the first on, where no
+#: stand is below. People carry a box from a high stand no higher than it stood.
+_OFF_STAND_M = 0.25, 0.35
 #: Height above the start from which the stage `lifted` holds, m.
 _LIFTED_M = 0.05
 #: Horizontal distance from the start, while lifted, from which the stage `moved` holds, m.
 _MOVED_M = 0.5
 #: Value of lift and carry where the box is held at the target; placed there it is 1.
-_HELD_AT_TARGET = 0.5
+_HELD_AT_TARGET = 0.6
 #: Put down: within these of the target, vertically and horizontally, m, and slower than this, m/s.
 _PUT_UP_M, _PUT_M, _STILL_M_S = 0.02, 0.10, 0.2
 #: A hand this near to a face touches it, m.
@@ -122,6 +125,9 @@ class Carry(Task):
         walk = walk * stood
         held = torch.exp(-8.0 * reach_m(body, box).square().sum(dim=1)) * stood
         risen = ((box.position - box.start)[:, 2] / _LIFT_M).clamp(0.0, 1.0)
+        near, off = _OFF_STAND_M
+        gone = ((box.position - box.start)[:, :2].norm(dim=1) - near) / (off - near)
+        risen = torch.maximum(risen, gone.clamp(0.0, 1.0))
         # only a box between the hands counts as lifted, not one that was kicked up
         lift = risen * held
         place_term = torch.exp(-10.0 * (box.target - box.position).square().sum(dim=1))

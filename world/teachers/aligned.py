@@ -36,7 +36,7 @@ from world.teachers.boxes import (
 from world.teachers.carrying import CarryingWalker
 from world.teachers.laid import KEYS, LOST_M2, advanced, followed, level, turned
 from world.teachers.tracker import Act, labels
-from world.teachers.walker import TAKEN_M, WalkerTeacher
+from world.teachers.walker import FACES, WalkerTeacher, taken
 from world.tracking.reference import Reference, reference
 from world.tracking.target import TrackTarget
 
@@ -61,6 +61,9 @@ _STAND_COST = 4.0
 #: A pick-up begins, and goes on, while the pelvis is within these of the clip's, m, and the first
 #: while it is slower than this, m/s.
 _BEGINS_M, _LEAVES_M, _SLOW_M_S = 0.25, 0.8, 0.3
+#: It is over for one who has turned from the clip's heading before the grip, with this cosine. By
+#: 0.5 rad the tracker grips half of the boxes, by 1 rad an eighth.
+_TURNS_AWAY = 0.87
 #: Putting down begins with the box this near to its target, m, by one who is slower than this, m/s.
 _PUTS_M, _ARRIVES_M_S = 0.45, 0.5
 #: Stages of a scene.
@@ -80,8 +83,10 @@ class _Variants:
     """[V] int64: the last."""
     anchor: Tensor
     """[V, 4]: where the box is picked up or put down: centre, m, and yaw, rad."""
+    grip: Tensor
+    """[V] int64: the frame of the grip or release."""
     facing: Tensor
-    """[V, 2]: heading (cosine, sine) in the frame of the grip or release."""
+    """[V, 2]: heading (cosine, sine) in that frame."""
     half: Tensor
     """[V, 3]: half edges of the box, m."""
     stand: Tensor
@@ -123,6 +128,8 @@ class AlignedTracker:
         #: From the clip's axes to the scene's, rad, and quarter turns from the box's to the clip's.
         self._yaw = torch.zeros(scenes)
         self._turns = torch.zeros(scenes, dtype=torch.int64)
+        #: Where the box stands, or stood until it was taken, m.
+        self._stood = torch.zeros(scenes, 3)
 
     def reset(self, rows: Tensor, target: Target) -> None:
         """Forget the variants that these scenes followed."""
@@ -136,19 +143,20 @@ class AlignedTracker:
         label."""
         assert target.box is not None
         body, box = scenes.body(), target.box
-        taken = (box.position - box.start).norm(dim=1) > TAKEN_M
+        gone = taken(body, box)
+        self._stood = torch.where(gone[:, None], self._stood, box.position)
         if self._walker is None:
-            found = torch.full((len(taken), NU), torch.nan)
+            found = torch.full((len(gone), NU), torch.nan)
             stands = body.root_velocity[:, :2].norm(dim=1) < _SLOW_M_S
         else:
             found = self._walker.label(scenes, target, variant, clock)
             stands = found.isnan().any(dim=1)
-        self._begin(body, box, stands & ~taken, taken)
+        self._begin(body, box, stands & ~gone, gone)
         for stage, variants in ((_PICKING, self._pick), (_PUTTING, self._put)):
             rows = torch.nonzero(self._stage == stage).flatten()
             if variants is not None and len(rows):
                 found[rows] = self._follow(scenes, rows, variants, box, self._mass[variant[rows]])
-        carrying = taken & (self._stage == _FREE) & grips(body, box)
+        carrying = gone & (self._stage == _FREE) & grips(body, box)
         if self._carrying is not None and bool(carrying.any()):
             label = self._carrying.label(scenes, body, target)
             found = torch.where(carrying[:, None], label, found)
@@ -173,16 +181,21 @@ class AlignedTracker:
         """Choose variants and yaws for the scenes `rows` whose character stands before the box."""
         variants = self._pick
         assert variants is not None
-        half, stand = box.half[rows], box.start[rows, 2] - box.half[rows, 2]
-        here = body.root[rows, :2] - box.start[rows, :2]
+        half, stood = box.half[rows], self._stood[rows]
+        stand = stood[:, 2] - half[:, 2]
+        here, heading = body.root[rows, :2] - stood[:, :2], body.heading[rows]
         yaw = rotations.yaw(rotations.heading(box.rotation[rows]))
         first = variants.keys[variants.low, 0, :2] - variants.anchor[:, :2]
-        place = rotations.turn_back(rotations.cos_sin(variants.anchor[:, 3]), first)
+        back = rotations.cos_sin(variants.anchor[:, 3])
+        place = rotations.turn_back(back, first)
+        ahead = rotations.turn_back(back, variants.reference.heading[variants.low])
         costs = []
         for turn in range(4):
-            local = rotations.turn_back(rotations.cos_sin(yaw + turn * QUARTER), here)
+            turned_by = rotations.cos_sin(yaw + turn * QUARTER)
+            local = rotations.turn_back(turned_by, here)
             off = (local[:, None] - place).norm(dim=2)
-            costs.append(torch.where(off < _BEGINS_M, off, torch.inf))
+            faces = rotations.turn_back(turned_by, heading) @ ahead.T > FACES
+            costs.append(torch.where((off < _BEGINS_M) & faces, off, torch.inf))
         cost = torch.stack(costs, dim=1)
         cost = cost + torch.stack([_misfit(half, stand, variants, t) for t in range(4)], dim=1)
         best, chosen = cost.flatten(1).min(dim=1)
@@ -214,7 +227,8 @@ class AlignedTracker:
         turns, back = self._turns[rows], rotations.cos_sin(-self._yaw[rows])
         box = box.rows(rows)
         body, seen = _seen(scenes, rows, box, back, turns)
-        anchor = seen.start if variants is self._pick else seen.target
+        picks = variants is self._pick
+        anchor = level(back, self._stood[rows]) if picks else seen.target
         origin = torch.cat(
             (anchor[:, :2] - variants.anchor[number, :2], 0.0 * mass[:, None]), dim=1
         )
@@ -233,9 +247,11 @@ class AlignedTracker:
         label = labels(self._act, self._residual, scenes, body, there)
         self._frame[rows] = frame
         strayed = away[:, 0, 0, :2].norm(dim=1) > _LEAVES_M
-        done = (frame >= variants.high[number]) | strayed
+        away_from = (body.heading * known.heading[frame]).sum(dim=1) < _TURNS_AWAY
+        away_from &= (frame < variants.grip[number]) & torch.tensor(picks)
+        done = (frame >= variants.high[number]) | strayed | away_from
         self._stage[rows[done]] = _FREE
-        lost = distance.amin(dim=1) > LOST_M2
+        lost = (distance.amin(dim=1) > LOST_M2) | away_from
         return torch.where(lost[:, None], torch.nan, label)
 
     def state_dict(self) -> dict[str, Tensor]:
@@ -246,6 +262,7 @@ class AlignedTracker:
             "frame": self._frame,
             "yaw": self._yaw,
             "turns": self._turns,
+            "stood": self._stood,
         }
 
     def load_state_dict(self, state: Mapping[str, Tensor]) -> None:
@@ -312,7 +329,9 @@ def _variants(
     if picks:
         high = _raised(known, known.first + at, high)
     keys = known.position[:, KEYS]
-    return _Variants(known, keys, low, high, anchor, facing, 0.5 * known.size, stand.float())
+    return _Variants(
+        known, keys, low, high, anchor, known.first + at, facing, 0.5 * known.size, stand.float()
+    )
 
 
 def _moving(known: Reference, low: Tensor, at: Tensor) -> Tensor:

@@ -7,7 +7,7 @@ from torch import Tensor
 
 from world.scene.batch import Scenes
 from world.scene.target import Target
-from world.teachers.walker import STANDING_M, TAKEN_M, WalkerTeacher, standing_place
+from world.teachers.walker import STANDING_M, WalkerTeacher, standing_place, taken
 from world.tracking.arrivals import Arrivals, seen_from
 
 
@@ -30,12 +30,12 @@ class WatchedWalker:
         assert box is not None
         found = self._walker.label(scenes, target, variant, clock)
         over = found.isnan().any(dim=1)
-        stands = (box.position - box.start).norm(dim=1) < TAKEN_M
-        rows = torch.nonzero(over & stands & ~self._over).flatten()
+        body = scenes.body()
+        rows = torch.nonzero(over & ~taken(body, box) & ~self._over).flatten()
         self._over |= over
         if len(rows):
             qpos, qvel = scenes.qpos[rows].float(), scenes.qvel[rows].float()
-            place, into = standing_place(scenes.body().root[:, :2], box)
+            place, into = standing_place(body.root[:, :2], box)
             face = place + STANDING_M * into
             self._found.append(seen_from(qpos, qvel, face[rows], into[rows]))
         return found

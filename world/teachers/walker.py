@@ -15,7 +15,13 @@ from world import rotations, tasks
 from world.character.features import Body
 from world.scene.batch import Scenes
 from world.scene.target import BoxState, Target
-from world.tasks.carry import DEPTH_COST, MIN_HALF_DEPTH_M, half_depths, stand_poses
+from world.tasks.carry import (
+    DEPTH_COST,
+    MIN_HALF_DEPTH_M,
+    grips,
+    half_depths,
+    stand_poses,
+)
 from world.tasks.route import entry, footprint, offset, way
 from world.tasks.walk import Walk
 from world.teachers.tracker import Act
@@ -25,11 +31,12 @@ STANDING_M = 0.18
 #: The approach ends within the first distance of there, m, or within the second for one that
 #: is slower than this, m/s, and only facing the box, with this cosine: from there on people bend
 #: and reach. Who is turned by more cannot, and would stand before the box for ever.
-_THERE_M, _NEAR_M, _SLOW_M_S, _FACES = 0.12, 0.2, 0.06, 0.94
+_THERE_M, _NEAR_M, _SLOW_M_S, FACES = 0.12, 0.2, 0.06, 0.94
 #: A walker stops so far before its goal, m, which is therefore set beyond the place.
 SHORT_M = 0.2
-#: A box this far from where it was has been taken, m.
-TAKEN_M = 0.05
+#: A box has been taken that is the first higher than it stood, m, or that is gripped and has moved
+#: by as much, or that is the second away, where its stand ends. One that was pushed still stands.
+TAKEN_M, _OFF_STAND_M = 0.05, 0.25
 #: On the way round furniture the goal is this far ahead, m.
 _AHEAD_M = 1.6
 #: A route this much longer than the straight line leads round the furniture, m.
@@ -95,9 +102,16 @@ def to_box(body: Body, box: BoxState) -> Lead:
     away = beyond.norm(dim=1)
     stands = body.root_velocity[:, :2].norm(dim=1) < _SLOW_M_S
     there = (away < _THERE_M) | (stands & (away < _NEAR_M))
-    there &= (body.heading * ahead).sum(dim=1) > _FACES
-    taken = (box.position - box.start).norm(dim=1) > TAKEN_M
-    return Lead(aim, ahead, there | taken)
+    there &= (body.heading * ahead).sum(dim=1) > FACES
+    return Lead(aim, ahead, there | taken(body, box))
+
+
+def taken(body: Body, box: BoxState) -> Tensor:
+    """[n] bool: the box is off its stand, or on the way."""
+    moved = box.position - box.start
+    level, up = moved[:, :2].norm(dim=1), moved[:, 2]
+    gripped = (level > TAKEN_M) & grips(body, box)
+    return (up > TAKEN_M) | (level > _OFF_STAND_M) | gripped
 
 
 def to_furniture(body: Body, target: Target) -> Lead:

@@ -13,6 +13,7 @@ from world import rotations
 from world.character import features, servos
 from world.character import model as character
 from world.errors import ClipError
+from world.furniture.piece import Box
 from world.initial.squeeze import squeeze
 from world.motions import segments
 from world.motions.clip import Clip
@@ -25,17 +26,8 @@ from world.scene.box import STAND
 _RESTS_M, _LEVEL_M = 0.15, 0.05
 #: A limb this deep in a resting box passes through it, m; less is an inaccuracy of its size.
 _THROUGH_M = 0.03
-#: All spheres but those of the arms, which close on the box before they hold it.
-_ARMS = ("hand", "lower_arm", "upper_arm")
-_LIMBS = torch.tensor(
-    [
-        sphere
-        for sphere, body in enumerate(clearance.BODIES.tolist())
-        if not character.BODIES[body].endswith(_ARMS)
-    ]
-)
-#: The column of a stand, from the centre of its top. Thighs come over the plate as people bend.
-_COLUMN = STAND.boxes[1]
+#: A limb this deep in a solid stand is thrown by it, m: no episode begins there.
+_THROWN_M = 0.015
 #: Least number of frames of an episode.
 SHORTEST = 15
 #: Number of frames of a segment: half a second.
@@ -168,8 +160,11 @@ def _frames(clip: Clip, number: int, weight: float, solid: bool) -> dict[str, Te
     }
     found |= _box(clip)
     found["set_point"] = _set_points(qpos, qvel, coordinates, found["held"])
-    begin, end = _free(found, clip, solid)
+    centres = clearance.points(qpos)[:, clearance.LIMBS]
+    begin, end = _free(found, clip, centres, solid)
     sound = torch.from_numpy(segments.usable(clip)).clone()
+    if solid:
+        sound &= _in_stands(centres, found, STAND.boxes) < _THROWN_M
     sound[:begin] = False
     sound[max(0, end - SHORTEST) :] = False
     handled = torch.from_numpy(segments.stages(clip) == segments.TRANSITION)
@@ -177,48 +172,34 @@ def _frames(clip: Clip, number: int, weight: float, solid: bool) -> dict[str, Te
     return found | {"frames": torch.tensor(end)}
 
 
-def _free(found: dict[str, Tensor], clip: Clip, solid: bool) -> tuple[int, int]:
+def _free(found: dict[str, Tensor], clip: Clip, centres: Tensor, solid: bool) -> tuple[int, int]:
     """Return (first, one beyond last) of the frames about the holds in which no limb but the arms
-    is in the resting box, or after the grip in the column of a solid stand."""
+    is in the resting box, or after the grip in the column of a solid stand: thighs come over its
+    plate as people bend."""
     held = torch.nonzero(found["held"]).flatten()
     if not len(held):
         return 0, clip.frames
-    centres = clearance.points(found["qpos"])[:, _LIMBS]
-    inside = _depth_m(centres, found["box"], 0.5 * found["size"]) > _THROUGH_M
+    inside = clearance.limb_depth(centres, found["box"], 0.5 * found["size"]) > _THROUGH_M
     clash = torch.nonzero(inside & ~found["held"]).flatten()
     before, after = clash[clash < held[0]], clash[clash > held[-1]]
     begin = int(before[-1]) + 1 if len(before) else 0
     ends = [clip.frames, *after[:1].tolist()]
     if solid:
-        through = torch.nonzero(_through_stands(centres, found)).flatten()
+        through = torch.nonzero(_in_stands(centres, found, (clearance.COLUMN,)) > 0.0).flatten()
         ends += through[through > held[0]][:1].tolist()
     return begin, min(ends)
 
 
-def _through_stands(centres: Tensor, found: dict[str, Tensor]) -> Tensor:
-    """[T] bool: a limb is in the column of a stand that the box is taken from, or put down on."""
-    half = torch.tensor(_COLUMN.half_m)
-    through = torch.zeros(len(centres), dtype=torch.bool)
+def _in_stands(centres: Tensor, found: dict[str, Tensor], parts: Sequence[Box]) -> Tensor:
+    """[T]: deepest penetration of the limbs into parts of the stands that the box is taken from and
+    put down on, m; negative for clearance."""
+    half_height = 0.5 * found["size"][2:]
+    deepest = torch.full((len(centres),), -torch.inf)
     for name in ("picked", "put"):
-        if not bool(found[f"has_{name}"]):
-            continue
-        spot = found[name]
-        centre = spot[:3] + torch.tensor(_COLUMN.centre_m)
-        centre[2] -= 0.5 * found["size"][2]
-        yaw = torch.stack((torch.cos(spot[3]), torch.sin(spot[3])))
-        pose = torch.cat((centre, rotations.from_heading(yaw)))
-        through |= _depth_m(centres, pose[None], half) > 0.0
-    return through
-
-
-def _depth_m(centres: Tensor, pose: Tensor, half: Tensor) -> Tensor:
-    """[T]: deepest penetration of the limbs [T, L, 3] into boxes with poses [T or 1, 7] and half
-    edges [3], m; negative for clearance."""
-    axes = rotations.matrix(pose[:, 3:])[:, None]
-    away = centres - pose[:, None, :3]
-    beyond = (away[..., None] * axes).sum(dim=-2).abs() - half
-    distance = beyond.clamp_min(0.0).norm(dim=-1) + beyond.amax(dim=-1).clamp_max(0.0)
-    return (clearance.RADII[_LIMBS] - distance).amax(dim=1)
+        if bool(found[f"has_{name}"]):
+            depth = clearance.stand_depth(centres, found[name][None], half_height, parts)
+            deepest = torch.maximum(deepest, depth)
+    return deepest
 
 
 def _set_points(qpos: Tensor, qvel: Tensor, coordinates: Tensor, held: Tensor) -> Tensor:

@@ -17,6 +17,7 @@ from world.motions.library import MotionLibrary, StyleMixture, StyleSource
 from world.motions.synthetic.carries import carrying
 from world.motions.synthetic.library import walking
 from world.motions.uses.box import BOX
+from world.objects import clearance
 from world.objects.box_bank import BoxBank, boxes, resting
 from world.scene import box as box_scene
 from world.scene.batch import Scenes
@@ -143,6 +144,56 @@ def test_a_box_in_hand_is_between_the_hands(library: MotionLibrary, bank: BoxBan
     assert narrow.sum() > 8
     body = features.body(states.qpos, states.qvel)
     assert reach_m(body, box)[narrow].max() < 0.04
+
+
+def test_no_limb_begins_in_a_stand(library: MotionLibrary, bank: BoxBank) -> None:
+    """Neither in the one that the box is taken from, nor in the target's: contacts would throw the
+    character. In hand, both are moved away from it by 0.12 m."""
+    box = library.box
+    assert box is not None
+    starts = torch.cat(library.start_stages)
+    reference = replace(CONFIG, initial=InitialStates(1, 0, 0))
+    sampler = BoxSampler(reference, library, bank, 4)
+    states = sampler.draw(torch.arange(512), torch.zeros(512, dtype=torch.int64))
+    assert torch.isin(states.frame, starts).all()
+    centres = clearance.points(states.qpos)[:, clearance.LIMBS]
+    half_height = 0.5 * box.size[states.frame, 2]
+    for place in (states.layout.start, states.layout.target):
+        rest = torch.cat((place, torch.zeros(len(place), 1)), dim=1)
+        # the yaw of a stand is its box's: without it the corners of its plate may be elsewhere
+        inner = replace(clearance.PLATE, half_m=(0.17, 0.17, 0.015))
+        depth = clearance.stand_depth(centres, rest, half_height, (inner, clearance.COLUMN))
+        assert depth.max() < 0.03
+    held = box.held[states.frame]
+    put = (box.put[states.frame, :2] - library.qpos[states.frame, :2])[held]
+    target = states.layout.target[held, :2]
+    away = (target - put).norm(dim=1)
+    putting = away < 0.2  # all others have a target elsewhere
+    assert putting.sum() > 10
+    torch.testing.assert_close(away[putting], torch.full_like(away[putting], 0.12))
+    assert (target.norm(dim=1) > put.norm(dim=1))[putting].all()
+
+
+def test_a_stand_is_as_deep_in_a_limb_as_it_is_drawn() -> None:
+    """A sphere of 0.05 m, 0.03 m above the plate of a stand, beside it, and beside its column."""
+    number = int(torch.nonzero(clearance.RADII[clearance.LIMBS] == 0.05)[0])
+    centres = torch.full((3, len(clearance.LIMBS), 3), 9.0)
+    centres[:, number] = torch.tensor(
+        [[2.0, 1.0, 0.53], [2.0 + 0.19 + 0.04, 1.0, 0.485], [2.13, 1, 0.2]]
+    )
+    rest = torch.tensor([[2.0, 1.0, 0.6, 0.0]])
+    depth = clearance.stand_depth(centres, rest, torch.tensor([0.1]))
+    torch.testing.assert_close(depth, torch.tensor([0.02, 0.01, -0.03]), atol=1e-5, rtol=0)
+    turned = torch.tensor([[2.0, 1.0, 0.6, np.pi / 4]])
+    corner = clearance.stand_depth(centres, turned, torch.tensor([0.1]))
+    # the corner reaches 0.19 * sqrt(2) m, beyond the sphere's centre: its edges are 0.027 m away
+    inside = (0.19 * 2**0.5 - 0.23) / 2**0.5
+    assert corner[1].item() == pytest.approx(0.05 + min(inside, 0.015), abs=1e-5)
+
+
+def test_frames_with_a_box_in_hand_are_no_empty_walk(library: MotionLibrary) -> None:
+    assert library.box is not None and library.box.held.any()
+    assert not library.box.held[library.upright].any()
 
 
 def roll(shard: Shard, scenes: range, steps: int) -> torch.Tensor:

@@ -7,6 +7,7 @@ import torch
 from torch import Tensor
 
 from world import rotations
+from world.character.model import BODIES
 from world.scene.target import BoxState, Target
 from world.teachers.arriving import WatchedWalker
 from world.teachers.walker import WalkerTeacher
@@ -37,7 +38,9 @@ def test_the_first_state_of_each_arrival_is_kept() -> None:
     qpos[:, 2], qpos[:, 3] = 0.85, 1.0
     qpos[:, 0] = torch.tensor((0.0, 0.05, 0.1))
     scenes = cast("Any", SimpleNamespace(qpos=qpos, qvel=qvel))
-    scenes.body = lambda: SimpleNamespace(root=scenes.qpos[:, :3])
+    scenes.body = lambda: SimpleNamespace(
+        root=scenes.qpos[:, :3], position=torch.zeros(3, len(BODIES), 3)
+    )
     walker = Walker()
     watch = WatchedWalker(cast("WalkerTeacher", walker), 3)
 
@@ -56,7 +59,7 @@ def test_the_first_state_of_each_arrival_is_kept() -> None:
     assert torch.allclose(found.qpos[0, :3], torch.tensor((-0.25, 0.0, 0.85)), atol=1e-6)
     assert float(rotations.yaw(rotations.heading(found.qpos[:, 3:7]))) == 0.0
     # who has taken the box is not arriving
-    label(0.5, 0, 1)
+    label(0.7, 0, 1)
     assert len(watch.arrivals().qpos) == 1
     # in a new episode there is a new arrival
     watch.reset(torch.tensor([1]), target(0.4))

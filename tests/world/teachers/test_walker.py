@@ -22,7 +22,7 @@ from world.motions.synthetic.library import walking
 from world.motions.uses.box import BOX
 from world.objects.box_bank import BoxBank, boxes
 from world.scene.target import BoxState, Target
-from world.teachers.walker import Lead, WalkerTeacher, standing_place, to_furniture
+from world.teachers.walker import Lead, WalkerTeacher, standing_place, taken, to_furniture
 
 CONFIG = WorldConfig(
     task="carry",
@@ -97,6 +97,24 @@ def test_its_labels_lead_to_the_box_and_end_where_it_is_faced(
     there = (far < 0.2) & (faces > 0.94)
     assert int(ends.sum()) > N // 2 and float(there[ends].float().mean()) > 0.8
     assert bool(((far < 0.12) & (faces <= 0.94)).any()), "some come to it turned"
+
+
+def test_a_pushed_box_still_stands() -> None:
+    """Taken is what is up, off the stand, or in the hands and on the way."""
+    qpos = torch.from_numpy(character.standing_qpos()).float()[None]
+    body = features.body(qpos, torch.zeros(1, character.NV))
+    hand = body.position[0, [character.BODIES.index(f"{side}_hand") for side in ("right", "left")]]
+    middle = hand.mean(dim=0)
+    half = (0.1, float((hand[1] - hand[0])[1]) / 2 - 0.04, 0.1)
+
+    def moved(dx: float, dz: float, gripped: bool) -> bool:
+        now = middle if gripped else middle + torch.tensor([0.5, 0.0, 0.0])
+        one = box(half, tuple(now.tolist()))
+        return bool(taken(body, replace(one, start=one.position - torch.tensor([[dx, 0.0, dz]]))))
+
+    assert not moved(0.0, 0.0, True) and not moved(0.2, 0.0, False)
+    assert moved(0.2, 0.0, True) and moved(0.3, 0.0, False) and moved(0.0, 0.06, False)
+    assert not moved(0.04, 0.04, True)
 
 
 def test_a_box_that_is_taken_is_not_walked_to() -> None:

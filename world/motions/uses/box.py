@@ -22,11 +22,17 @@ from world.motions.uses.use import (
     WindowBatch,
     use_at,
 )
+from world.objects import clearance
 from world.scene.box import GROUND_M
 from world.scene.target import Target
 
 #: Lowest centre of a box in a reference state, m: people pick boxes up from the floor.
 _LOWEST_M = GROUND_M + 0.05
+#: A limb this deep in a stand is thrown by it, m.
+_THROWN_M = 0.015
+#: While the box is in hand its stands are this much further from the person than where the clip has
+#: the box, m: stands are ours, and who was recorded bends or walks where the plate is.
+STAND_AWAY_M = 0.12
 
 
 class BoxUse(ClipUse):
@@ -74,9 +80,17 @@ class BoxUse(ClipUse):
         )
 
     def unfit(self, table: FrameTable) -> Tensor:
-        """[F] bool: boxes so low that the episode would end at once."""
-        assert table.box is not None
-        return table.box.position[:, 2] < _LOWEST_M
+        """[F] bool: boxes so low that the episode would end at once, and limbs in a stand, which
+        would throw the character."""
+        box = table.box
+        assert box is not None
+        low = box.position[:, 2] < _LOWEST_M
+        for spot, shown in ((box.picked, box.has_picked), (box.put, box.has_put)):
+            rows = torch.nonzero(shown).flatten()
+            centres = clearance.points(table.qpos[rows])[:, clearance.LIMBS]
+            rest = stands_away(spot[rows], table.qpos[rows, :2], box.held[rows])
+            low[rows] |= clearance.stand_depth(centres, rest, 0.5 * box.size[rows, 2]) > _THROWN_M
+        return low
 
     def windows(
         self, table: FrameTable, batch: WindowBatch, mixture: StyleMixture, frames: int = 2
@@ -102,6 +116,18 @@ class BoxUse(ClipUse):
     def with_object(self, clip: Clip, target: Target, run: tuple[int, int]) -> Clip:
         """The clip itself, which has its box."""
         return clip
+
+
+def stands_away(spot: Tensor, root: Tensor, held: Tensor) -> Tensor:
+    """Places [n, k] of stands for a box that rests at `spot` [n, k], x and y first, m.
+
+    Where the box is in hand, `held` [n], they are moved away from the root [n, 2], m; so is the
+    target of one that is being put down.
+    """
+    way = spot[:, :2] - root
+    unit = way / way.norm(dim=1, keepdim=True).clamp_min(1e-6)
+    moved = spot[:, :2] + torch.where(held[:, None], STAND_AWAY_M, 0.0) * unit
+    return torch.cat((moved, spot[:, 2:]), dim=1)
 
 
 def _rest(pose: Tensor, frame: int) -> Tensor:
