@@ -40,7 +40,7 @@ train: setup
 	@echo "Trains sit for $(MINUTES) minutes from the shipped policy that walks: half of them it learns from that policy"
 	@echo "and from one that follows the package's own motions of sitting down, then it goes on by reinforcement learning;"
 	@echo "then come $(TRIALS) trials on furniture that it has not seen, a report, a replay and a film: some 5 minutes more."
-	$(BIN)/inhabit distill sit $(RUN)-taught --init walk --world.walker walk --world.tracker track-sit \
+	$(BIN)/inhabit distill sit $(RUN)-taught --replace --init walk --world.walker walk --world.tracker track-sit \
 	    --minutes $(HALF) --seed $(SEED)
 	$(BIN)/inhabit train sit --run $(RUN) --restart --init $(RUN)-taught --preset finetune --minutes $(HALF) --seed $(SEED)
 	$(BIN)/inhabit evaluate $(RUN) --trials $(TRIALS)
@@ -67,9 +67,10 @@ format: setup
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-# Strict: a warning (a broken link, a page outside the navigation) fails the build.
+# Strict: a warning (a broken link, a page outside the navigation) fails the build; --quiet would not
+# count them.
 docs: setup
-	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet --strict
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
 
 # Regenerates the committed stubs in rpc/v1 and the client; a test compares them.
 proto: setup

@@ -77,6 +77,8 @@ class TeachCarry:
     init: Path | None = None
     """Checkpoint of a carry policy with a linear map to start from; narrower networks are
     widened."""
+    replace: bool = False
+    """Replace an existing checkpoint folder."""
     debug: bool = False
     """Show the traceback of an error."""
 
@@ -102,6 +104,8 @@ class Distill:
     package's own clips."""
     init: Path | None = None
     """Run, checkpoint or name of a policy to start from, of this task or of another."""
+    replace: bool = False
+    """Replace an existing checkpoint folder."""
     world: WorldConfig = field(
         default_factory=lambda: WorldConfig(
             held_out=False,

@@ -67,6 +67,7 @@ def load(words: Sequence[str], which: loading.Which, objects: str) -> Stock:
         if not name:
             raise ConfigError(f"'{word}': must be RUN or NAME=RUN")
         if name in policies:
-            raise ConfigError(f"two policies have the name '{name}': give one, as {name}2={word}")
+            again = f"{name}2={where if equals else word}"
+            raise ConfigError(f"two policies have the name '{name}': give one, as {again}")
         policies[name] = loading.served(name, path).check()
     return Stock(policies, objects)

@@ -26,6 +26,8 @@ from world.errors import ConfigError, InhabitError
 #: Number of metrics lines in a published folder, evenly spread over the run.
 _LINES = 200
 _UNDISTURBED = "evaluation.json"
+#: Files of a published folder.
+_PUBLISHED = ("manifest.json", "*.safetensors", "metrics.jsonl", "evaluation*.json")
 _HEADLINE = (
     "task",
     "trials",
@@ -41,6 +43,7 @@ def publish_command(command: Publish) -> int:
     """Write the folder; return the exit code."""
     if command.out.exists() and not command.replace:
         raise RunError(f"{command.out} exists: add --replace, or name another folder")
+    require_published(command.out)
     path = checkpoint_folder(command.source)
     found = read(path, ("policy",))
     experiment = assembly.experiment_of(found.manifest, path)
@@ -89,6 +92,22 @@ def publish_command(command: Publish) -> int:
         f" {lineage.data(notes)}; licence: {lineage.licence(notes)}"
     )
     return 0
+
+
+def require_published(folder: Path) -> None:
+    """Raise RunError where a folder holds what no published policy does: it is not replaced."""
+    if folder.exists() and not folder.is_dir():
+        raise RunError(f"{folder} is a file: name another folder")
+    others = sorted(
+        file.name
+        for file in (folder.iterdir() if folder.exists() else ())
+        if not any(file.match(pattern) for pattern in _PUBLISHED) or file.is_dir()
+    )
+    if others:
+        raise RunError(
+            f"{folder} holds {others[0]}, which is no part of a published policy and would be lost:"
+            " name another folder"
+        )
 
 
 def terms_of(command: Publish, notes: Mapping[str, str]) -> dict[str, str]:

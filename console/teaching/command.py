@@ -10,6 +10,7 @@ from console.commands.teaching import Practice, TeachCarry, TeachRecord, TeachTr
 from console.run import ancestors, assembly
 from console.run.directory import checkpoint_folder
 from console.run.experiment import Experiment, to_json
+from console.serving.publish import require_published
 from console.teaching import dagger, recording, trials
 from console.teaching.scenes import TeachingScenes
 from learner.config import LearnerConfig
@@ -40,7 +41,7 @@ def teach_command(command: TeachCarry) -> int:
     """Train a student of the scripted teacher."""
     if not command.dagger.hidden:
         raise ConfigError("--hidden must be one width or more")
-    require_checkpoint(command.out)
+    require_free(command.out, command.replace)
     if command.practice.walker is not None:
         _carry_policy(command.practice.walker)
     torch.set_num_threads(1)
@@ -63,10 +64,16 @@ def teach_command(command: TeachCarry) -> int:
     return 0
 
 
-def require_checkpoint(out: Path) -> None:
-    """Raise ConfigError where a folder exists that is no checkpoint, which nothing overwrites."""
-    if out.exists() and not (out / "manifest.json").exists():
+def require_free(out: Path, replace: bool) -> None:
+    """Raise ConfigError where a folder exists and is not to be replaced, or is no checkpoint, which
+    nothing replaces."""
+    if not out.exists():
+        return
+    if not (out / "manifest.json").exists():
         raise ConfigError(f"{out} exists and is not a checkpoint: choose another folder")
+    if not replace:
+        raise ConfigError(f"{out} exists: add --replace, or name another folder")
+    require_published(out)
 
 
 def experiment_of(command: TeachCarry) -> Experiment:

@@ -15,7 +15,7 @@ from console.run.directory import policy_source
 from console.run.experiment import Experiment
 from console.run.policy_teachers import WALKERS, PolicyTeacher, policy_teachers
 from console.teaching import dagger
-from console.teaching.command import require_checkpoint
+from console.teaching.command import require_free
 from console.terminal import doing
 from learner.config import LearnerConfig
 from policy.model.acting import Policy
@@ -105,7 +105,7 @@ def distill_command(command: Distill) -> int:
     world = resolve(command)
     if not command.dagger.hidden:
         raise ConfigError("--hidden must be one width or more")
-    require_checkpoint(command.out)
+    require_free(command.out, command.replace)
     seed = command.practice.seed
     ppo = LearnerConfig(hidden=command.dagger.hidden, observation_clip=10.0)
     taught = policy_teachers(Experiment(seed=seed, world=world, ppo=ppo), assembly.trained)

@@ -17,7 +17,7 @@ import torch
 
 from console import bounds
 from console.commands import Train
-from console.run import assembly, machine, mixing, recipe
+from console.run import ancestors, assembly, machine, mixing, recipe
 from console.run.arrivals import walker_of
 from console.run.directory import RunDirectory, RunError, checkpoint_folder, new_run, policy_source
 from console.run.experiment import (
@@ -223,6 +223,8 @@ def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
     if command.init and checkpoint_folder(command.init).is_relative_to(run.path.resolve()):
         raise RunError(f"--init {command.init} lies in {run.path}, which --restart erases")
     require_data(experiment)  # before the run exists or an old one is lost
+    if command.init:
+        ancestors.networks(command.init, experiment)
     if command.restart:
         run.erase()
     run.create()

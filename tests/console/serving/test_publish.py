@@ -156,3 +156,26 @@ def test_a_laxer_licence_needs_relicense(
     # the terms of the data stay in its lineage, and hold for what is made of it
     assert "SAMP" in json.loads(notes_of(out)["lineage"])[0]["what"]
     assert main(["publish", str(out), str(tmp_path / "b"), "--licence", "MIT"]) == 2
+
+
+def test_nothing_but_a_published_policy_is_replaced(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Neither a folder of the user's own, nor a run, nor a file; a published one is."""
+    source = str(ROOT / "pretrained" / "walk")
+    mine, run, file = tmp_path / "mine", tmp_path / "run", tmp_path / "file"
+    (mine / "deep").mkdir(parents=True)
+    (mine / "thesis.txt").write_text("x")
+    shutil.copytree(source, run / "checkpoints" / "000007")
+    (run / "config.json").write_text("{}")
+    file.write_text("x")
+    for out, what in ((mine, "holds deep"), (run, "holds checkpoints"), (file, "is a file")):
+        assert main(["publish", source, str(out), "--replace"]) in (1, 2)
+        assert what in capsys.readouterr().err
+    assert (mine / "thesis.txt").read_text() == "x" and (mine / "deep").is_dir()
+    assert (run / "config.json").exists() and (run / "checkpoints" / "000007").is_dir()
+    out = tmp_path / "out"
+    assert main(["publish", source, str(out)]) == 0
+    assert main(["publish", source, str(out)]) == 1
+    assert "add --replace" in capsys.readouterr().err
+    assert main(["publish", source, str(out), "--replace"]) == 0

@@ -1,5 +1,6 @@
 """`inhabit teach`: help, and one clear line with exit code 2 for flags that are out of bounds."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -59,6 +60,22 @@ def test_missing_checkpoints_fail(tmp_path: Path, capsys: pytest.CaptureFixture[
         assert main(words) == 2
         text = capsys.readouterr().err.strip()
         assert text.startswith("inhabit: ") and "none" in text and "\n" not in text
+
+
+@pytest.mark.parametrize(
+    "words", [["distill", "sit", "OUT", "--world.walker", "walk"], ["teach", "carry", "OUT"]]
+)
+def test_an_existing_checkpoint_is_replaced_on_request_alone(
+    words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    shutil.copytree(ROOT / "pretrained" / "walk", out)
+    (out / "mine.txt").write_text("x")
+    given = [str(out) if word == "OUT" else word for word in words]
+    for more, why in (([], "add --replace"), (["--replace"], "holds mine.txt")):
+        assert main([*given, *more]) in (1, 2)
+        assert why in capsys.readouterr().err
+        assert (out / "mine.txt").exists() and (out / "policy.safetensors").exists()
 
 
 def test_a_student_begins_as_a_policy_with_a_linear_map(

@@ -1,6 +1,7 @@
 """A training as its user meets it: exit codes, one clear line, and what a run leaves."""
 
 import json
+import shutil
 import signal
 import socket
 import subprocess
@@ -185,6 +186,27 @@ def test_clips_without_what_the_task_uses(
             assert (run / "checkpoints" / "000001").exists()
     words = ["train", "carry", "--motions", str(walks), "--dry-run"]
     assert main([*words, "--world.initial.reference", "0"]) == 0
+
+
+@pytest.mark.parametrize(
+    "flags",
+    [["--init", "walk", "--ppo.hidden", "64", "64"], ["--init", "DAMAGED"], ["--init", "carry"]],
+)
+def test_networks_that_do_not_fit_are_refused_before_a_run_is_erased(
+    flags: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    damaged, run = tmp_path / "damaged", tmp_path / "run"
+    shutil.copytree(ROOT / "pretrained" / "walk", damaged)
+    weights = (damaged / "policy.safetensors").read_bytes()
+    (damaged / "policy.safetensors").write_bytes(weights[: len(weights) // 2])
+    kept = run / "checkpoints" / "000001" / "kept"
+    kept.parent.mkdir(parents=True)
+    kept.write_text("x")
+    words = ["train", "walk", "--run", str(run), "--restart", "--iterations", "1"]
+    named = [str(damaged) if flag == "DAMAGED" else flag for flag in flags]
+    assert main([*words, *named]) in (1, 2)
+    assert said(capsys).startswith("inhabit: ")
+    assert kept.read_text() == "x"
 
 
 def test_a_failed_start_leaves_what_was_there_before(
