@@ -5,6 +5,8 @@ import contextlib
 import os
 import sys
 
+#: As console.app has it, whose import may be what is interrupted.
+_INTERRUPTED = 130
 _codes: list[int] = []
 
 
@@ -16,9 +18,12 @@ def main() -> int:
     """
     # registered before the imports that register others, and so called after all of them
     atexit.register(_end)
-    from console import app
+    try:
+        from console import app
 
-    _codes.append(app.main())
+        _codes.append(app.main())
+    except KeyboardInterrupt:  # before the command line answers to it
+        _codes.append(_INTERRUPTED)
     return _codes[-1]
 
 

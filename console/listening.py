@@ -1,6 +1,7 @@
 """HOST:PORT of pages that are served on this machine, and whether only this machine reaches it;
 settings of services and channels that contradict one another, by the names of flags."""
 
+import errno
 import re
 import socket
 from collections.abc import Iterator
@@ -10,7 +11,7 @@ from rpc.address import is_loopback, joined, split_address
 from rpc.errors import RpcError, SettingsError
 from world.errors import ConfigError
 
-__all__ = ["address_of", "family", "flags_named", "is_loopback", "joined"]
+__all__ = ["address_of", "family", "flags_named", "is_loopback", "joined", "refused"]
 
 _FIELD = re.compile(r"\b(tls_cert|tls_key|tls_client_ca|tls_ca|token_file|allow_insecure_remote)\b")
 
@@ -26,6 +27,15 @@ def address_of(listen: str) -> tuple[str, int]:
             if "HOST:PORT" in why
             else f"cannot listen on '{listen}': {why}"
         ) from None
+
+
+def refused(listen: str, error: Exception) -> ConfigError:
+    """Return the error of an address at which nothing can listen, with what to do."""
+    # asyncio adds the address in Python's form
+    why = str(getattr(error, "strerror", None) or error).partition(" (while")[0]
+    taken = getattr(error, "errno", None) in (errno.EADDRINUSE, errno.EACCES)
+    advice = "; choose another port (0: any free one)" if taken else ""
+    return ConfigError(f"cannot listen on '{listen}': {why}{advice}")
 
 
 def family(host: str) -> socket.AddressFamily:

@@ -183,6 +183,7 @@ class _Standby:
                 [sys.executable, "-I", "-S", standby.__file__, *words],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.DEVNULL,
+                process_group=0,  # Ctrl-C is the command's, from the first moment on
             )
         except OSError:
             self._process = None  # signs of life come when the interpreter is free

@@ -7,7 +7,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 from console.commands import MotionsPlay
-from console.listening import address_of, family, is_loopback, joined
+from console.listening import address_of, family, is_loopback, joined, refused
 from console.motions.page import page
 from world.errors import ClipError, ConfigError
 from world.motions import load
@@ -83,6 +83,4 @@ def server(listen: str, text: str) -> ThreadingHTTPServer:
     try:
         return Server((host, port), Page)
     except (OSError, ValueError, OverflowError) as error:
-        # asyncio adds the address in Python's form
-        why = str(getattr(error, "strerror", None) or error).partition(" (while")[0]
-        raise ConfigError(f"cannot listen on '{listen}': {why}") from error
+        raise refused(listen, error) from error

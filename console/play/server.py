@@ -5,7 +5,7 @@ import socket
 import rich
 import viser
 
-from console.listening import address_of, family, is_loopback
+from console.listening import address_of, family, is_loopback, refused
 from world.errors import ConfigError
 
 
@@ -34,9 +34,7 @@ def start(listen: str, allow_remote: bool = False) -> Server:
         with socket.create_server((host, port), family=family(host)):
             pass
     except (OSError, OverflowError) as error:
-        # asyncio adds the address in Python's form
-        why = str(getattr(error, "strerror", None) or error).partition(" (while")[0]
-        raise ConfigError(f"cannot listen on '{listen}': {why}") from error
+        raise refused(listen, error) from error
     # viser's own banners are suppressed
     rich.get_console().quiet = True
     server = Server(host=host, port=port, label="inhabit", verbose=False)

@@ -120,7 +120,8 @@ def terms_of(command: Publish, notes: Mapping[str, str]) -> dict[str, str]:
     licence = command.licence.strip() or notes.get("licence") or own
     # the weights may have stricter terms than their data, which a second publication keeps
     stated = (Origin("the weights", notes["licence"]),) if notes.get("licence") else ()
-    lost = lineage.lost(licence, (*origins, *stated))
+    # what was stated before was decided then; only other terms are compared
+    lost = lineage.lost(licence, (*origins, *stated)) if command.licence.strip() else {}
     if lost and not command.relicense:
         what = "; ".join(
             f"{one.what}: {one.licence} ({', '.join(sorted(names))})" for one, names in lost.items()

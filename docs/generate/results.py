@@ -11,6 +11,10 @@ ROOT = Path(__file__).parents[2]
 FILES = ("evaluation", "evaluation-projectiles", "evaluation-moved", "evaluation-imported")
 
 
+#: Policies that follow the package's own clips.
+OWN_CLIPS = ("track-sit",)
+
+
 def evaluations() -> list[tuple[str, dict[str, Any]]]:
     """(policy, figures) of every evaluation that a committed policy carries."""
     return [
@@ -141,15 +145,17 @@ def _breakdown(figures: dict[str, Any]) -> list[str]:
 
 def _followed(name: str, figures: dict[str, Any]) -> list[str]:
     """The table of a policy that follows clips, by clip."""
+    own = name in OWN_CLIPS
     command = (
-        f"```sh\ninhabit evaluate pretrained/{name} --motions CLIPS --trials {figures['trials']}"
-        f" --seed {figures['seed']}\n```\n"
+        f"```sh\ninhabit evaluate pretrained/{name}{'' if own else ' --motions CLIPS'}"
+        f" --trials {figures['trials']} --seed {figures['seed']}\n```\n"
     )
+    whose = " of the package" if own else ", which are not part of the package"
     rows = [{"clip": "all", **figures}, *figures["by_clip"]]
     heads = ("clip", "trials", "completed, %", "95 %", "whole, %", "body, cm", "object, cm",
              "contact F1")  # fmt: skip
     return [
-        "It follows [clips](../how-to/track.md), which are not part of the package: share of the"
+        f"It follows [clips](../how-to/track.md){whose}: share of the"
         " trials that reach the clip's end, from any sound frame and from the first; mean"
         " deviations until then, and how well the hands' contacts agree.\n",
         command,

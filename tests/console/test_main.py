@@ -90,3 +90,17 @@ print(*sorted(unwanted & set(sys.modules)))
         check=True,
     )
     assert done.stdout.split() == []
+
+
+def test_an_interrupt_while_the_command_line_is_imported_says_nothing() -> None:
+    """Ctrl-C in the first half second: no traceback, and the exit code of an interrupt."""
+    script = (
+        "import sys, console.__main__ as command\n"
+        "class Interrupts:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name == 'console.app': raise KeyboardInterrupt\n"
+        "sys.meta_path.insert(0, Interrupts())\n"
+        "sys.exit(command.main())\n"
+    )
+    ran = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True)
+    assert ran.returncode == 130 and ran.stderr == "" and ran.stdout == ""

@@ -13,7 +13,6 @@ def test_foreign_hosts_are_refused_and_a_taken_port_is_one_line() -> None:
         start("0.0.0.0:0")
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        with pytest.raises(
-            ConfigError, match=f"^cannot listen on '127.0.0.1:{port}': Address already in use$"
-        ):
+        line = f"^cannot listen on '127.0.0.1:{port}': Address already in use; choose another port "
+        with pytest.raises(ConfigError, match=line):
             start(f"127.0.0.1:{port}")

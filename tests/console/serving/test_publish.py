@@ -158,6 +158,14 @@ def test_a_laxer_licence_needs_relicense(
     assert main(["publish", str(out), str(tmp_path / "b"), "--licence", "MIT"]) == 2
 
 
+@pytest.mark.parametrize("name", ["sit-free", "lie-free", "walk"])
+def test_a_published_policy_is_published_again_with_the_licence_that_it_has(
+    name: str, tmp_path: Path
+) -> None:
+    assert main(["publish", str(ROOT / "pretrained" / name), str(tmp_path / "out")]) == 0
+    assert notes_of(tmp_path / "out")["licence"] == notes_of(ROOT / "pretrained" / name)["licence"]
+
+
 def test_nothing_but_a_published_policy_is_replaced(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
