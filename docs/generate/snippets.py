@@ -1,4 +1,7 @@
-"""Parts of written pages that follow from committed policies: `<!-- command: sit -->`, ..."""
+"""Parts of written pages that follow from committed policies: `<!-- command: sit -->`, ...
+
+What stands behind the mark on its line is for those who read the page as it is, in its folder.
+"""
 
 import re
 from collections.abc import Callable
@@ -12,7 +15,7 @@ from docs.generate.markdown import code, table
 from policy.checkpoints.format import read_manifest
 
 ROOT = Path(__file__).parents[2]
-MARK = re.compile(r"<!-- (\w+): ([\w-]+) -->")
+MARK = re.compile(r"<!-- (\w+): ([\w-]+) -->[^\n]*")
 #: Settings that say nothing about learning, or that a command states otherwise.
 LEFT_OUT = ("seed", "world.task")
 
