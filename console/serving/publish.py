@@ -105,7 +105,7 @@ def require_published(folder: Path) -> None:
     )
     if others:
         raise RunError(
-            f"{folder} holds {others[0]}, which is no part of a published policy and would be lost:"
+            f"{folder} holds {others[0]}, which is no part of a checkpoint and would be lost:"
             " name another folder"
         )
 

@@ -65,8 +65,10 @@ def teach_command(command: TeachCarry) -> int:
 
 
 def require_free(out: Path, replace: bool) -> None:
-    """Raise ConfigError where a folder exists and is not to be replaced, or is no checkpoint, which
-    nothing replaces."""
+    """Raise ConfigError where a folder exists without `replace` or is no checkpoint.
+
+    Raises RunError where it holds other files, which would be lost.
+    """
     if not out.exists():
         return
     if not (out / "manifest.json").exists():

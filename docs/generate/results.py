@@ -8,7 +8,8 @@ from console.evaluation.presets import published
 from docs.generate.markdown import table
 
 ROOT = Path(__file__).parents[2]
-FILES = ("evaluation", "evaluation-projectiles", "evaluation-moved", "evaluation-imported")
+KINDS = ("", "-projectiles", "-moved")
+FILES = (*(f"evaluation{kind}" for kind in KINDS), *(f"evaluation-imported{k}" for k in KINDS))
 
 
 #: Policies that follow the package's own clips.
@@ -38,9 +39,9 @@ def page() -> str:
     for name, figures in found:
         if "completed" in figures:
             parts += [f"## {name}\n", *_followed(name, figures)]
-        elif figures.get("held_out"):
+        elif figures.get("held_out") and figures["perturbation"] == "none":
             parts += [f"### {name}, imported pieces\n", _command(name, figures), _classes(figures)]
-        elif figures["perturbation"] == "none":
+        elif figures["perturbation"] == "none" and not figures.get("held_out"):
             parts += [f"## {name}\n", _command(name, figures), *_breakdown(figures)]
     return "\n".join(parts)
 
@@ -110,7 +111,7 @@ def _command(name: str, figures: dict[str, Any]) -> str:
 
 
 def _classes(figures: dict[str, Any]) -> str:
-    """The table by class, with its pieces."""
+    """The table by class, and the five worst pieces."""
     pieces = figures["by_object"]
     rows = (
         (

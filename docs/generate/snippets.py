@@ -1,6 +1,6 @@
 """Parts of written pages that follow from committed policies: `<!-- command: sit -->`, ...
 
-What stands behind the mark on its line is for those who read the page as it is, in its folder.
+Text behind a mark on its line is shown only where the page is read unbuilt, as on GitHub.
 """
 
 import re

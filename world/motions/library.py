@@ -71,8 +71,6 @@ class MotionLibrary:
         second = torch.cat([torch.arange(c.frames) // c.fps for c in both])
         held_out = second % _HELD_OUT_EVERY == _HELD_OUT_EVERY // 2
         upright = self.qpos[:, 2] > UPRIGHT_M
-        free = upright & ~self.box.held if use.holds and self.box is not None else upright
-        upright = free if bool(free.any()) else upright  # empty hands are not held out so
         stage = torch.cat([u.stage for u in uses])
         idle = (self.qvel[:, :2].norm(dim=1) < _IDLE_M_S) & (
             self.body.angular_velocity[:, 2].abs() < _IDLE_RAD_S
@@ -80,6 +78,12 @@ class MotionLibrary:
         dull = upright & idle & (stage == 0) & (torch.arange(len(idle)) % use.idle_every != 0)
         has_next &= ~dull & torch.cat([u.kept for u in uses])
         has_next &= torch.cat([torch.from_numpy(segments.usable(c)) for c in both])
+        if use.holds and self.box is not None:
+            # hands that hold a box are none of a walk to it; clips that show nothing else keep it
+            free = upright & ~self.box.held
+            upright = free if bool((free & has_next & ~held_out).any()) else upright
+        #: Whether a frame may have its object elsewhere.
+        self.walks = upright
         #: Upright frames with a successor, for locomotion with relocated objects: few are idle,
         #: most are from clips without an object, which walk for longer and faster.
         self.upright = _mostly(
@@ -185,9 +189,7 @@ class StyleSource:
             self._seed, random_streams.MOCAP, self._numbers(n) + (1 << 40), counter, 7
         )
         index = pool[(u[:, 1] * len(pool)).long().clamp_max(len(pool) - 1)]
-        relocated = (u[:, 0] < self._mixture.locomotion) & (
-            self._library.qpos[index, 2] > UPRIGHT_M
-        )
+        relocated = (u[:, 0] < self._mixture.locomotion) & self._library.walks[index]
         return self._windows(index, relocated | ~self._library.has_seat[index], u[:, 2:])
 
     def _windows(self, index: Tensor, relocated: Tensor, u: Tensor) -> tuple[Tensor, ...]:

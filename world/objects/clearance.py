@@ -43,6 +43,8 @@ LIMBS = torch.tensor(
         if not character.BODIES[body].endswith(_ARMS)
     ]
 )
+#: A limb this deep in a stand throws the character, m.
+THROWN_M = 0.015
 #: Parts of a stand.
 PLATE, COLUMN = STAND.boxes
 
@@ -74,10 +76,16 @@ def depth(
     # into the boxes' own axes: Rᵀ v for [n, P, S]
     axes = bank.box_rotation[variant][:, None]
     local = (offset[..., None] * axes).sum(dim=-2)
-    beyond = local.abs() - bank.box_half[variant][:, None]
-    distance = beyond.clamp_min(0.0).norm(dim=-1) + beyond.amax(dim=-1).clamp_max(0.0)
+    distance = _distance(local, bank.box_half[variant][:, None])
     distance = torch.where(bank.box_used[variant][:, None], distance, torch.inf)
     return (at(RADII, distance)[:, None] - distance).flatten(1).amax(dim=1)
+
+
+def _distance(local: Tensor, half: Tensor) -> Tensor:
+    """Distance of points [..., 3], in the axes of boxes with these half edges, from the surface, m;
+    negative inside."""
+    beyond = local.abs() - half
+    return beyond.clamp_min(0.0).norm(dim=-1) + beyond.amax(dim=-1).clamp_max(0.0)
 
 
 def limb_depth(centres: Tensor, pose: Tensor, half: Tensor) -> Tensor:
@@ -85,8 +93,7 @@ def limb_depth(centres: Tensor, pose: Tensor, half: Tensor) -> Tensor:
     clearance; their poses [T or 1, 7] and half edges [3], m."""
     axes = rotations.matrix(pose[:, 3:])[:, None]
     away = centres - pose[:, None, :3]
-    beyond = (away[..., None] * axes).sum(dim=-2).abs() - half
-    distance = beyond.clamp_min(0.0).norm(dim=-1) + beyond.amax(dim=-1).clamp_max(0.0)
+    distance = _distance((away[..., None] * axes).sum(dim=-2), half)
     return (at(RADII, distance)[LIMBS] - distance).amax(dim=1)
 
 
@@ -95,8 +102,8 @@ def stand_depth(
 ) -> Tensor:
     """[T]: deepest penetration of the limbs [T, len(LIMBS), 3] into parts of stands, m.
 
-    Boxes rest on them at `rest` [T or 1, 4], centre (m) and yaw (rad), and are half_height
-    [T or 1] m high to their centres.
+    rest [T or 1, 4]: centre (m) and yaw (rad) of the boxes on them; half_height [T or 1]: half the
+    boxes' height, m. Negative for clearance.
     """
     yaw = torch.stack((rest[:, 3].cos(), rest[:, 3].sin()), dim=1)
     top = torch.cat((rest[:, :2], (rest[:, 2] - half_height)[:, None]), dim=1)

@@ -39,7 +39,7 @@ _OFF_M, _OFF_RAD = 0.4, 1.0
 _LIFT_M = 0.2
 #: Or at the second horizontal distance from the start, m; it rises from the first on, where no
 #: stand is below. People carry a box from a high stand no higher than it stood.
-_OFF_STAND_M = 0.25, 0.35
+OFF_STAND_M = 0.25, 0.35
 #: Height above the start from which the stage `lifted` holds, m.
 _LIFTED_M = 0.05
 #: Horizontal distance from the start, while lifted, from which the stage `moved` holds, m.
@@ -125,7 +125,7 @@ class Carry(Task):
         walk = walk * stood
         held = torch.exp(-8.0 * reach_m(body, box).square().sum(dim=1)) * stood
         risen = ((box.position - box.start)[:, 2] / _LIFT_M).clamp(0.0, 1.0)
-        near, off = _OFF_STAND_M
+        near, off = OFF_STAND_M
         gone = ((box.position - box.start)[:, :2].norm(dim=1) - near) / (off - near)
         risen = torch.maximum(risen, gone.clamp(0.0, 1.0))
         # only a box between the hands counts as lifted, not one that was kicked up

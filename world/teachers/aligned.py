@@ -61,8 +61,8 @@ _STAND_COST = 4.0
 #: A pick-up begins, and goes on, while the pelvis is within these of the clip's, m, and the first
 #: while it is slower than this, m/s.
 _BEGINS_M, _LEAVES_M, _SLOW_M_S = 0.25, 0.8, 0.3
-#: It is over for one who has turned from the clip's heading before the grip, with this cosine. By
-#: 0.5 rad the tracker grips half of the boxes, by 1 rad an eighth.
+#: It is over for one who has turned from the clip's heading before the grip, with this cosine.
+#: Turned by 0.5 rad the tracker grips half of the boxes, by 1 rad an eighth.
 _TURNS_AWAY = 0.87
 #: Putting down begins with the box this near to its target, m, by one who is slower than this, m/s.
 _PUTS_M, _ARRIVES_M_S = 0.45, 0.5
@@ -247,11 +247,13 @@ class AlignedTracker:
         label = labels(self._act, self._residual, scenes, body, there)
         self._frame[rows] = frame
         strayed = away[:, 0, 0, :2].norm(dim=1) > _LEAVES_M
-        away_from = (body.heading * known.heading[frame]).sum(dim=1) < _TURNS_AWAY
-        away_from &= (frame < variants.grip[number]) & torch.tensor(picks)
-        done = (frame >= variants.high[number]) | strayed | away_from
+        turned_away = torch.zeros_like(strayed)
+        if picks:
+            turned_away = (body.heading * known.heading[frame]).sum(dim=1) < _TURNS_AWAY
+            turned_away &= frame < variants.grip[number]
+        done = (frame >= variants.high[number]) | strayed | turned_away
         self._stage[rows[done]] = _FREE
-        lost = (distance.amin(dim=1) > LOST_M2) | away_from
+        lost = (distance.amin(dim=1) > LOST_M2) | turned_away
         return torch.where(lost[:, None], torch.nan, label)
 
     def state_dict(self) -> dict[str, Tensor]:
@@ -267,8 +269,12 @@ class AlignedTracker:
 
     def load_state_dict(self, state: Mapping[str, Tensor]) -> None:
         """Restore what `state_dict` gave."""
+        older = "stood" not in state  # such runs did not keep it: they choose again
         for name, value in self.state_dict().items():
-            value.copy_(state[name])
+            if name != "stood" or not older:
+                value.copy_(state[name])
+        if older:
+            self._stage[self._stage == _PICKING] = _FREE
 
 
 def _seen(

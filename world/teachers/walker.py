@@ -18,6 +18,7 @@ from world.scene.target import BoxState, Target
 from world.tasks.carry import (
     DEPTH_COST,
     MIN_HALF_DEPTH_M,
+    OFF_STAND_M,
     grips,
     half_depths,
     stand_poses,
@@ -34,9 +35,9 @@ STANDING_M = 0.18
 _THERE_M, _NEAR_M, _SLOW_M_S, FACES = 0.12, 0.2, 0.06, 0.94
 #: A walker stops so far before its goal, m, which is therefore set beyond the place.
 SHORT_M = 0.2
-#: A box has been taken that is the first higher than it stood, m, or that is gripped and has moved
-#: by as much, or that is the second away, where its stand ends. One that was pushed still stands.
-TAKEN_M, _OFF_STAND_M = 0.05, 0.25
+#: A box has been taken that is this much higher than it stood, m; or gripped, and this far from
+#: there; or off its stand, even without a grip. One that was pushed still stands.
+TAKEN_M = 0.05
 #: On the way round furniture the goal is this far ahead, m.
 _AHEAD_M = 1.6
 #: A route this much longer than the straight line leads round the furniture, m.
@@ -111,7 +112,7 @@ def taken(body: Body, box: BoxState) -> Tensor:
     moved = box.position - box.start
     level, up = moved[:, :2].norm(dim=1), moved[:, 2]
     gripped = (level > TAKEN_M) & grips(body, box)
-    return (up > TAKEN_M) | (level > _OFF_STAND_M) | gripped
+    return (up > TAKEN_M) | (level > OFF_STAND_M[0]) | gripped
 
 
 def to_furniture(body: Body, target: Target) -> Lead:

@@ -26,8 +26,6 @@ from world.scene.box import STAND
 _RESTS_M, _LEVEL_M = 0.15, 0.05
 #: A limb this deep in a resting box passes through it, m; less is an inaccuracy of its size.
 _THROUGH_M = 0.03
-#: A limb this deep in a solid stand is thrown by it, m: no episode begins there.
-_THROWN_M = 0.015
 #: Least number of frames of an episode.
 SHORTEST = 15
 #: Number of frames of a segment: half a second.
@@ -164,7 +162,7 @@ def _frames(clip: Clip, number: int, weight: float, solid: bool) -> dict[str, Te
     begin, end = _free(found, clip, centres, solid)
     sound = torch.from_numpy(segments.usable(clip)).clone()
     if solid:
-        sound &= _in_stands(centres, found, STAND.boxes) < _THROWN_M
+        sound &= _in_stands(centres, found, STAND.boxes) < clearance.THROWN_M
     sound[:begin] = False
     sound[max(0, end - SHORTEST) :] = False
     handled = torch.from_numpy(segments.stages(clip) == segments.TRANSITION)

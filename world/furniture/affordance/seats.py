@@ -22,6 +22,9 @@ APART_M = 0.55
 """Distance of two targets beside each other."""
 KEPT = 0.80
 """Least score of another target, as a fraction of the best one's."""
+FITS, AGREE = 0.75, 0.4
+"""The middle of the directions has at least this fraction of the best score, and their mean is at
+least this long: they do not cancel."""
 MIDDLE, ONE_SEAT_M = 0.85, 0.35
 """A round back lets a person sit in many directions: the seat's is the middle of those that score
 above this fraction of the best, where their targets are this near to the best one's."""
@@ -215,9 +218,8 @@ def _picked(
         return ()
     facing = _middle(points, headings, score)
     if facing != order[0] // len(points):
-        # the other directions of this one seat are none of its neighbours
-        turned = np.cos(headings - headings[facing]) > np.cos(headings[1] / 2)
-        score = np.where(turned[:, None], score, -np.inf)
+        # the same seat in another direction is not a place beside it
+        score = np.where((np.arange(len(headings)) == facing)[:, None], score, -np.inf)
         order = np.argsort(-score, axis=None, kind="stable")
         best = float(score.flat[order[0]])
     first = float(height.flat[order[0]])
@@ -241,16 +243,17 @@ def _picked(
 
 def _middle(points: Array, headings: Array, score: Array) -> int:
     """The index of the heading that the best target faces: the middle of those that are nearly as
-    good at the same place, if it is possible there; else the best one."""
+    good at the same place, if a person fits in there; else the best one."""
     each = score.max(axis=1)
     top = int(each.argmax())
     above = np.maximum(each - MIDDLE * each[top], 0.0)
     at = points[score.argmax(axis=1)]
     if (np.hypot(*(at - at[top]).T)[above > 0.0] > ONE_SEAT_M).any():
         return top
-    middle = math.atan2(float(above @ np.sin(headings)), float(above @ np.cos(headings)))
-    nearest = int(np.cos(headings - middle).argmax())
-    return nearest if math.isfinite(each[nearest]) else top
+    mean = np.array([above @ np.cos(headings), above @ np.sin(headings)]) / above.sum()
+    nearest = int(np.cos(headings - math.atan2(mean[1], mean[0])).argmax())
+    fits = each[nearest] >= FITS * each[top] and np.hypot(*(at[nearest] - at[top])) <= ONE_SEAT_M
+    return nearest if fits and np.hypot(*mean) >= AGREE else top
 
 
 def carrying(relief: Relief, point_m: tuple[float, float], heading: float, near_m: float) -> float:

@@ -28,8 +28,6 @@ from world.scene.target import Target
 
 #: Lowest centre of a box in a reference state, m: people pick boxes up from the floor.
 _LOWEST_M = GROUND_M + 0.05
-#: A limb this deep in a stand is thrown by it, m.
-_THROWN_M = 0.015
 #: While the box is in hand its stands are this much further from the person than where the clip has
 #: the box, m: stands are ours, and who was recorded bends or walks where the plate is.
 STAND_AWAY_M = 0.12
@@ -81,15 +79,18 @@ class BoxUse(ClipUse):
 
     def unfit(self, table: FrameTable) -> Tensor:
         """[F] bool: boxes so low that the episode would end at once, and limbs in a stand, which
-        would throw the character."""
+        would throw the character; the clip's box stands for that of the episode."""
         box = table.box
         assert box is not None
         low = box.position[:, 2] < _LOWEST_M
-        for spot, shown in ((box.picked, box.has_picked), (box.put, box.has_put)):
+        square = torch.tensor([1.0, 1.0, 1.0, 0.0])  # the target's stand is not turned
+        for spot, shown in ((box.picked, box.has_picked), (square * box.put, box.has_put)):
             rows = torch.nonzero(shown).flatten()
             centres = clearance.points(table.qpos[rows])[:, clearance.LIMBS]
             rest = stands_away(spot[rows], table.qpos[rows, :2], box.held[rows])
-            low[rows] |= clearance.stand_depth(centres, rest, 0.5 * box.size[rows, 2]) > _THROWN_M
+            low[rows] |= (
+                clearance.stand_depth(centres, rest, 0.5 * box.size[rows, 2]) > clearance.THROWN_M
+            )
         return low
 
     def windows(
@@ -119,11 +120,8 @@ class BoxUse(ClipUse):
 
 
 def stands_away(spot: Tensor, root: Tensor, held: Tensor) -> Tensor:
-    """Places [n, k] of stands for a box that rests at `spot` [n, k], x and y first, m.
-
-    Where the box is in hand, `held` [n], they are moved away from the root [n, 2], m; so is the
-    target of one that is being put down.
-    """
+    """`spot` [n, k] (x and y first, m), where a box rests, moved away from the root [n, 2] by
+    STAND_AWAY_M where the box is in hand, `held` [n]: its stand, or its target, is there."""
     way = spot[:, :2] - root
     unit = way / way.norm(dim=1, keepdim=True).clamp_min(1e-6)
     moved = spot[:, :2] + torch.where(held[:, None], STAND_AWAY_M, 0.0) * unit
