@@ -96,8 +96,6 @@ def publish_command(command: Publish) -> int:
 
 def require_published(folder: Path) -> None:
     """Raise RunError where a folder holds what no published policy does: it is not replaced."""
-    if folder.exists() and not folder.is_dir():
-        raise RunError(f"{folder} is a file: name another folder")
     others = sorted(
         file.name
         for file in (folder.iterdir() if folder.exists() else ())
