@@ -177,7 +177,7 @@ def test_nothing_but_a_published_policy_is_replaced(
     shutil.copytree(source, run / "checkpoints" / "000007")
     (run / "config.json").write_text("{}")
     file.write_text("x")
-    for out, what in ((mine, "holds deep"), (run, "holds checkpoints"), (file, "a file; name a folder")):
+    for out, what in ((mine, "holds deep"), (run, "holds checkpoints"), (file, "a file; name a")):
         assert main(["publish", source, str(out), "--replace"]) in (1, 2)
         assert what in capsys.readouterr().err
     assert (mine / "thesis.txt").read_text() == "x" and (mine / "deep").is_dir()
