@@ -38,5 +38,6 @@ def test_a_clip_without_a_box_uses_nothing(carried: Clip) -> None:
 def test_no_episode_starts_with_a_box_at_the_ground() -> None:
     heights = torch.tensor([0.30, 0.34, 0.36, 1.0])
     position = torch.stack((torch.zeros(4), torch.zeros(4), heights), dim=1)
-    table: Any = SimpleNamespace(box=replace(no_box(4), position=position))
+    box = replace(no_box(4), position=position)
+    table: Any = SimpleNamespace(box=box, qpos=torch.zeros(4, 43))
     assert BOX.unfit(table).tolist() == [True, True, False, False]
