@@ -269,11 +269,10 @@ class AlignedTracker:
 
     def load_state_dict(self, state: Mapping[str, Tensor]) -> None:
         """Restore what `state_dict` gave."""
-        older = "stood" not in state  # such runs did not keep it: they choose again
         for name, value in self.state_dict().items():
-            if name != "stood" or not older:
+            if name in state or name != "stood":
                 value.copy_(state[name])
-        if older:
+        if "stood" not in state:  # a run of before: it chooses pick-ups again
             self._stage[self._stage == _PICKING] = _FREE
 
 
