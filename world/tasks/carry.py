@@ -44,8 +44,8 @@ OFF_STAND_M = 0.25, 0.35
 _LIFTED_M = 0.05
 #: Horizontal distance from the start, while lifted, from which the stage `moved` holds, m.
 _MOVED_M = 0.5
-#: Value of lift and carry where the box is held at the target; placed there it is 1.
-_HELD_AT_TARGET = 0.6
+#: Value of lift and carry of a box that is held far beside its place at the target; placed it is 1.
+_HELD_AT_TARGET = 0.4
 #: Put down: within these of the target, vertically and horizontally, m, and slower than this, m/s.
 _PUT_UP_M, _PUT_M, _STILL_M_S = 0.02, 0.10, 0.2
 #: A hand this near to a face touches it, m.
@@ -118,7 +118,7 @@ class Carry(Task):
         to_target = (box.target - box.position)[:, :2]
         there = self.error_m(body, target) < _AT_TARGET_M
         at_box = to_box.norm(dim=1) < _AT_BOX_M
-        walk = _towards(body.root_velocity, to_box)
+        walk = _progress(body.root_velocity, to_box)
         walk = torch.where(at_box, 0.5 + 0.5 * _squared(body, box), 0.8 * walk)
         # a character that leans on the box has its feet far behind it: no reward for that
         stood = _stood(body)
@@ -131,11 +131,12 @@ class Carry(Task):
         # only a box between the hands counts as lifted, not one that was kicked up
         lift = risen * held
         place_term = torch.exp(-10.0 * (box.target - box.position).square().sum(dim=1))
-        carried = _towards(box.velocity, to_target) * lift
+        carried = _progress(box.velocity, to_target) * lift
         # at the target the box is held or placed: one that is dropped beside it earns nothing. Held
-        # earns less: a policy for which it was as good stood there with the box for ever.
+        # earns less, the less the farther it is from its place: a policy for which it was as good
+        # stood there with the box for ever.
         at_target = to_target.norm(dim=1) < _AT_TARGET_M
-        kept = torch.maximum(_HELD_AT_TARGET * held, place_term)
+        kept = 1.0 - (1.0 - _HELD_AT_TARGET * held) * (1.0 - place_term)
         lift, carried = torch.where(at_target, kept, lift), torch.where(at_target, kept, carried)
         put = self.put_down(box).float()
         # after putting the box down the character may let go and walk away
@@ -183,11 +184,12 @@ def _box(target: Target) -> BoxState:
     return target.box
 
 
-def _towards(velocity: Tensor, way: Tensor) -> Tensor:
-    """[n] in [0, 1]: speed along the horizontal way [n, 2] as a fraction of the fully rewarded
-    one."""
+def _progress(velocity: Tensor, way: Tensor) -> Tensor:
+    """[n] in [-1, 1]: speed along the horizontal way [n, 2] as a fraction of the fully rewarded
+    one; negative away from its end. Were it 0 there, a policy would earn by walking in circles: it
+    did, about the target with the box in hand."""
     unit = way / way.norm(dim=1, keepdim=True).clamp_min(1e-6)
-    return ((unit * velocity[:, :2]).sum(dim=1) / _SPEED_M_S).clamp(0.0, 1.0)
+    return ((unit * velocity[:, :2]).sum(dim=1) / _SPEED_M_S).clamp(-1.0, 1.0)
 
 
 def _stood(body: Body) -> Tensor:

@@ -3,6 +3,7 @@ hand."""
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import mujoco
 import numpy as np
@@ -215,7 +216,7 @@ def test_a_deep_box_may_be_held_before_its_middle() -> None:
 
 
 def test_reward_of_walking_to_the_box() -> None:
-    for speed, expected in ((0.9, 0.8), (0.45, 0.4), (-0.5, 0.0)):
+    for speed, expected in ((0.9, 0.8), (0.45, 0.4), (-0.45, -0.4)):
         assert terms(standing((speed, 0, 0)), a_box((3.0, 0.0, 0.7)))["walk"] == pytest.approx(
             expected, abs=1e-5
         )
@@ -268,11 +269,52 @@ def test_a_box_dropped_beside_its_target_earns_what_its_distance_is_worth() -> N
     box = a_box((0.4, 0.4, 1.0), target, start=(3.0, 0.0, 0.7))
     near = math.exp(-10 * (0.4**2 + 0.3**2))
     dropped = terms(standing(), box)
-    assert dropped["grasp"] < near  # else it is the hands that it is paid for
-    assert dropped["lift"] == dropped["carry"] == dropped["place"] == pytest.approx(near, abs=1e-5)
+    assert dropped["place"] == pytest.approx(near, abs=1e-5)
+    assert dropped["grasp"] < 0.02  # the hands are away: nearly all is the box's place
+    assert dropped["lift"] == dropped["carry"] == pytest.approx(near, abs=0.01)
     kept = terms(with_hands((0.4, 0.11, 1.0), (0.4, 0.69, 1.0)), box)
-    # held there it is worth less than placed, so that it is not held for ever
-    assert kept["lift"] == kept["carry"] == pytest.approx(max(0.6, near), abs=1e-5)
+    # held there it is worth less than placed, so that it is not held for ever: 0.4 of what is
+    # left to the whole
+    assert kept["lift"] == kept["carry"] == pytest.approx(near + 0.4 * (1.0 - near), abs=1e-5)
+
+
+@pytest.mark.parametrize(("phase", "worth"), [(0.0, 1.0), (math.pi / 3, 0.5), (math.pi, -1.0)])
+def test_the_way_with_the_box_earns_by_its_progress(phase: float, worth: float) -> None:
+    """0.9 m/s at this angle to the way to the target; away from it costs what the way there
+    earned."""
+    held = with_hands((0.4, -0.29, 1.0), (0.4, 0.29, 1.0))
+    speed = (0.9 * math.cos(phase), 0.9 * math.sin(phase), 0.0)
+    box = a_box((0.4, 0.0, 1.0), start=(0.4, 0.0, 0.8), velocity=speed)
+    assert terms(held, box)["carry"] == pytest.approx(worth, abs=1e-4)
+
+
+def test_circles_earn_nothing() -> None:
+    """A walk in circles about the box or, with it in hand, about the target: the mean of the terms
+    over the directions of a circle is 0."""
+    directions = [(math.cos(k * math.pi / 6), math.sin(k * math.pi / 6), 0.0) for k in range(12)]
+    held = with_hands((0.4, -0.29, 1.0), (0.4, 0.29, 1.0))
+    carry, walk = [], []
+    for x, y, z in directions:
+        box = a_box((0.4, 0.0, 1.0), start=(0.4, 0.0, 0.8), velocity=(0.8 * x, 0.8 * y, z))
+        carry.append(terms(held, box)["carry"])
+        body = standing((0.8 * x, 0.8 * y, z))
+        walk.append(terms(body, a_box((3.0, 0.0, 0.7)))["walk"])
+    assert max(carry) > 0.8 and max(walk) > 0.6
+    assert sum(carry) == pytest.approx(0.0, abs=1e-4)
+    assert sum(walk) == pytest.approx(0.0, abs=1e-4)
+
+
+def test_lowering_a_box_onto_its_target_pays_at_every_height() -> None:
+    """From 0.4 m above its place down to it, in hand; what it earns there is all."""
+    target = (0.4, 0.0, 0.7)
+    worths = []
+    for above in (0.4, 0.3, 0.2, 0.1, 0.0):
+        z = 0.7 + above
+        hands = with_hands((0.4, -0.29, z), (0.4, 0.29, z))
+        found = terms(hands, a_box((0.4, 0.0, z), target, start=(3.0, 0.0, 0.7)))
+        worths.append(found["lift"] + found["carry"])
+    assert all(later > before + 0.1 for before, later in pairwise(worths))
+    assert worths[-1] == pytest.approx(2.0, abs=1e-5)
 
 
 def test_a_box_put_down_is_worth_all() -> None:
