@@ -187,8 +187,8 @@ class WorldConfig:
     """Pelvis height below which a training episode ends as a fall, away from the object, m."""
     stall_s: float | None = None
     """Stall time-out of training episodes, s: an episode ends as a fall after so long without
-    success in which neither the character nor its box has moved; none: no such limit. Evaluation
-    has none."""
+    success in which neither the character nor its box has moved, or a box that is off its stand has
+    come no nearer to its target; none: no such limit. Evaluation has none."""
     action_scale: float = 0.35
     """Offset of the set-point at action 1, as a fraction of the joint's range; action 0 is the mean
     pose of the clips."""

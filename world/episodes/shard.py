@@ -316,7 +316,7 @@ class Shard:
                 value.copy_(state[name])
         # and these where they are older than the stall time-out
         if "stall_still" in state:
-            self._stall.load_state_dict({k: state[f"stall_{k}"] for k in self._stall.state_dict()})
+            self._stall.load_state_dict(state_keys.part(state, "stall_"))
         if self._penalties is not None:
             self._penalties.load_state_dict(state_keys.part(state, "penalty_"))
         if self._teacher is not None:

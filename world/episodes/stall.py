@@ -1,8 +1,8 @@
-"""The stall time-out: ends an episode in which neither character nor box moves any more.
+"""The stall time-out: ends an episode in which neither character nor box gets on any more.
 
-Standing in front of a box, or with the box in hand, is safe and rewarded at every step: a local
-optimum of the return. The time-out ends such an episode as a fall, so that it returns little more
-than a failed attempt.
+Standing in front of a box, or with the box in hand above its target, is safe and rewarded at every
+step: a local optimum of the return. The time-out ends such an episode as a fall, so that it returns
+little more than a failed attempt.
 """
 
 import torch
@@ -17,6 +17,10 @@ from world.scene.target import Target
 #: The stall clock restarts when the root moves horizontally by the first of these, m, or the box by
 #: the second, from their positions at the last restart.
 _ROOT_M, _BOX_M = 0.25, 0.10
+#: Of a box that is farther than _BOX_M from where the episode began, the clock restarts only when it
+#: is nearer to its target, by this, m, than it was at the last restart: steps to and fro, or in
+#: circles, with the box in hand do not count.
+_NEARER_M = 0.05
 
 
 class StallTimeout:
@@ -30,6 +34,7 @@ class StallTimeout:
         self._limit = None if stall_s is None else round(stall_s * character.CONTROL_HZ)
         self._root = torch.zeros(n, 2, device=device)
         self._box = torch.zeros(n, 3, device=device)
+        self._nearest = torch.full((n,), torch.inf, device=device)
         self._still = torch.zeros(n, dtype=torch.int64, device=device)
 
     def ends(self, body: Body, target: Target, done: Tensor) -> Tensor:
@@ -42,6 +47,11 @@ class StallTimeout:
         if target.box is not None:
             box = target.box.position
             moves |= (box - self._box).norm(dim=1) > _BOX_M
+            away = (box - target.box.start).norm(dim=1) > _BOX_M
+            to_target = (target.box.target - box).norm(dim=1)
+            moves = torch.where(away, to_target < self._nearest - _NEARER_M, moves)
+            nearest = torch.where(moves, to_target, self._nearest)
+            self._nearest = torch.where(away, nearest, torch.inf)
             self._box = torch.where(moves[:, None], box, self._box)
         self._root = torch.where(moves[:, None], root, self._root)
         self._still = torch.where(moves | done, 0, self._still + 1)
@@ -53,13 +63,19 @@ class StallTimeout:
         """Restart the clocks of the scenes `ids` [m] at body and target [m]."""
         self._root[ids], self._still[ids] = body.root[:, :2], 0
         if target.box is not None:
-            self._box[ids] = target.box.position
+            self._box[ids], self._nearest[ids] = target.box.position, torch.inf
 
     def state_dict(self) -> dict[str, Tensor]:
         """Return the state between steps, by name."""
-        return {"root": self._root, "box": self._box, "still": self._still}
+        return {
+            "root": self._root,
+            "box": self._box,
+            "nearest": self._nearest,
+            "still": self._still,
+        }
 
     def load_state_dict(self, state: dict[str, Tensor]) -> None:
         """Restore what `state_dict` gave."""
         for name, value in self.state_dict().items():
-            value.copy_(state[name])
+            if name in state or name != "nearest":  # older checkpoints lack it
+                value.copy_(state[name])

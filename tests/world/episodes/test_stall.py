@@ -1,5 +1,6 @@
 """The stall time-out ends the episodes in which nothing moves, and no others."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -56,6 +57,43 @@ def test_an_episode_with_progress_goes_on() -> None:
     assert ended.tolist() == [18, 0, 0, 0]
     stall.reset(every[:1], body([0.2]), place([2.05]))
     assert not stall.ends(body([0.2] * 4), place([2.05] * 4), done)[0]
+
+
+def test_a_box_in_hand_must_come_nearer_to_its_target() -> None:
+    """Five carry a box for 1 s, 2 m from its target or above it: on to it at 0.5 m/s; in a circle of
+    1 m in a second; lowered by 2 cm in a tenth of a second, and held after 0.3 m of it; swung about
+    the target; on its stand, while the character walks in the circle."""
+    stall = StallTimeout(5, 0.6)
+    every, done = torch.arange(5), torch.zeros(5, dtype=torch.bool)
+    ended = torch.zeros(5, dtype=torch.long)
+    for step in range(90):
+        t = step / 30
+        x, y = math.cos(2 * math.pi * t) - 1.0, math.sin(2 * math.pi * t)
+        where = torch.tensor(
+            [
+                [2.0 - 0.5 * t, 0.0, 0.4],
+                [2.0 + x, y, 0.4],
+                [0.0, 0.0, max(0.4 - 0.2 * t, 0.1)],
+                [0.15 * (x + 1.0), 0.15 * y, 0.2],
+                [5.0, 0.0, 0.0],
+            ]
+        )
+        target = place([0.0] * 5)
+        assert target.box is not None
+        start, zero = torch.tensor([[5.0, 0.0, 0.0]]).repeat(5, 1), torch.zeros(5, 3)
+        box = replace(target.box, position=where, start=start, target=zero)
+        seen = replace(target, box=box)
+        person = body([2.0 - 0.5 * t, 2.0 + x, 0.0, 0.15 * x, x])
+        if step == 0:
+            stall.reset(every, person, seen)
+        ends = stall.ends(person, seen, done)
+        ended = torch.where((ended == 0) & ends, step + 1, ended)
+    forward, circle, lowered, swung, approach = ended.tolist()
+    assert forward == approach == 0
+    # nearer for the first third of the circle at most, then never again: 18 steps without it
+    assert 18 < circle < 60
+    assert 45 + 10 < lowered < 45 + 19
+    assert swung == 19
 
 
 def test_standing_still_ends_as_stalled_not_as_a_fall() -> None:
