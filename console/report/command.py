@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from console import existing
 from console.commands import Evaluate, Report
 from console.evaluation.command import check, clips, evaluate, objects_of
 from console.evaluation.realism import style_rewards
@@ -36,6 +37,7 @@ def report_command(command: Report) -> int:
     folder = found.path if run is None else run.path
     # no file is written into the folder of a published policy
     out = command.out or (run.path / "report.html" if run else Path(f"{folder.name}-report.html"))
+    existing.require(out, "" if command.out is None else "--out ", existing.PAGE)
     task = tasks.make(found.task)
     metrics = tuple(read_metrics(folder / "metrics.jsonl"))
     settings = to_json(found.experiment) | {"world": settings_of(found)}
