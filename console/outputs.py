@@ -18,7 +18,7 @@ _FOLDERS = {
 _SUFFIXES = {"html": (".html", ".htm"), "sheet": (".png",), "record": (".msgpack",)}
 """Suffixes of files by field, where they are the same for all commands"""
 _PAGES = {("Report", "out"), ("Evaluate", "out")}
-_FILES = _PAGES | {("Video", "out"), ("Export", "out")}
+_FILES = _PAGES | {("Video", "out")}
 """Outputs `out` that are one file"""
 _WORDS = {(kind, "out") for kind in ("Publish", "Video", "Export", "TeachCarry", "TeachRecord")}
 """Commands whose output is a word, without a flag"""
@@ -64,7 +64,8 @@ def require(command: Any, read: Sequence[Path] = ()) -> None:
                 if path.is_file() and any(path.samefile(one) for one in read):
                     raise ConfigError(f"{flag}{path}: the command reads it; name another file")
                 _writable(path, flag)
-                wanted = _wanted(kind, field.name, path) if whole else None
+                one_file = whole or (kind, field.name) == ("Export", "out")
+                wanted = _wanted(kind, field.name, path) if one_file else None
                 if wanted is not None:
                     existing.require(path, flag, wanted)
 
