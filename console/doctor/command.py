@@ -73,7 +73,7 @@ def check_simulator() -> Finding:
 
 def check_motions(paths: tuple[Path, ...] = ()) -> Finding:
     """Check that clips can be read; report their licences."""
-    from console.motions.listing import clips
+    from console.motions.reading import clips
 
     found = clips(paths)
     minutes = sum(clip.seconds for clip in found) / 60
