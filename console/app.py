@@ -216,14 +216,15 @@ def run(command: Any) -> int:
 def execute(command: Any, words: Sequence[str]) -> int:
     """Run one parsed command whose inputs are there and whose outputs can be, after a line on a
     MUJOCO_GL that is not; return the exit code."""
-    from console import inputs, outputs
-    from console.terminal import doing
+    from console import inputs, outputs, terminal
 
     if surroundings.missing_gl is not None and words[:1] != ["doctor"]:
         print(f"inhabit: {surroundings.missing_gl}: ignored", file=sys.stderr, flush=True)
-    with doing("starting"):
+    with terminal.doing("starting"):
         inputs.require(command)
         outputs.require(command, tuple(inputs.files(command)))
+        for line in dict.fromkeys(inputs.namesakes(command)):
+            terminal.note(line)
     return run(command)
 
 
