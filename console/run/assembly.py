@@ -149,7 +149,9 @@ class MakeShard:
         taught = self.taught.get(world.task)
         teacher = None
         if taught is not None:
-            teacher = taught.teacher(world, library_of(world), training_bank(world), len(scenes))
+            clips, bank = library_of(world), training_bank(world)
+            with doing("adapting the teachers' clips to the objects"):
+                teacher = taught.teacher(world, clips, bank, len(scenes))
         made = shard(
             world,
             scenes,

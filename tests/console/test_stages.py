@@ -98,3 +98,21 @@ def test_import_check_and_variants_of_motions(
     assert "measuring" in stages and counted == {"motions": 3}
     stages, counted = told(["motions", "list", out], monkeypatch)
     assert "reading clips" in stages and counted == {"files": 3}
+
+
+def test_train(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What it begins from, and that its scenes are waited for before a checkpoint is restored."""
+    run, clips = str(tmp_path / "run"), str(small_clips.write(tmp_path / "clips"))
+    small = ["--scenes", "32", "--block", "16", "--horizon", "4", "--world.pieces", "2"]
+    quick = ["--world.scales", "1", "--clone-samples", "64", "--threads", "2", "--motions", clips]
+    words = ["train", "sit", "--run", run, *small, *quick, "--style.normaliser-samples", "500"]
+    stages, _ = told([*words, "--iterations", "1"], monkeypatch)
+    assert "building scenes" in stages and "behaviour cloning on the clips" in stages
+    assert "restoring the checkpoint" not in stages
+    stages, _ = told([*words, "--iterations", "2", "--resume"], monkeypatch)
+    assert "behaviour cloning on the clips" not in stages
+    at = stages.index("restoring the checkpoint")
+    assert stages[at - 1] == "building scenes"
+    again = ["--run", str(tmp_path / "other"), "--init", run, "--iterations", "1"]
+    stages, _ = told(["train", "sit", *small, *quick, *again], monkeypatch)
+    assert "reading the networks to begin from" in stages
