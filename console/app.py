@@ -206,18 +206,25 @@ def run(command: Any) -> int:
     module, _, function = next(e.function for e in entries if e.flags is type(command)).partition(
         ":"
     )
-    return getattr(importlib.import_module(module), function)(command)
+    from console.terminal import doing
+
+    with doing("starting"):  # the simulator and the networks take seconds to import
+        found = getattr(importlib.import_module(module), function)
+    return found(command)
 
 
 def execute(command: Any, words: Sequence[str]) -> int:
     """Run one parsed command whose inputs are there and whose outputs can be, after a line on a
     MUJOCO_GL that is not; return the exit code."""
-    from console import inputs, outputs
+    from console import inputs, outputs, terminal
 
     if surroundings.missing_gl is not None and words[:1] != ["doctor"]:
         print(f"inhabit: {surroundings.missing_gl}: ignored", file=sys.stderr, flush=True)
-    inputs.require(command)
-    outputs.require(command, tuple(inputs.files(command)))
+    with terminal.doing("starting"):
+        inputs.require(command)
+        outputs.require(command, tuple(inputs.files(command)))
+        for line in dict.fromkeys(inputs.namesakes(command)):
+            terminal.note(line)
     return run(command)
 
 

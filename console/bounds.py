@@ -217,6 +217,8 @@ def require(command: Any, prefix: str = "--") -> None:
             _within(value, spans[field.name], f"{prefix}{name}", text(kind, field.name))
             if field.name in ranges(kind):
                 _ordered(value, f"{prefix}{name}")
+            if len(spans[field.name]) > 1:
+                _scheduled(value, f"{prefix}{name}")
 
 
 UNNAMED = ("dagger", "experiment", "files", "mesh", "practice", "service")
@@ -230,6 +232,20 @@ def _ordered(value: Any, flag: str) -> None:
             f"{flag} {_shown(low)} {_shown(high)}: the first is the least, the second the"
             f" greatest; give {_shown(high)} {_shown(low)}"
         )
+
+
+def _scheduled(value: Any, flag: str) -> None:
+    """Raise ConfigError for a schedule without points, or whose samples descend. Two points of the
+    same samples are a jump."""
+    if not value:
+        raise ConfigError(f"{flag}: give SAMPLES VALUE, once or more")
+    ordered = sorted(value, key=lambda point: point[0])
+    if list(value) != ordered:
+        given, right = (
+            " ".join(_shown(number) for point in points for number in point)
+            for points in (value, ordered)
+        )
+        raise ConfigError(f"{flag} {given}: the samples of a schedule ascend; give {flag} {right}")
 
 
 def _within(value: Any, spans: tuple[Span, ...], flag: str, form: str) -> None:

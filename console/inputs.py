@@ -36,6 +36,8 @@ FIELDS = (
 )
 _WORDS = (*RUNS[:3], *PATHS)
 """Fields that are words of the command, without a flag"""
+_POLICIES = (*RUNS, "init", "walker", "tracker", "expert", "rollouts")
+"""Fields whose words may be the name of a policy"""
 _SERVED = ("sources", "policies")
 """Fields whose words may be NAME=RUN"""
 
@@ -71,6 +73,24 @@ def files(command: Any) -> Iterator[Path]:
             yield from files(value)
         elif field.name in FIELDS:
             yield from (Path(one) for one in _given(value) if Path(one).is_file())
+
+
+def namesakes(command: Any) -> Iterator[str]:
+    """Yield a line for each folder that is read and has the name of a policy of the package, which
+    the user may have meant."""
+    kind = type(command).__name__
+    if kind == "Doctor":
+        return
+    for field in dataclasses.fields(command):
+        value = getattr(command, field.name)
+        if dataclasses.is_dataclass(value) and not isinstance(value, type):
+            yield from namesakes(value)
+        elif field.name in _POLICIES or (kind, field.name) == ("TrackConfig", "teacher"):
+            for one in _given(value):
+                name = one if Path(one).is_dir() else one.partition("=")[2]
+                meant = pretrained.folder(name)
+                if meant is not None and Path(name).is_dir() and not meant.samefile(name):
+                    yield f"{name}: the folder here is used, not the package's policy of that name"
 
 
 def _given(value: object) -> Iterator[str]:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from console import existing
 from world.errors import ConfigError
 
 FIELDS = ("run", "state", "out", "json", "record", "sheet", "html")
@@ -40,8 +41,8 @@ def check(path: Path | None, flag: str, suffixes: Sequence[str]) -> None:
 
 def require(command: Any, read: Sequence[Path] = ()) -> None:
     """Raise ConfigError, which names flag and value, for an output whose folder cannot be written,
-    for a file where a folder is to be written or the other way round, and for one of the files that
-    are `read`."""
+    for a file where a folder is to be written or the other way round, for one of the files that
+    are `read`, and for an existing file that the command did not write."""
     kind = type(command).__name__
     for field in dataclasses.fields(command):
         if field.name not in FIELDS:
@@ -63,6 +64,18 @@ def require(command: Any, read: Sequence[Path] = ()) -> None:
                 if path.is_file() and any(path.samefile(one) for one in read):
                     raise ConfigError(f"{flag}{path}: the command reads it; name another file")
                 _writable(path, flag)
+                one_file = whole or (kind, field.name) == ("Export", "out")
+                wanted = _wanted(kind, field.name, path) if one_file else None
+                if wanted is not None:
+                    existing.require(path, flag, wanted)
+
+
+def _wanted(kind: str, field: str, path: Path) -> str | None:
+    """Return what a file must be that a command replaces; None for an unknown suffix, which the
+    command refuses."""
+    if field == "json":
+        return existing.OF_JSON[kind]
+    return existing.OF_SUFFIX.get(path.suffix.lower())
 
 
 def _writable(path: Path, flag: str) -> None:

@@ -64,7 +64,15 @@ def _message(sections: list[list[str]], command: str) -> str:
 def _missing(rows: list[str]) -> str:
     """The flags and words that are required; of one alone also what it is."""
     # a name is a row of its own; its meaning is in rows below that are indented further
-    names = [row.split()[0] for row in rows if row[4:5].strip()]
+    names: list[str] = []
+    for row in rows:
+        if row[4:5].strip():
+            word = row.split()[0]
+            # a long list of choices goes on in the next row
+            if names and names[-1].startswith("{") and not names[-1].endswith("}"):
+                names[-1] += word
+            else:
+                names.append(word)
     if len(names) != 1:
         return f"{', '.join(names)}: missing"
     about = _joined([row for row in rows if not row[4:5].strip()]).removesuffix(" (required)")

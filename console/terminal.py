@@ -60,6 +60,12 @@ def screen() -> Console:
     return console if console.is_terminal else plain(width=FILE_WIDTH)
 
 
+def note(line: str) -> None:
+    """Write a line on standard error, where results are not mixed with it; an empty one is none."""
+    if line:
+        print(f"note: {line}", file=sys.stderr, flush=True)
+
+
 @dataclass
 class Work:
     """Work of known size: its unit, how much is done, and since when."""
@@ -100,10 +106,12 @@ def doing(stage: str | Callable[[], str]) -> Iterator[None]:
 
 
 @contextmanager
-def progress(unit: str, total: float) -> Iterator[Callable[[float], None]]:
+def progress(
+    unit: str, total: float, stage: str | Callable[[], str] = ""
+) -> Iterator[Callable[[float], None]]:
     """Show the progress of work on a terminal; yield a function that takes what is done so far.
 
-    Elsewhere the lines of `signs_of_life` tell it.
+    Elsewhere the lines of `signs_of_life` tell it. stage: what the command does, as of `doing`.
     """
     output, work = screen(), Work(unit, total, time.monotonic())
     told = TextColumn("{task.description}"), _Remaining(work)
@@ -113,7 +121,7 @@ def progress(unit: str, total: float) -> Iterator[Callable[[float], None]]:
         shown = Progress(
             *columns, console=output, transient=True, disable=not output.is_terminal
         )  # fmt: skip
-        with shown as bar:
+        with doing(stage) if stage else contextlib.nullcontext(), shown as bar:
             row = bar.add_task(unit, total=total)
 
             def update(done: float) -> None:
@@ -168,7 +176,8 @@ class Watch:
 
     def _parts(self, now: float) -> tuple[str, str]:
         """Return what a line says before and after the seconds so far."""
-        stages, works = list(_stages), list(_works)  # the command may end one meanwhile
+        # the command may end one meanwhile; what is done to the end is no more what it does
+        stages, works = list(_stages), [work for work in list(_works) if work.done < work.total]
         stage = stages[-1]() if stages else "working"
         return f"{self._name}: {stage}", f", {works[-1].text(now)}" if works else ""
 

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from types import FrameType
 from typing import Any
 from wsgiref.simple_server import WSGIServer
 
@@ -136,17 +137,25 @@ class Server:
         for name in self._services:
             self.health.set(name, NOT_SERVING if full else SERVING)
 
-    def run(self, report: Callable[[str], None] = lambda line: None) -> None:
-        """Block until SIGTERM, SIGINT or `stopping` is set, then drain. Main thread only.
+    def run(self, report: Callable[[str], None] = lambda line: None) -> bool:
+        """Block until SIGTERM, SIGINT or `stopping` is set, then drain; return whether SIGINT came
+        first. Main thread only.
 
         report: takes a line when it stops.
         """
+        first: list[int] = []
+
+        def stop(number: int, _frame: FrameType | None) -> None:
+            first.append(number)
+            self.stopping.set()
+
         for number in (signal.SIGTERM, signal.SIGINT):
-            signal.signal(number, lambda *_: self.stopping.set())
+            signal.signal(number, stop)
         while not self.stopping.wait(1.0):  # a bounded wait, so that signals are handled
             pass
         report(f"stopping: calls in progress have {self.config.drain_s:g} s to end")
         self.drain()
+        return first[:1] == [signal.SIGINT]
 
     def drain(self) -> None:
         """Report NOT_SERVING, refuse new calls, wait for those in progress, stop."""

@@ -17,6 +17,10 @@ _ASIDE = 100
 _TERMS = ("non-commercial", "noncommercial", "research only")
 #: A line that states a licence and does not only mention one.
 _STATED = re.compile(r"^\W*licen[cs]es?\b[^\w|]*[:.,]", re.IGNORECASE)
+#: A line that begins something new: a heading, table, quotation or list, or a field ("Source: ").
+_BEGINS = re.compile(r"^\s*(?:[#|>`=]|[-*+] |---|\*\*\w|\d+[.)] |[\w ]{1,24}: )")
+#: Characters from which on a line of a licence is prose that goes on, and no heading.
+_PROSE = 50
 _SPDX = re.compile(r"SPDX-License-Identifier:\s*(.+)", re.IGNORECASE)
 _COPYRIGHT = re.compile(r"SPDX-FileCopyrightText:\s*(.+)", re.IGNORECASE)
 _READMES = ("readme.md", "readme.txt", "readme.rst", "readme")
@@ -53,19 +57,60 @@ def _of_folder(folder: Path, own: bool) -> str:
     files = _named(folder)
     for name in _READMES:
         lines = _lines(files[name]) if name in files else []
-        stated = [line for line in lines if _STATED.match(line)]
+        stated = [at for at, line in enumerate(lines) if _STATED.match(line)]
         if stated:
-            return _cleaned(stated[0])
+            return _cleaned(_to_the_end(lines, stated[0]))
         for words in (("licence", "license"), _TERMS) if own else ():
-            for line in lines:
+            for at, line in enumerate(lines):
                 if any(word in line.lower() for word in words) and not line.startswith("|"):
-                    return _from(line.replace("**", ""), words)
+                    first = _beginning(lines, at)
+                    return _from(_to_the_end(lines, first).replace("**", ""), words)
     for name in sorted(files):
         if name.split(".")[0] in _LICENCES and name.endswith((*_LICENCES, ".md", ".txt")):
-            lines = [line.strip("# \t") for line in _lines(files[name]) if line.strip("#=- \t")]
+            every = [line.strip("# \t") for line in _lines(files[name])]
+            lines = [line for line in every if line.strip("=- ")]
+            if lines and _SPDX.search(lines[0]):
+                return _reuse(lines)
             if lines:
-                return _reuse(lines) if _SPDX.search(lines[0]) else " ".join(lines[:2])
+                return _heading(every)
     return ""
+
+
+def _goes_on(line: str) -> bool:
+    """Whether a line goes on with the sentences of the one before, in a text of wrapped lines."""
+    return bool(line.strip()) and not _BEGINS.match(line)
+
+
+def _to_the_end(lines: list[str], at: int) -> str:
+    """A line with those that go on with its sentences."""
+    parts = [lines[at].strip()]
+    for line in lines[at + 1 :]:
+        if not _goes_on(line):
+            break
+        parts.append(line.strip())
+    return " ".join(parts)
+
+
+def _beginning(lines: list[str], at: int) -> int:
+    """The line in which the sentences of a line begin."""
+    while at > 0 and _goes_on(lines[at]) and lines[at - 1].strip():
+        if lines[at - 1].lstrip().startswith(("#", "|")):
+            break
+        at -= 1
+    return at
+
+
+def _heading(lines: list[str]) -> str:
+    """The first two lines of a licence, and what goes on with their sentences: headings are
+    short."""
+    at = [at for at, line in enumerate(lines) if line.strip("=- ")][:2]
+    first = lines[at[0]].strip()
+    if len(at) == 1:
+        return first
+    if len(first) >= _PROSE and at[1] == at[0] + 1:
+        return _to_the_end(lines, at[0])
+    second = lines[at[1]].strip()
+    return f"{first} {_to_the_end(lines, at[1]) if len(second) >= _PROSE else second}"
 
 
 def _named(folder: Path) -> dict[str, Path]:

@@ -15,10 +15,11 @@ from scipy.spatial.transform import Rotation
 
 from console.animation.retarget import onto
 from console.animation.rig import Rig
+from world.motions import clip_file
 from world.motions.clip import Clip
 from world.motions.formats import smpl
 
-SUFFIX = ".smpl.npz"
+SUFFIX = clip_file.SMPL_SUFFIX
 #: Joints of SMPL+H, of which the first 22 are the body's.
 JOINTS = 52
 _BETAS, _DMPLS = 16, 8

@@ -35,6 +35,7 @@ from learner.loop import Loop
 from policy.rollout import Rollout
 from world import device as devices
 from world import random_streams
+from world.errors import ConfigError
 from world.meshes import collection
 
 #: Goals of whole iterations on two cores, samples/s, by preset.
@@ -129,6 +130,8 @@ def servos(command: Bench, experiment: Experiment, threads: int) -> dict[str, fl
 def furniture(command: Bench, experiment: Experiment, threads: int) -> dict[str, float]:
     """Measure scenes with a mixture of pieces against scenes with a plain chair."""
     pieces = collection.pieces(command.objects)
+    if not pieces:
+        raise ConfigError(f"--objects: name {', '.join(collection.SPLITS)} or a path of pieces")
     return bench_furniture.measure(pieces, experiment.scenes, command.seconds, threads)
 
 

@@ -73,9 +73,9 @@ def check_simulator() -> Finding:
 
 def check_motions(paths: tuple[Path, ...] = ()) -> Finding:
     """Check that clips can be read; report their licences."""
-    from console.motions.listing import clips
+    from console.motions.reading import clips
 
-    found = clips(paths)
+    found = clips(tuple(map(str, paths)))
     minutes = sum(clip.seconds for clip in found) / 60
     terms = ", ".join(sorted({clip.licence for clip in found}))
     where = "found" if paths else "of the package"

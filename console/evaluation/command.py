@@ -62,8 +62,7 @@ def evaluate_command(command: Evaluate, then: Then | None = None) -> int:
 
     then: called at the end, but not for a task that follows clips.
     """
-    with doing("reading the policy"):
-        found = assembly.trained(command.source, command.task)
+    found = assembly.trained(command.source, command.task)
     check(command, found.task)
     if tasks.make(found.task).affordance.follows_clips:
         return evaluate_tracking(command, found)
@@ -73,7 +72,7 @@ def evaluate_command(command: Evaluate, then: Then | None = None) -> int:
     output = screen()
     if strange := unfamiliar(found.experiment.world, pieces):
         output.print(f"note: not trained on pieces of the class {', '.join(strange)}")
-    with progress("trials", command.trials) as update:
+    with progress("trials", command.trials, "simulating") as update:
         figures, results = evaluate(
             found,
             pieces,
@@ -127,7 +126,7 @@ def followed(
         raise ConfigError("--perturb, --objects: this task follows clips; leave them out")
     motions = tuple(str(path.resolve()) for path in command.motions)
     threads = command.threads or machine.cores()
-    with progress("trials", command.trials) as update:
+    with progress("trials", command.trials, "simulating") as update:
         return tracking.evaluate(
             found, motions, command.trials, command.seed, threads, record, update
         )
@@ -290,7 +289,8 @@ def evaluate(
     }
     if command.quality:
         tracks = results.tracks[: command.quality]
-        figures["quality"] = quality_of(tracks, world, library, pieces, style, command.seed)
+        with doing("measuring motion quality"):
+            figures["quality"] = quality_of(tracks, world, library, pieces, style, command.seed)
         named = None if library is None else clips_named(command, found)
         figures["quality"]["compared_with"] = named
     return figures | {"wall_s": time.perf_counter() - began}, results

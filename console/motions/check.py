@@ -50,7 +50,7 @@ def examined(
         child.task(path, (ClipSource(path, path.stem, form, given or Map(), path in named),))
         for path in found
     ]
-    for path, result in zip(found, child.in_order(tasks, _examined), strict=True):
+    for path, result in zip(found, child.in_order(tasks, _examined, "measuring"), strict=True):
         if result.refused:
             yield measures.refusal(path.stem, result.refused)
         elif result.value is not None:

@@ -1,11 +1,13 @@
 """Child processes that read motions, with limits of time and memory by the size of the file."""
 
 import contextlib
+import itertools
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from console.run import machine
+from console.terminal import progress
 from world import bounded
 
 CPU_S, CPU_S_PER_MB = 10.0, 30.0
@@ -27,16 +29,24 @@ def task(path: Path, arguments: tuple[Any, ...]) -> bounded.Task:
     return bounded.Task(str(path), arguments, bounds)
 
 
-def in_order(tasks: Sequence[bounded.Task], work: Callable[..., Any]) -> Iterator[bounded.Result]:
-    """Yield the results of the tasks in their order; the tasks run on all cores."""
+def in_order(
+    tasks: Sequence[bounded.Task], work: Callable[..., Any], stage: str
+) -> Iterator[bounded.Result]:
+    """Yield the results of the tasks in their order; the tasks run on all cores.
+
+    stage: what they do, for the progress.
+    """
     ready: dict[int, bounded.Result] = {}
     upcoming = 0
     workers = min(machine.cores(), len(tasks))
-    for index, result in bounded.run(tasks, work, workers, ADVICE, PRELOAD):
-        ready[index] = result
-        while upcoming in ready:
-            yield ready.pop(upcoming)
-            upcoming += 1
+    done = itertools.count(1)
+    with progress("motions", len(tasks), stage) as update:
+        for index, result in bounded.run(tasks, work, workers, ADVICE, PRELOAD):
+            update(next(done))
+            ready[index] = result
+            while upcoming in ready:
+                yield ready.pop(upcoming)
+                upcoming += 1
 
 
 PRELOAD = ("world.motions.retarget.convert",)

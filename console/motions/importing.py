@@ -50,7 +50,7 @@ def import_command(command: MotionsImport) -> int:
     ]
     remarks: Counter[str] = Counter()
     left_out: list[str] = []
-    for path, result in zip(paths, child.in_order(tasks, _written), strict=True):
+    for path, result in zip(paths, child.in_order(tasks, _written, "importing"), strict=True):
         if result.refused:
             refused += 1
             print(f"inhabit: {result.refused}", file=sys.stderr, flush=True)
@@ -161,7 +161,7 @@ def line(clip: Clip, report: measures.ClipReport) -> str:
 def distinct(paths: list[Path]) -> list[str]:
     """Return distinct names of files: the file's own, preceded by the folder's for equal names, and
     followed by the suffix for equal names in one folder."""
-    names = [path.stem for path in paths]
+    names = [path.stem.removesuffix(".smpl") for path in paths]
     for longer in (
         lambda path: f"{path.resolve().parent.name}_{path.stem}",
         lambda path: f"{path.resolve().parent.name}_{path.stem}_{path.suffix[1:]}",

@@ -3,7 +3,6 @@
 import json
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -11,31 +10,24 @@ from rich.table import Table
 from rich.text import Text
 
 from console.commands import MotionsCheck, MotionsImport, MotionsList, MotionsPlay
-from console.terminal import screen
-from world.motions import load
+from console.motions.reading import clips
+from console.terminal import doing, screen
 from world.motions.clip import Clip
-from world.motions.fit.objects import with_any
 
 #: Characters of a licence in the table.
 _LICENCE = 48
 
 
-@lru_cache(maxsize=1)
-def clips(paths: tuple[str, ...]) -> tuple[Clip, ...]:
-    """Return the clips of paths, or the package's own, with their objects."""
-    if not paths:
-        return tuple(load.own_clips())
-    return tuple(part for path in load.find(paths) for part in with_any(load.read(path)))
-
-
 def motions_command(command: MotionsList | MotionsCheck | MotionsImport | MotionsPlay) -> int:
     """Run one of the commands of `motions`; return its exit code."""
     if isinstance(command, MotionsCheck):
-        from console.motions.check import check_command
+        with doing("starting"):
+            from console.motions.check import check_command
 
         return check_command(command)
     if isinstance(command, MotionsImport):
-        from console.motions.importing import import_command
+        with doing("starting"):
+            from console.motions.importing import import_command
 
         return import_command(command)
     if isinstance(command, MotionsPlay):

@@ -8,11 +8,10 @@ from pathlib import Path
 
 from console.commands import MotionsPlay
 from console.listening import address_of, family, is_loopback, joined, refused
+from console.motions import reading
 from console.motions.page import page
 from world.errors import ClipError, ConfigError
-from world.motions import load
 from world.motions.clip import Clip
-from world.motions.fit.objects import with_any
 from world.partial_files import replacing
 
 
@@ -37,10 +36,7 @@ def play_command(command: MotionsPlay) -> int:
 def clips(paths: Sequence[str], only: str | None) -> list[Clip]:
     """Return the clips of paths, or the package's own, with their objects; ClipError without
     any."""
-    if paths:
-        found = [part for path in load.find(paths) for part in with_any(load.read(path))]
-    else:
-        found = load.own_clips()
+    found = reading.clips(tuple(paths))
     chosen = [clip for clip in found if only is None or only.lower() in clip.name.lower()]
     if not chosen:
         names = ", ".join(clip.name for clip in found[:8])

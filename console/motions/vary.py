@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 
 from console.commands import MotionsVary
-from console.motions.listing import clips
+from console.motions.reading import clips
+from console.terminal import progress
 from world.errors import ClipError, ConfigError
 from world.motions import clip_file, segments
 from world.motions.clip import Clip
@@ -23,12 +24,14 @@ def vary_command(command: MotionsVary) -> int:
     if not any(clip.box is not None and clip.box.held.any() for clip in given):
         raise ClipError(f"{', '.join(map(str, command.paths))}: no clip carries a box")
     made, left_out = list(given), list[str]()
-    for clip in given:
-        for found, why in variants(clip, command.stand_m, command.size):
-            if found is not None and not why:
-                made.append(found)
-            else:
-                left_out.append(why)
+    with progress("clips", len(given), "making variants") as update:
+        for done, clip in enumerate(given, 1):
+            for found, why in variants(clip, command.stand_m, command.size):
+                if found is not None and not why:
+                    made.append(found)
+                else:
+                    left_out.append(why)
+            update(done)
     there = [clip.name for clip in made if (command.out / f"{clip.name}.npz").exists()]
     if there and not command.replace:
         raise ClipError(

@@ -14,7 +14,7 @@ from console.commands import Meshes, ObjectsCheck, ObjectsImport, ObjectsList, O
 from console.objects import drop
 from console.objects.rows import listed, outcome_row
 from console.run import machine
-from console.terminal import progress, screen
+from console.terminal import doing, progress, screen
 from world.errors import ChoiceError, ConfigError, PieceError
 from world.furniture.catalogue import REGISTRY
 from world.furniture.piece import Piece
@@ -94,9 +94,10 @@ def import_pieces(command: ObjectsImport) -> int:
 
 def imported(paths: Sequence[Path], mesh: Meshes) -> list[Outcome]:
     """Return the outcomes of importing meshes, with a progress bar on a terminal."""
-    work = importing.jobs(paths, options(mesh))
+    with doing("looking for meshes"):
+        work = importing.jobs(paths, options(mesh))
     done = itertools.count(1)
-    with progress("pieces", len(work)) as update:
+    with progress("pieces", len(work), "importing") as update:
         return importing.run(
             work, mesh.threads or machine.cores(), lambda outcome: update(next(done))
         )

@@ -10,7 +10,7 @@ from console.evaluation.tables import number
 from console.realism import sources
 from console.run import assembly
 from console.run.directory import write_json
-from console.terminal import doing, progress, screen
+from console.terminal import doing, note, progress, screen
 from world import tasks
 from world.errors import ConfigError
 from world.motions import load
@@ -48,13 +48,14 @@ def _motions(command: Realism) -> tuple[list[Clip], str, tuple[str, ...]]:
     source = command.source
     if sources.is_policy(source):
         found = assembly.trained(source)
-        with progress("trials", command.trials) as update:
+        with progress("trials", command.trials, "simulating") as update:
             clips = sources.clips_of_policy(found, command, update)
         return clips, found.task, against or found.experiment.world.motions
     if source.suffix == sources.RECORDING_SUFFIX:
         clips, task = sources.clips_of_recording(source)
         return clips, task, against
     task = tasks.make(command.task)
+    note(load.note_others((str(source),)))
     return load.clips((str(source),), task.affordance.clips), command.task, against
 
 

@@ -16,6 +16,7 @@ from console.evaluation.scores import Protocol
 from console.recording import format as recording
 from console.recording.format import Recording, Take
 from console.run import assembly, machine
+from console.terminal import note
 from world import tasks
 from world.character import features, kinematics
 from world.character import model as character
@@ -125,6 +126,7 @@ def mocap(paths: Sequence[str], use: ClipUse, group: str) -> tuple[list[Clip], l
         clips = load.clips((), use)
         return clips, [clip.name for clip in clips]
     clips, groups = [], []
+    note(load.note_others(paths))
     for path in load.find(paths):
         parts = use.prepare(load.read(path))
         clips += parts

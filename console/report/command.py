@@ -1,13 +1,15 @@
 """`inhabit report`: a page of a run's metrics, evaluations and newly recorded trials."""
 
+import itertools
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from console import existing
 from console.commands import Evaluate, Report
 from console.evaluation.command import check, clips, evaluate, objects_of
 from console.evaluation.realism import style_rewards
@@ -36,6 +38,7 @@ def report_command(command: Report) -> int:
     folder = found.path if run is None else run.path
     # no file is written into the folder of a published policy
     out = command.out or (run.path / "report.html" if run else Path(f"{folder.name}-report.html"))
+    existing.require(out, "" if command.out is None else "--out ", existing.PAGE)
     task = tasks.make(found.task)
     metrics = tuple(read_metrics(folder / "metrics.jsonl"))
     settings = to_json(found.experiment) | {"world": settings_of(found)}
@@ -46,16 +49,23 @@ def report_command(command: Report) -> int:
         return 0
     pieces = objects_of(found, command.objects, command.trials, command.seed)
     evaluation = evaluation_of(command, found.task)
-    with progress("trials", command.trials) as update:
-        library = clips(evaluation, found.experiment.world)
+    library = clips(evaluation, found.experiment.world)
+    with progress("trials", command.trials, "simulating") as update:
         figures, results = evaluate(found, pieces, evaluation, library, update)
     protocol = Protocol(success_m=task.success_m, limit_s=task.evaluation.limit_s)
     known = evaluations(folder, run)
     own = ("trials of this report", figures)
     main = headline([figures for _, figures in known], figures)
     draws = pictures.can_draw()
-    judge_style = judge_of(found)
-    with doing("drawing the pictures"):
+    with doing("reading the discriminator"):
+        judge_style = judge_of(found)
+    pictured = pieces_of(main, pieces) if draws and kind(task).pictured else []
+    with progress("pictures", 3 + len(pictured), "drawing") as update:
+        drawn = itertools.count(1)
+
+        def one_more() -> None:
+            update(next(drawn))
+
         content = page.Report(
             title=f"inhabit {found.task}: {folder.name}",
             subtitle=f"Checkpoint {found.path.name}, {found.manifest.samples / 1e6:.1f} M samples."
@@ -65,8 +75,8 @@ def report_command(command: Report) -> int:
             evaluations=(*known, own),
             metrics=metrics,
             quality=figures.get("quality"),
-            trials=tuple(shown(results, protocol, judge_style, draws)),
-            pictures=pictures_of(main, pieces) if draws and kind(task).pictured else {},
+            trials=tuple(shown(results, protocol, judge_style, draws, one_more)),
+            pictures=pictures_of(pictured, one_more),
             settings=settings,
         )
         text = page.page(content)
@@ -142,9 +152,13 @@ def order(outcomes: Outcomes, error_m: np.ndarray) -> list[int]:
 
 
 def shown(
-    results: Results, protocol: Protocol, judge_style: StyleJudge | None, draws: bool
+    results: Results,
+    protocol: Protocol,
+    judge_style: StyleJudge | None,
+    draws: bool,
+    drawn: Callable[[], None] = lambda: None,
 ) -> list[page.Shown]:
-    """Return the best, a median and the worst of the recorded trials."""
+    """Return the best, a median and the worst of the recorded trials; drawn: called after each."""
     outcomes = judge(results.error_m, results.fell_at, protocol)
     ranked = order(outcomes, results.error_m)
     picked = {"best": ranked[0], "median": ranked[len(ranked) // 2], "worst": ranked[-1]}
@@ -164,6 +178,7 @@ def shown(
             data["style"] = values[:1] * (judge_style.window - 2) + values
         strip = pictures.filmstrip(track) if draws else None
         found.append(page.Shown(name, about, data, strip))
+        drawn()
     return found
 
 
@@ -181,7 +196,16 @@ def described(track: Track, outcomes: Outcomes, trial: int) -> str:
     return f"trial {trial}, {track.take.piece} from {distance:.1f} m: {result}"
 
 
-def pictures_of(main: dict[str, Any], pieces: Sequence[Piece]) -> dict[str, str]:
-    """Return the pictures of the pieces of an evaluation."""
+def pieces_of(main: dict[str, Any], pieces: Sequence[Piece]) -> list[Piece]:
+    """Return the pieces of an evaluation, each once."""
     wanted = {part["object"] for part in main["by_object"]}
-    return {piece.name: pictures.of_piece(piece) for piece in pieces if piece.name in wanted}
+    return [piece for name, piece in {p.name: p for p in pieces}.items() if name in wanted]
+
+
+def pictures_of(pieces: Sequence[Piece], drawn: Callable[[], None]) -> dict[str, str]:
+    """Return the pictures of pieces by name; drawn: called after each."""
+    found = {}
+    for piece in pieces:
+        found[piece.name] = pictures.of_piece(piece)
+        drawn()
+    return found

@@ -83,6 +83,7 @@ def document(
     return (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8">'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f'<meta name="generator" content="inhabit">'
         f"<title>{escape(title)}</title>{style}</head>"
         f"<body{embedded}>"
         f"{''.join(sections)}"

@@ -18,6 +18,7 @@ from console.run.experiment import Experiment, experiment_from_json, to_json
 from console.run.nan_dump import NanDump
 from console.run.policy_teachers import PolicyTeacher, policy_teachers
 from console.run.rollouts import rollouts_of
+from console.terminal import doing
 from discriminator.process import ServiceSpec
 from discriminator.protocols import Holding, MocapSampler
 from discriminator.service import ServiceConfig
@@ -50,6 +51,7 @@ from world.tracking.arrivals import Arrivals
 from world.tracking.rollouts import Rollouts
 
 
+@doing("reading clips")
 def library(
     motions: tuple[str, ...],
     mirror: bool,
@@ -66,6 +68,7 @@ def library_of(world: WorldConfig) -> MotionLibrary:
 
 
 @lru_cache(maxsize=2)
+@doing("building the objects")
 def training_bank(world: WorldConfig) -> ObjectBank:
     """Return the training objects of a configuration, compiled once per process."""
     affordance = tasks.make(world.task).affordance
@@ -146,7 +149,9 @@ class MakeShard:
         taught = self.taught.get(world.task)
         teacher = None
         if taught is not None:
-            teacher = taught.teacher(world, library_of(world), training_bank(world), len(scenes))
+            clips, bank = library_of(world), training_bank(world)
+            with doing("adapting the teachers' clips to the objects"):
+                teacher = taught.teacher(world, clips, bank, len(scenes))
         made = shard(
             world,
             scenes,
@@ -336,6 +341,7 @@ class Trained:
         return self.manifest.layout.task
 
 
+@doing("reading the policy")
 def trained(source: Path, task: str = "") -> Trained:
     """Return the policy of a run or checkpoint.
 

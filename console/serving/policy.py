@@ -8,6 +8,7 @@ from pathlib import Path
 from console.commands import Serve
 from console.serving import loading
 from console.serving.style import listening
+from console.terminal import INTERRUPTED
 from policy.checkpoints.reload import Source
 from policy.service.servicer import PolicyService, serve
 from rpc.aio_server import AioServer, run
@@ -15,7 +16,7 @@ from world.errors import ConfigError
 
 
 def serve_command(command: Serve) -> int:
-    """Serve until SIGTERM or Ctrl-C, then drain; return the exit code."""
+    """Serve until SIGTERM or Ctrl-C, then drain; return the exit code, 0 after SIGTERM."""
     if command.max_message_mb <= 0 or command.drain_s < 0:
         raise ConfigError("--max-message-mb must be above 0, --drain-s at least 0")
     config = replace(
@@ -31,8 +32,8 @@ def serve_command(command: Serve) -> int:
             print(f"{name}: task {served.task.name}, version {served.version}", flush=True)
         print(f"policy service at {server.address}", flush=True)
 
-    run(serve(sources, config, command.service, _say, started))
-    return 0
+    interrupted = run(serve(sources, config, command.service, _say, started))
+    return INTERRUPTED if interrupted else 0
 
 
 def sources_of(words: Sequence[str], which: loading.Which) -> list[Source]:

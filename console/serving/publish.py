@@ -16,18 +16,19 @@ from console.run import assembly, mixing
 from console.run.directory import RunDirectory, RunError, checkpoint_folder, run_of
 from console.run.experiment import to_json
 from policy.checkpoints import lineage
-from policy.checkpoints.format import Layout, Manifest, read, write
+from policy.checkpoints.format import Layout, Manifest, State, read, write
 from policy.checkpoints.lineage import Origin
 from policy.checkpoints.run_checkpoints import RunCheckpoints
 from policy.model.averaging import mean_policy
 from policy.model.normaliser import NormaliserConfig
 from world.errors import ConfigError, InhabitError
+from world.partial_files import replacing_folder
 
 #: Number of metrics lines in a published folder, evenly spread over the run.
 _LINES = 200
-_UNDISTURBED = "evaluation.json"
+_UNDISTURBED, _METRICS = "evaluation.json", "metrics.jsonl"
 #: Files of a published folder.
-_PUBLISHED = ("manifest.json", "*.safetensors", "metrics.jsonl", "evaluation*.json")
+_PUBLISHED = ("manifest.json", "policy.safetensors", "metrics.jsonl", "evaluation*.json")
 _HEADLINE = (
     "task",
     "trials",
@@ -40,7 +41,7 @@ _FOLLOWED = ("completed", "body_cm", "object_cm", "contact_f1")
 
 
 def publish_command(command: Publish) -> int:
-    """Write the folder; return the exit code."""
+    """Write the folder, which may be the source itself; return the exit code."""
     if command.out.exists() and not command.replace:
         raise RunError(f"{command.out} exists: add --replace, or name another folder")
     require_published(command.out)
@@ -73,25 +74,51 @@ def publish_command(command: Publish) -> int:
     evaluations = _evaluations(command.evaluation or kept)
     if _UNDISTURBED in evaluations:
         notes["evaluation"] = json.dumps(_headline(evaluations[_UNDISTURBED]))
+    # the folder that the command runs in has a name too
+    out = path if command.out.resolve() == path else command.out
+    texts = {
+        name: json.dumps(figures | {"checkpoint": out.name}, indent=1) + "\n"
+        for name, figures in evaluations.items()
+    }
+    if metrics := metrics_of(path):
+        texts[_METRICS] = metrics
+    if out == path:
+        # what is not stated anew stays
+        notes = found.manifest.notes | notes
+        files = [path / _METRICS, *path.glob("evaluation*.json")]
+        texts = {file.name: file.read_text() for file in files if file.exists()} | texts
     manifest = Manifest(
         assembly.layout(single), found.manifest.iteration, found.manifest.samples, notes
     )
-    write(command.out, found.state, manifest)
-    for file in command.out.iterdir():
-        file.chmod(0o644)  # files are written readable for their owner alone
-    metrics = RunDirectory(command.source).metrics
-    if metrics.exists():
-        lines = metrics.read_text().splitlines()
-        step = max(1, len(lines) // _LINES)
-        (command.out / "metrics.jsonl").write_text("\n".join(lines[::step]) + "\n")
-    for name, figures in evaluations.items():
-        own = figures | {"checkpoint": command.out.name}
-        (command.out / name).write_text(json.dumps(own, indent=1) + "\n")
+    write_folder(out, found.state, manifest, texts)
     print(
         f"{command.out}: {found.manifest.samples / 1e6:.1f} M samples, trained on"
         f" {lineage.data(notes)}; licence: {lineage.licence(notes)}"
     )
     return 0
+
+
+def metrics_of(checkpoint: Path) -> str:
+    """Return lines of the metrics that a checkpoint's run or its published folder keeps, evenly
+    spread; empty without any."""
+    file = (run_of(checkpoint) or RunDirectory(checkpoint)).metrics
+    if not file.exists():
+        return ""
+    lines = file.read_text().splitlines()
+    return "\n".join(lines[:: max(1, len(lines) // _LINES)]) + "\n"
+
+
+def write_folder(
+    out: Path, state: Mapping[str, State], manifest: Manifest, texts: Mapping[str, str]
+) -> None:
+    """Write a checkpoint with texts beside it by file name, whole or not at all."""
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with replacing_folder(out) as partial:
+        write(partial, state, manifest)
+        for name, text in texts.items():
+            (partial / name).write_text(text)
+        for file in partial.iterdir():
+            file.chmod(0o644)  # files are written readable for their owner alone
 
 
 def require_published(folder: Path) -> None:
@@ -103,7 +130,7 @@ def require_published(folder: Path) -> None:
     )
     if others:
         raise RunError(
-            f"{folder} holds {others[0]}, which is no part of a checkpoint and would be lost:"
+            f"{folder} holds {others[0]}, which is no part of a published policy and would be lost:"
             " name another folder"
         )
 

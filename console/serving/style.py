@@ -12,6 +12,7 @@ from console.listening import flags_named
 from console.run import assembly
 from console.run.directory import RunDirectory, RunError, checkpoint_folder
 from console.run.experiment import read_experiment
+from console.terminal import INTERRUPTED
 from discriminator.journal import Journal
 from discriminator.process import build
 from discriminator.service import start
@@ -25,7 +26,7 @@ from world.errors import ConfigError
 
 
 def style_command(command: Style) -> int:
-    """Serve until SIGTERM or Ctrl-C, then drain; return the exit code."""
+    """Serve until SIGTERM or Ctrl-C, then drain; return the exit code, 0 after SIGTERM."""
     torch.set_num_threads(1)
     run = RunDirectory(command.source)
     server = listening(command)
@@ -49,8 +50,8 @@ def style_command(command: Style) -> int:
         f"style service of {run.path} at {service.address}, from {origin}, version {style.version}",
         flush=True,
     )
-    service.run(lambda line: print(line, file=sys.stderr, flush=True))
-    return 0
+    interrupted = service.run(lambda line: print(line, file=sys.stderr, flush=True))
+    return INTERRUPTED if interrupted else 0
 
 
 def version_of(state: Mapping[str, Tensor]) -> int:

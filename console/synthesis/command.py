@@ -10,7 +10,7 @@ from console.serving import loading
 from console.synthesis import files
 from console.synthesis import request as scene_request
 from console.synthesis.motion import Motion, simulate
-from console.terminal import progress, screen
+from console.terminal import doing, progress, screen
 from policy.checkpoints.served import Served
 from world.character import model as character
 from world.errors import ConfigError
@@ -30,9 +30,11 @@ def synthesize_command(command: Synthesize) -> int:
     served = loading.served(loading.task_of(path), path)
     motion = tried(command, served)
     print(f"{motion.piece}: {motion.outcome()}")
-    mesh = original.of_object(command.object, motion.shape, command.scale)
+    with doing("reading the object's mesh"):
+        mesh = original.of_object(command.object, motion.shape, command.scale)
     for file in command.out:
-        files.write(file, motion, command.files, mesh)
+        with doing(f"writing {file.name}"):
+            files.write(file, motion, command.files, mesh)
         print(f"{file}: {len(motion.frames)} frames, {motion.seconds:.1f} s")
     return 0
 
@@ -43,9 +45,17 @@ def tried(command: Synthesize, served: Served) -> Motion:
     The first try has the actions of the command; the others draw them with the following seeds.
     """
     output = screen()
-    request, piece = scene_request.scene(command, served.task, command.seed)
+    with doing("building the scene"):
+        request, piece = scene_request.scene(command, served.task, command.seed)
     frames = round(request.seconds * character.CONTROL_HZ) + 1
-    with progress("frames", frames) as update:
+    attempt = 1
+
+    def stage() -> str:
+        return (
+            f"simulating, try {attempt} of {command.tries}" if command.tries > 1 else "simulating"
+        )
+
+    with progress("frames", frames, stage) as update:
         for attempt in itertools.count(1):
             motion = simulate(request, served, piece, update)
             if command.tries > 1:

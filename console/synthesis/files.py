@@ -14,6 +14,7 @@ from console.run import machine
 from console.run.directory import write_text
 from console.synthesis import replay
 from console.synthesis.motion import Motion
+from console.terminal import progress
 from console.video import rendering
 from policy.checkpoints import lineage
 from world.character import model as character
@@ -38,7 +39,11 @@ def _page(path: Path, motion: Motion) -> None:
 
 
 def _video(path: Path, motion: Motion) -> None:
-    rendering.write_video(recorded(motion), path, model=motion.track.model, threads=machine.cores())
+    film = recorded(motion)
+    with progress("images", rendering.image_count(film), f"drawing {path.name}") as update:
+        rendering.write_video(
+            film, path, model=motion.track.model, progress=update, threads=machine.cores()
+        )
 
 
 def _states(path: Path, motion: Motion) -> None:

@@ -25,6 +25,7 @@ from console.commands.teaching import Dagger
 from console.run import assembly
 from console.run.experiment import Experiment
 from console.teaching.regression import Regression, Samples, action_weights
+from console.terminal import doing, progress
 from learner.ppo import Learner
 from policy.checkpoints.format import Manifest, write
 from policy.model.acting import Policy
@@ -147,9 +148,10 @@ def _regress(out: Path, settings: Dagger, lesson: Lesson, workers: Workers) -> N
     width = assembly.layout(lesson.experiment).observation
     samples = Samples(settings.capacity, width, regression.device)
     _fill(samples, workers, settings.first)
-    regression.begin(
-        samples.observations[: samples.total], samples.teacher_actions[: samples.total]
-    )
+    with doing("fitting the normaliser"):
+        regression.begin(
+            samples.observations[: samples.total], samples.teacher_actions[: samples.total]
+        )
     began = reported = saved = time.monotonic()
     lines: list[dict[str, float]] = []
     errors, ended = [], []
@@ -158,11 +160,21 @@ def _regress(out: Path, settings: Dagger, lesson: Lesson, workers: Workers) -> N
         regression.updated_learner()
         save(out, lesson, samples.total, lines)
 
+    def stage() -> str:
+        batches = f" of {settings.batches}" if settings.batches else ""
+        minutes = (time.monotonic() - began) / 60.0
+        return (
+            f"training the student, batch {regression.steps}{batches},"
+            f" {minutes:.1f} of {settings.minutes:g} min"
+        )
+
     try:
         while (done := _progress(settings, began, regression.steps)) < 1.0:
             ended += _take(samples, workers)
             rate = 1e-6 + settings.rate * 0.5 * (1.0 + math.cos(math.pi * done))
-            errors += [regression.step(samples, rate) for _ in range(_chunk(settings, regression))]
+            with doing(stage):
+                chunk = range(_chunk(settings, regression))
+                errors += [regression.step(samples, rate) for _ in chunk]
             first, last = settings.spell
             workers.spell.value = first * (last / first) ** done
             now = time.monotonic()
@@ -231,17 +243,23 @@ def _fill(samples: Samples, workers: Workers, first: int) -> None:
     """Collect the first samples."""
     print(f"collecting the first {first} samples", flush=True)
     received = reported = time.monotonic()
-    while samples.total < first:
-        now = time.monotonic()
-        if _take(samples, workers, wait_s=1.0):
-            received = now
-        else:
-            workers.check()
-            if now - received > _SILENCE_S:
-                raise TeachingError(f"no labels from the workers for {_SILENCE_S:.0f} s")
-        if now - reported > _FIRST_S:
-            print(f"{samples.total} of {first} samples", flush=True)
-            reported = now
+
+    def stage() -> str:
+        return "collecting labels" if samples.total else "the workers build their scenes"
+
+    with progress("samples", first, stage) as update:
+        while samples.total < first:
+            now = time.monotonic()
+            if _take(samples, workers, wait_s=1.0):
+                received = now
+                update(samples.total)
+            else:
+                workers.check()
+                if now - received > _SILENCE_S:
+                    raise TeachingError(f"no labels from the workers for {_SILENCE_S:.0f} s")
+            if samples.total and now - reported > _FIRST_S:
+                print(f"{samples.total} of {first} samples", flush=True)
+                reported = now
 
 
 def _take(samples: Samples, workers: Workers, wait_s: float | None = None) -> list[Tensor]:

@@ -14,6 +14,7 @@ from console.run.directory import RunDirectory, RunError
 from console.run.experiment import Experiment, differences, experiment_from_json, to_json
 from console.run.metrics import truncate_metrics
 from console.run.recipe import staged
+from console.terminal import doing
 from learner.cloning import clone
 from learner.loop import Loop
 from learner.ppo import Learner
@@ -94,19 +95,22 @@ def initialise(
     behaviour cloning."""
     learner = loop.learner
     if resumed is not None:
-        loop.load_state_dict(resumed.state)
+        with doing("restoring the checkpoint"):
+            loop.load_state_dict(resumed.state)
         dropped = truncate_metrics(run.metrics, learner.version)
         lines = f", {dropped} lines of metrics dropped" if dropped else ""
         note(f"resumed from {resumed.path}{lines}")
     elif command.init:
-        path, state, task = ancestors.networks(command.init, experiment)
-        learner.load_policy_state(state)
+        with doing("reading the networks to begin from"):
+            path, state, task = ancestors.networks(command.init, experiment)
+            learner.load_policy_state(state)
         other = "" if task == experiment.world.task else f", of the task {task}"
         note(f"networks and normalisers from {path}{other}")
     elif experiment.clone_passes:
         note(f"behaviour cloning: {experiment.clone_passes} passes over clips")
         began = time.perf_counter()
-        errors = clone_clips(learner, experiment)
+        with doing("behaviour cloning on the clips"):
+            errors = clone_clips(learner, experiment)
         note(
             f"behaviour cloning on the clips: error {errors[0]:.3f} -> {errors[-1]:.3f}"
             f" in {time.perf_counter() - began:.1f} s"

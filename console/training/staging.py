@@ -65,10 +65,10 @@ class Training:
             with ExitStack() as stack:
                 loop, ready = self._loop(stack, staged, number)
                 if state is None:
-                    with doing("initialising the networks"):
-                        beginning.initialise(
-                            loop, self.run, self.command, staged, self.note, resumed
-                        )
+                    if resumed is not None:  # their states are in the checkpoint
+                        with doing("building scenes"):
+                            ready()
+                    beginning.initialise(loop, self.run, self.command, staged, self.note, resumed)
                 else:
                     loop.begin_stage(state, outcome)
                 with doing("building scenes"):

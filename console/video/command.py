@@ -11,7 +11,7 @@ from console.recording import format as recording
 from console.recording.format import Recording
 from console.run import assembly, machine
 from console.run.directory import checkpoint_folder
-from console.terminal import progress
+from console.terminal import doing, progress
 from console.video import rendering
 from console.video.drawing import Look
 from policy.checkpoints import lineage
@@ -41,7 +41,7 @@ def video_command(command: Video) -> int:
         found = with_terms(played(command), command.source)
     if command.out is not None:
         look = Look(command.width, command.height, command.look, command.captions)
-        with progress("images", rendering.image_count(found)) as update:
+        with progress("images", rendering.image_count(found), "drawing") as update:
             frames = rendering.write_video(
                 found,
                 command.out,
@@ -51,7 +51,8 @@ def video_command(command: Video) -> int:
             )
         print(f"{command.out}: {frames} frames, {len(found.takes)} trials")
     if command.sheet is not None:
-        rendering.write_filmstrip(found, command.sheet)
+        with doing("drawing the filmstrip"):
+            rendering.write_filmstrip(found, command.sheet)
         print(f"{command.sheet}: {len(found.takes)} trials")
     return 0
 

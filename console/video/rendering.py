@@ -14,6 +14,7 @@ import mujoco
 import numpy as np
 
 from console.recording.format import Recording
+from console.terminal import doing
 from console.video import camera, processes
 from console.video.canvas import Image
 from console.video.drawing import FILM, STILL, Artist, Look, draw
@@ -68,6 +69,7 @@ def gl_problem() -> str:
     return f"{'' if given is None else f'{given}; '}neither egl nor osmesa can render offscreen"
 
 
+@doing("starting the renderer")
 def require_gl() -> None:
     """Choose a backend for this process before a Renderer is created; VideoError without any."""
     backend = choose_gl()

@@ -22,7 +22,8 @@ def page() -> str:
         "`inhabit COMMAND --help` shows the flags that are wanted first, `--help-all` all of them."
         " Exit codes are 0 (success), 1"
         " (failure), 2 (invalid arguments) and 130 (interrupted). An error is one line; `--debug`"
-        " adds the traceback.\n",
+        " adds the traceback. A file that is written replaces an existing one only where that is of"
+        " the same kind: an evaluation, a page, a film.\n",
     ]
     for group, entries in GROUPS:
         for entry in entries:

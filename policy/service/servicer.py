@@ -294,10 +294,14 @@ async def serve(
     config: PolicyServiceConfig | None = None,
     report: Callable[[str], None] | None = None,
     started: Callable[[AioServer, PolicyService], None] = lambda server, service: None,
-) -> None:
-    """Serve until SIGTERM or SIGINT, then drain; started: called once the server runs."""
+) -> bool:
+    """Serve until SIGTERM or SIGINT, then drain; return whether SIGINT came first.
+
+    started: called once the server runs.
+    """
     async with serving(sources, server_config, config, report) as (server, service):
         started(server, service)
-        await server.wait()
+        interrupted = await server.wait()
         if report is not None:
             report(f"stopping: calls in progress have {server_config.drain_s:g} s to end")
+    return interrupted

@@ -41,6 +41,9 @@ WRONG = [
      " motion; see inhabit export --help"),
     ("publish", "RUN|CHECKPOINT|NAME, DIR: missing; see inhabit publish --help"),
     ("completion", "a word is missing: choose one of bash, zsh, fish; see"),
+    ("bench", "a word is missing: choose one of world, servos, furniture, box, learner, style,"
+     " serve, train, endurance, scaling, fuzz, peers, learning, profile, films; see"),
+    ("bench furniture --objects", "--objects: name train, test, all or a path of pieces"),
     ("bench worlds", "worlds: choose one of world, servos, furniture, box, "),
     ("motions lits", "lits: no command of inhabit motions: choose one of import, list, check"),
     ("motions", "a command is missing: choose one of import, list, check"),

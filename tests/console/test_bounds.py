@@ -2,6 +2,7 @@
 
 import dataclasses
 import typing
+from pathlib import Path
 from typing import Any, get_args
 
 import pytest
@@ -72,6 +73,14 @@ def test_the_presets_are_within(preset: str) -> None:
         ("train sit --minutes -1", "--minutes -1: must be 0.001 to 1000000"),
         ("train sit --ppo.gamma 2", "--ppo.gamma 2: must be 0 to 1"),
         ("train sit --ppo.sigma 0 inf", "--ppo.sigma inf: must be"),
+        (
+            "train sit --ppo.sigma 20e6 0.02 0 0.03",
+            "--ppo.sigma 20000000 0.02 0 0.03: the samples of a schedule ascend; give --ppo.sigma"
+            " 0 0.03 20000000 0.02",
+        ),
+        ("train sit --ppo.clip 9 0.1 8 0.2", "--ppo.clip 9 0.1 8 0.2: the samples of a schedule"),
+        ("train sit --ppo.kl-target 9 0.1 8 0.2", "--ppo.kl-target 9 0.1 8 0.2: the samples of"),
+        ("train sit --ppo.sigma", "--ppo.sigma: give SAMPLES VALUE, once or more"),
         ("train sit --world.scale 0 1", "--world.scale 0: must be 0.1 to 10"),
         ("train sit --world.initial.near 7", "--world.initial.near 7: must be 0 to 1"),
         ("serve x --batch.max-rows 0", "--batch.max-rows 0: must be 1 to 65536"),
@@ -92,6 +101,30 @@ def test_beyond_them_is_a_mistake_of_the_command_line(
     assert main(words.split()) == 2
     err = capsys.readouterr().err
     assert said in err and err.count("\n") == 1
+
+
+def test_a_schedule_may_jump() -> None:
+    holder = dataclasses.make_dataclass("LearnerConfig", [("sigma", object)])
+    bounds.require(holder(((0.0, 0.03), (1e6, 0.03), (1e6, 0.02))))
+    bounds.require(holder(((5.0, 0.03),)))
+
+
+@pytest.mark.parametrize("where", ["[settings]", "settings"])
+def test_a_recipe_s_schedules_ascend_too(
+    where: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = "{ 'ppo.sigma' = [[20e6, 0.02], [0, 0.03]] }"
+    whole = where == "[settings]"
+    path = tmp_path / "mine.toml"
+    path.write_text(
+        ("[settings]\n'ppo.sigma' = [[20e6, 0.02], [0, 0.03]]\n" if whole else "")
+        + "[[stage]]\nname = 'a'\nends = { success = { near = 0.5 }, limit = 9 }\n"
+        + ("" if whole else f"settings = {table}\n")
+    )
+    assert main(["train", "sit", "--recipe", str(path), "--dry-run"]) == 2
+    err = capsys.readouterr().err
+    assert "--ppo.sigma 20000000 0.02 0 0.03: the samples" in err and err.count("\n") == 1
+    assert whole or "stage a" in err
 
 
 @pytest.mark.parametrize("word", ["train", "serve", "evaluate"])

@@ -1,6 +1,7 @@
 """Paths of input that are not there are wrong usage, dry or not."""
 
 import dataclasses
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +9,10 @@ import pytest
 
 from console import commands, inputs
 from console.app import main
+from console.run.experiment import Experiment
 from tests.support.console.runs import said
+from tests.support.paths import ROOT
+from world.config import WorldConfig
 from world.errors import ConfigError
 
 LINES = [
@@ -100,3 +104,32 @@ def test_a_name_with_an_equals_sign_is_a_file_too(
 def test_names_and_splits_are_taken(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["train", "sit", "--dry-run", "--init", "walk", "--objects", "train"]) == 0
     assert '"objects"' in capsys.readouterr().out
+
+
+def test_a_folder_with_the_name_of_a_policy_is_said_to_be_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["publish", "walk", "first"]) == 0
+    assert capsys.readouterr().err == ""
+    shutil.copytree(ROOT / "pretrained" / "sit", tmp_path / "walk")
+    assert main(["publish", "walk", "second"]) == 0
+    told = capsys.readouterr()
+    line = "the folder here is used, not the package's policy of that name"
+    assert told.err == f"note: walk: {line}\n"
+    assert "SAMP" in told.out, "it is that of the folder"
+    for command in (
+        commands.Evaluate(Path("walk")),
+        commands.Play(("walk",)),
+        commands.Serve(("mine=walk",)),
+        commands.Demo(("sit", "walk")),
+        commands.Train("sit", Experiment(), init=Path("walk")),
+        commands.Train("sit", Experiment(world=WorldConfig(walker="walk"))),
+        commands.Distill("sit", Path("out"), world=WorldConfig(expert="walk")),
+    ):
+        assert list(inputs.namesakes(command)) == [f"walk: {line}"]
+    # the package's own folder, a path, and what is no policy
+    assert not [*inputs.namesakes(commands.Evaluate(tmp_path / "walk"))]
+    assert not [*inputs.namesakes(commands.Doctor(policy="walk"))]
+    monkeypatch.chdir(ROOT / "pretrained")
+    assert not [*inputs.namesakes(commands.Evaluate(Path("walk")))]

@@ -183,3 +183,15 @@ def test_progress_fits_the_screen(width: int, monkeypatch: pytest.MonkeyPatch) -
     rows = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", file.getvalue()).replace("\r", "\n").split("\n")
     assert any("1200 of 3000, to go" in row for row in rows)
     assert all(len(row) <= width for row in rows)
+
+
+def test_counted_work_says_what_it_is_and_is_over_when_it_is_done() -> None:
+    watch, tries = Watch("x", 0.0), iter(["try 1", "try 2"])
+    with doing("starting"), progress("frames", 4, lambda: next(tries)) as update:
+        update(1)
+        assert str(watch.due(2.0)).startswith("x: try 1, 2 s, frames 1 of 4, to go")
+        update(4)  # what follows is no more these frames
+        assert watch.due(4.0) == "x: try 2, 4 s"
+        with doing("writing a.npz"):
+            assert watch.due(6.0) == "x: writing a.npz, 6 s"
+    assert watch.due(8.0) == "x: working, 8 s"

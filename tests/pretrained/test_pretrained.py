@@ -3,6 +3,7 @@
 import fnmatch
 import json
 import os
+import re
 import subprocess
 import sys
 import tomllib
@@ -13,6 +14,7 @@ import pytest
 import pretrained
 from console.app import main
 from console.run.directory import RunError, checkpoint_folder
+from policy.checkpoints import lineage
 from policy.checkpoints.format import read_manifest
 from tests.support.paths import ROOT
 
@@ -54,6 +56,17 @@ def test_stages_are_whole_and_free_but_no_names() -> None:
         evaluation = json.loads((stage / "evaluation.json").read_text())
         assert evaluation["seed"] >= 100, "stages are judged on seeds of development"
         assert evaluation["samples"] == manifest.samples and evaluation["trials"] >= 512
+
+
+def test_the_terms_of_policies_are_whole_sentences_and_name_no_module() -> None:
+    for path in pretrained.ROOT.rglob("manifest.json"):
+        notes = read_manifest(path.parent).notes
+        for origin in lineage.of(notes):
+            prose = len(origin.licence.split()) > 10
+            assert not prose or origin.licence.endswith((".", ")")), (path, origin)
+            # the terms of several data sets in one text
+            assert not re.search(r"[^.)]; Licence\b", origin.licence), (path, origin)
+        assert not re.search(r"\b(world|console|learner)\.[a-z]", lineage.data(notes)), path
 
 
 def test_commands_take_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -24,6 +24,8 @@ from world.partial_files import replacing
 from world.refusals import reason, refusing
 
 SUFFIX = ".npz"
+SMPL_SUFFIX = ".smpl.npz"
+"""Suffix of SMPL parameters, which end like clips and are none."""
 KEYS = ("fps", "root_position_m", "local_rotation_wxyz", "body_names")
 """Keys that a clip must have."""
 
@@ -38,9 +40,24 @@ def read(path: Path) -> Clip:
             f"{path}: unknown clip format '{path.suffix}', must be {SUFFIX}"
             " ('inhabit motions import' makes clips of others)"
         )
+    if is_smpl(path):
+        raise ClipError(
+            f"{path}: SMPL parameters, not a clip ('inhabit motions import' makes a clip of them)"
+        )
     about = {"source": named(path.name, dataset(path)), "licence": licence(path)}
     with refusing(ClipError, path, ".npz clip"), npz.opened(path) as file:
         return validate(clip_of(file, str(path), about, {"name": path.stem}))
+
+
+def is_smpl(path: Path) -> bool:
+    """Return whether a file holds SMPL parameters, by its name and keys; a damaged one does not."""
+    if not path.name.lower().endswith(SMPL_SUFFIX):
+        return False
+    try:
+        with npz.opened(path) as file:
+            return not set(KEYS) & set(file)
+    except Exception:  # a damaged file raises any exception: its reader says so
+        return False
 
 
 def write(path: Path, clip: Clip) -> None:

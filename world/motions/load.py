@@ -8,7 +8,7 @@ from world.errors import ClipError
 from world.motions import cache as disk
 from world.motions.augment import at_speed
 from world.motions.clip import Clip
-from world.motions.clip_file import SUFFIX, read
+from world.motions.clip_file import SUFFIX, is_smpl, read
 from world.motions.library import MotionLibrary
 from world.motions.uses.seat import SEAT
 from world.motions.uses.use import ClipUse
@@ -16,12 +16,13 @@ from world.surroundings import expanded
 
 
 def find(paths: Sequence[str]) -> list[Path]:
-    """The clip files of files and folders, sorted. Raises ClipError for a path without any."""
+    """The clip files of files and folders, sorted; a folder's SMPL parameters are none. Raises
+    ClipError for a path without any."""
     found: list[Path] = []
     for text in paths:
         path = expanded(Path(text))
         if path.is_dir():
-            here = sorted(p for p in path.rglob("*") if p.suffix.lower() == SUFFIX)
+            here = [p for p in _files(path) if not is_smpl(p)]
         elif path.is_file():
             here = [path]
         else:
@@ -33,6 +34,20 @@ def find(paths: Sequence[str]) -> list[Path]:
             )
         found += here
     return found
+
+
+def note_others(paths: Sequence[str]) -> str:
+    """A line on the files in folders that end like clips and are none; empty without any."""
+    folders = [expanded(Path(text)) for text in paths]
+    names = [p.name for folder in folders if folder.is_dir() for p in _files(folder) if is_smpl(p)]
+    if not names:
+        return ""
+    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+    return f"left out, SMPL parameters and not clips: {', '.join(names[:3])}{more}"
+
+
+def _files(folder: Path) -> list[Path]:
+    return sorted(path for path in folder.rglob("*") if path.suffix.lower() == SUFFIX)
 
 
 def own_clips() -> list[Clip]:

@@ -115,13 +115,15 @@ class AlignedTracker:
         """
         self._act, self._residual = act, residual
         self._walker, self._carrying, self._mass = walker, carrying, bank.mass
-        self._pick = _variants(clips, bank, stands_m, picks=True)
+        made = _made(clips, bank, stands_m)
+        known = reference([clip for clip, _ in made], starts=False) if made else None
+        self._pick = None if known is None else _variants(made, known, picks=True)
         if self._pick is None:
             raise ClipError(
                 "no clip in which someone who stands picks up a box: a tracker cannot teach carry"
                 " by these clips"
             )
-        self._put = _variants(clips, bank, stands_m, picks=False)
+        self._put = None if known is None else _variants(made, known, picks=False)
         self._stage = torch.zeros(scenes, dtype=torch.int64)
         self._variant = torch.zeros(scenes, dtype=torch.int64)
         self._frame = torch.zeros(scenes, dtype=torch.int64)
@@ -303,40 +305,63 @@ def _misfit(half: Tensor, stand: Tensor, variants: _Variants, turns: int) -> Ten
     return misfit(wanted, variants.half) + _STAND_COST * high
 
 
-def _variants(
-    clips: Sequence[Clip], bank: Boxes, stands_m: tuple[float, float], picks: bool
-) -> _Variants | None:
-    """Return the variants for a bank's boxes; None without a clip for them."""
-    made: list[Clip] = []
-    cut: list[tuple[int, int, int, float]] = []
+def _made(
+    clips: Sequence[Clip], bank: Boxes, stands_m: tuple[float, float]
+) -> list[tuple[Clip, float]]:
+    """Return the variants for a bank's boxes with the heights of their stands, m; those of which
+    neither a pick-up nor putting down is followed are left out."""
+    made: list[tuple[Clip, float]] = []
     for clip in originals(clips):
         assert clip.box is not None
         for edges in sizes(bank):
             factors = edges / np.asarray(clip.box.size_m)
             for stand in _steps(stands_m):
                 found = variant(clip, stand, factors.tolist())
-                if found is None or found.box is None:
-                    continue
-                held = np.flatnonzero(found.box.held)
-                at = int(held[0]) if picks else int(held[-1]) + 1
-                low, high = max(0, at - _BEFORE), min(found.frames - 1, at + _AFTER)
-                stands = float(np.linalg.norm(found.qvel()[low, :2])) < _STANDS_M_S
-                if (at > 0 and stands) if picks else at < found.frames:
-                    made.append(found)
-                    cut.append((low, min(at, high), high, stand))
-    if not made:
-        return None
-    known = reference(made)
-    low, at, high, stand = (torch.tensor(column) for column in zip(*cut, strict=True))
-    anchor, facing = known.picked if picks else known.put, known.heading[known.first + at]
-    low, high = known.first + low, torch.minimum(known.first + high, known.stop - 1)
-    low = _moving(known, low, known.first + at)
+                if found is not None and any(_cut(found, picks) for picks in (True, False)):
+                    made.append((found, stand))
+    return made
+
+
+def _cut(clip: Clip, picks: bool) -> tuple[int, int, int] | None:
+    """Return the first frame of a clip's pick-up or putting down, that of the grip or release, and
+    the last; None where it is not followed."""
+    assert clip.box is not None
+    held = np.flatnonzero(clip.box.held)
+    at = int(held[0]) if picks else int(held[-1]) + 1
+    low, high = max(0, at - _BEFORE), min(clip.frames - 1, at + _AFTER)
     if picks:
-        high = _raised(known, known.first + at, high)
+        # the same speed as of the whole clip
+        near = clip.part(max(0, low - 1), min(clip.frames, low + 2))
+        stands = float(np.linalg.norm(near.qvel()[min(low, 1), :2])) < _STANDS_M_S
+        followed = at > 0 and stands
+    else:
+        followed = at < clip.frames
+    return (low, min(at, high), high) if followed else None
+
+
+def _variants(
+    made: Sequence[tuple[Clip, float]], known: Reference, picks: bool
+) -> _Variants | None:
+    """Return those of the variants of which a pick-up, or putting down, is followed; None without
+    one.
+
+    known: the reference of them all.
+    """
+    cuts = [_cut(clip, picks) for clip, _ in made]
+    rows = [(number, *cut) for number, cut in enumerate(cuts) if cut is not None]
+    if not rows:
+        return None
+    number, low, at, high = (torch.tensor(column) for column in zip(*rows, strict=True))
+    first, stop = known.first[number], known.stop[number]
+    stand = torch.tensor([height for _, height in made])[number]
+    anchor = (known.picked if picks else known.put)[number]
+    low, at, high = first + low, first + at, torch.minimum(first + high, stop - 1)
+    low = _moving(known, low, at)
+    if picks:
+        high = _raised(known, at, high)
+    half = 0.5 * known.size[number]
     keys = known.position[:, KEYS]
-    return _Variants(
-        known, keys, low, high, anchor, known.first + at, facing, 0.5 * known.size, stand.float()
-    )
+    return _Variants(known, keys, low, high, anchor, at, known.heading[at], half, stand.float())
 
 
 def _moving(known: Reference, low: Tensor, at: Tensor) -> Tensor:

@@ -101,7 +101,7 @@ def carrying_walker(
                 made.append(found)
     if not made:
         return None
-    known = reference(made)
+    known = reference(made, starts=False)
     arms = []
     for number, clip in enumerate(made):
         first = int(known.first[number])

@@ -181,7 +181,7 @@ def _sittings(clips: Sequence[Clip]) -> _Sittings:
         raise ClipError(
             "no clip in which someone sits down: a tracker cannot teach sit by these clips"
         )
-    known = reference(used)
+    known = reference(used, starts=False)
     low, high, point, facing = [], [], [], []
     for number, clip in enumerate(used):
         assert clip.seat is not None

@@ -113,14 +113,21 @@ class Reference:
 
 
 def reference(
-    clips: Sequence[Clip], handling_weight: float = 1.0, solid: bool = False
+    clips: Sequence[Clip],
+    handling_weight: float = 1.0,
+    solid: bool = False,
+    starts: bool = True,
 ) -> Reference:
     """Return the reference of `clips`; ClipError where none is long enough.
 
     handling_weight: relative probability of initial states in frames in which the clip reaches for
-    its box, lifts it or lowers it. solid: boxes rest on solid stands.
+    its box, lifts it or lowers it. solid: boxes rest on solid stands. starts:
+    False where no initial state is drawn, which saves half of the time; all weights are then 0.
     """
-    parts = [_frames(clip, number, handling_weight, solid) for number, clip in enumerate(clips)]
+    parts = [
+        _frames(clip, number, handling_weight if starts else None, solid)
+        for number, clip in enumerate(clips)
+    ]
     lengths = torch.tensor([clip.frames for clip in clips])
     first = lengths.cumsum(0) - lengths
     stop = first + torch.stack([part.pop("frames") for part in parts])
@@ -135,7 +142,7 @@ def reference(
     before = (counts.cumsum(0) - counts).tolist()
     segment = torch.cat([half + start for half, start in zip(halves, before, strict=True)])
     found = Reference(segment=segment, first=first, stop=stop, **joined)
-    if not bool((found.start_weight > 0).any()):
+    if starts and not bool((found.start_weight > 0).any()):
         raise ClipError(f"no clip to follow: each needs more than {SHORTEST} sound frames")
     return found
 
@@ -144,7 +151,7 @@ _BY_CLIP = ("boxed", "size", "picked", "has_picked", "put", "has_put")
 assert {f.name for f in fields(Reference)}.issuperset(_BY_CLIP)
 
 
-def _frames(clip: Clip, number: int, weight: float, solid: bool) -> dict[str, Tensor]:
+def _frames(clip: Clip, number: int, weight: float | None, solid: bool) -> dict[str, Tensor]:
     qpos, qvel = torch.from_numpy(clip.qpos()), torch.from_numpy(clip.qvel())
     body = features.body(qpos, qvel)
     coordinates = servos.coordinates(qpos)
@@ -160,6 +167,9 @@ def _frames(clip: Clip, number: int, weight: float, solid: bool) -> dict[str, Te
     found["set_point"] = _set_points(qpos, qvel, coordinates, found["held"])
     centres = clearance.points(qpos)[:, clearance.LIMBS]
     begin, end = _free(found, clip, centres, solid)
+    found["frames"] = torch.tensor(end)
+    if weight is None:
+        return found | {"start_weight": torch.zeros(clip.frames, dtype=torch.float64)}
     sound = torch.from_numpy(segments.usable(clip)).clone()
     if solid:
         sound &= _in_stands(centres, found, STAND.boxes) < clearance.THROWN_M
@@ -167,7 +177,7 @@ def _frames(clip: Clip, number: int, weight: float, solid: bool) -> dict[str, Te
     sound[max(0, end - SHORTEST) :] = False
     handled = torch.from_numpy(segments.stages(clip) == segments.TRANSITION)
     found["start_weight"] = sound.double() * torch.where(handled, weight, 1.0)
-    return found | {"frames": torch.tensor(end)}
+    return found
 
 
 def _free(found: dict[str, Tensor], clip: Clip, centres: Tensor, solid: bool) -> tuple[int, int]:

@@ -19,4 +19,4 @@ def test_limits_grow_with_the_file(tmp_path: Path) -> None:
 
 def test_results_come_in_the_order_of_the_tasks(tmp_path: Path) -> None:
     tasks = [child.task(tmp_path / name, (name,)) for name in ("c", "a", "b")]
-    assert [result.value for result in child.in_order(tasks, named)] == ["C", "A", "B"]
+    assert [result.value for result in child.in_order(tasks, named, "naming")] == ["C", "A", "B"]

@@ -187,3 +187,59 @@ def test_nothing_but_a_published_policy_is_replaced(
     assert main(["publish", source, str(out)]) == 1
     assert "add --replace" in capsys.readouterr().err
     assert main(["publish", source, str(out), "--replace"]) == 0
+
+
+def test_a_folder_published_onto_itself_loses_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With another licence, and with one more evaluation."""
+    folder = tmp_path / "mine"
+    shutil.copytree(ROOT / "pretrained" / "sit", folder)
+    disturbed = json.loads((folder / "evaluation-moved.json").read_text())
+    # neither of them is one that a publication takes over by itself
+    (folder / "evaluation-near.json").write_text(json.dumps(disturbed | {"start_m": [1.0, 3.0]}))
+    (folder / "metrics.jsonl").write_text("".join(f'{{"iteration": {n}}}\n' for n in range(399)))
+    before = {file.name: file.read_bytes() for file in folder.iterdir()}
+    assert "average" in notes_of(folder)
+    added = tmp_path / "more.json"
+    added.write_text(json.dumps(disturbed | {"objects": "meshes", "held_out": True}))
+    monkeypatch.chdir(folder)
+    words = ["publish", str(folder), ".", "--replace"]
+    assert main([*words, "--licence", "MIT", "--relicense", "--evaluation", str(added)]) == 0
+    after = {file.name: file.read_bytes() for file in folder.iterdir()}
+    assert set(after) - set(before) == {"evaluation-imported-moved.json"}
+    changed = {name for name in before if after[name] != before[name]}
+    assert changed == {"manifest.json"}
+    notes = json.loads(before["manifest.json"])["notes"]
+    assert notes_of(folder).keys() == notes.keys() | {"lineage"}
+    assert notes_of(folder)["licence"] == "MIT" and notes_of(folder)["data"] == notes["data"]
+    assert notes_of(folder)["average"] == notes["average"]
+    assert json.loads(after["evaluation-imported-moved.json"])["checkpoint"] == "mine"
+    read(folder, ("policy",))  # its checksums hold
+
+
+def test_a_checkpoint_of_a_run_is_not_published_onto_itself(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of critic and optimiser nothing would be left."""
+    checkpoint = tmp_path / "run" / "checkpoints" / "000007"
+    shutil.copytree(ROOT / "pretrained" / "walk", checkpoint)
+    (checkpoint / "learner.safetensors").write_bytes(b"state of the optimiser")
+    assert main(["publish", str(checkpoint), str(checkpoint), "--replace"]) == 1
+    assert "holds learner.safetensors, which is no part of a published" in capsys.readouterr().err
+    assert (checkpoint / "learner.safetensors").read_bytes() == b"state of the optimiser"
+
+
+def test_metrics_of_a_named_policy_and_of_a_checkpoint_of_a_run_are_published(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["publish", "walk", "walks"]) == 0
+    metrics = ROOT / "pretrained" / "walk" / "metrics.jsonl"
+    assert Path("walks/metrics.jsonl").read_text() == metrics.read_text()
+    checkpoint = Path("run/checkpoints/000007")
+    shutil.copytree(ROOT / "pretrained" / "walk", checkpoint)
+    (checkpoint / "metrics.jsonl").unlink()
+    Path("run/metrics.jsonl").write_text('{"iteration": 7}\n')
+    assert main(["publish", str(checkpoint), "mine"]) == 0
+    assert Path("mine/metrics.jsonl").read_text() == '{"iteration": 7}\n'

@@ -8,7 +8,7 @@ import pytest
 from tests.support.world.clips import saved
 from world.character import model as character
 from world.errors import ClipError
-from world.motions import load
+from world.motions import clip_file, load
 from world.motions.clip import Clip
 
 
@@ -39,6 +39,26 @@ def test_misfits_are_one_clear_line(
     with pytest.raises(ClipError, match=message) as caught:
         load.read(path)
     assert "\n" not in str(caught.value)
+
+
+def test_smpl_parameters_beside_clips_are_left_out(tmp_path: Path, sitting: Clip) -> None:
+    """As synthesize writes them; a clip whose name ends so is a clip."""
+    for name in ("a.npz", "b.smpl.npz"):
+        clip_file.write(tmp_path / name, sitting)
+    assert load.note_others([str(tmp_path)]) == ""
+    np.savez(tmp_path / "a.smpl.npz", poses=np.zeros((4, 156)), trans=np.zeros((4, 3)))
+    assert [path.name for path in load.find([str(tmp_path)])] == ["a.npz", "b.smpl.npz"]
+    assert load.note_others([str(tmp_path)]) == (
+        "left out, SMPL parameters and not clips: a.smpl.npz"
+    )
+    assert len(load.clips([str(tmp_path)])) == 2
+    with pytest.raises(
+        ClipError, match=r"a\.smpl\.npz: SMPL parameters, not a clip .*motions import"
+    ):
+        load.clips([str(tmp_path / "a.smpl.npz")])
+    (tmp_path / "c.smpl.npz").write_bytes(b"damaged")  # its reader says so
+    with pytest.raises(ClipError, match=r"c.smpl.npz"):
+        load.clips([str(tmp_path)])
 
 
 def test_no_clips_and_unknown_formats(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 turned, the reference goes on with time and waits for who does not follow, and other
 sizes and stands have variants of their own."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -244,6 +245,21 @@ def test_there_are_variants_of_all_boxes_and_stands(clip: Clip) -> None:
     assert alone is not None and len(one._pick.low) == len(alone.low), "a variant adds none"
     steps = one._pick.high - one._pick.low
     assert (steps <= aligned._BEFORE + aligned._AFTER).all() and (steps > 20).all()
+
+
+def test_each_variant_is_made_once(clip: Clip, monkeypatch: pytest.MonkeyPatch) -> None:
+    """For picking up and for putting down, which follow the same reference."""
+    made: list[tuple[str, float, tuple[float, ...]]] = []
+
+    def counted(clip: Clip, stand_m: float, size: Sequence[float]) -> Clip | None:
+        made.append((clip.name, stand_m, tuple(size)))
+        return variant(clip, stand_m, size)
+
+    monkeypatch.setattr(aligned, "variant", counted)
+    one = AlignedTracker(nothing, True, [clip], BoxBank(boxes(CONFIG.carry)), (0.5, 0.6), N)
+    assert one._pick is not None and one._put is not None
+    assert len(made) == len(set(made)) >= max(len(one._pick.low), len(one._put.low))
+    assert one._pick.reference is one._put.reference
 
 
 def test_a_clip_is_followed_until_the_box_is_raised_and_not_into_the_standing(clip: Clip) -> None:

@@ -1,6 +1,6 @@
 """Reference frames: set-points, boxes at rest, mirror images, and where episodes start."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import torch
@@ -138,3 +138,13 @@ def test_a_clip_ends_before_the_person_walks_through_a_solid_stand() -> None:
     assert on_the_way - 20 < stop <= on_the_way
     root = clip.root_position_m[stop - 1, :2] - clip.root_position_m[on_the_way, :2]
     assert 0.05 < float(np.linalg.norm(root)) < 0.5
+
+
+def test_a_reference_without_initial_states_is_else_the_same() -> None:
+    every, without = (reference(clips(), starts=starts) for starts in (True, False))
+    for field in fields(every):
+        one, other = getattr(every, field.name), getattr(without, field.name)
+        if field.name == "start_weight":
+            assert bool((one > 0).any()) and not bool((other > 0).any()) and len(one) == len(other)
+        else:
+            assert torch.equal(one, other), field.name
