@@ -17,9 +17,9 @@ from world.scene.target import Target
 #: The stall clock restarts when the root moves horizontally by the first of these, m, or the box by
 #: the second, from their positions at the last restart.
 _ROOT_M, _BOX_M = 0.25, 0.10
-#: Of a box that is farther than _BOX_M from where the episode began, the clock restarts only when it
-#: is nearer to its target, by this, m, than it was at the last restart: steps to and fro, or in
-#: circles, with the box in hand do not count.
+#: With a box that is farther than _BOX_M from its stand the clock restarts only when the box is
+#: nearer to its target, by this, m, than at the last restart: steps to and fro, or in circles, do
+#: not count.
 _NEARER_M = 0.05
 
 

@@ -60,9 +60,9 @@ def test_an_episode_with_progress_goes_on() -> None:
 
 
 def test_a_box_in_hand_must_come_nearer_to_its_target() -> None:
-    """Five carry a box for 1 s, 2 m from its target or above it: on to it at 0.5 m/s; in a circle of
-    1 m in a second; lowered by 2 cm in a tenth of a second, and held after 0.3 m of it; swung about
-    the target; on its stand, while the character walks in the circle."""
+    """Five boxes for 3 s: one comes on at 0.5 m/s; one goes in a circle of 1 m in a second; one is
+    lowered by 0.2 m/s, and held after 0.3 m of it; one is swung about the target; one is on its
+    stand, while the character walks in the circle."""
     stall = StallTimeout(5, 0.6)
     every, done = torch.arange(5), torch.zeros(5, dtype=torch.bool)
     ended = torch.zeros(5, dtype=torch.long)
