@@ -61,6 +61,7 @@ class AioServer:
         self.address = bind(self.grpc, config)
         self.health = health.aio.HealthServicer()
         self.stopping = asyncio.Event()
+        self._caught: list[signal.Signals] | None = None
         self._metrics: WSGIServer | None = None
         self.probe: grpc.aio.Server | None = None
         self.health_address = ""
@@ -106,19 +107,27 @@ class AioServer:
         for name in ["", *services]:
             await self.health.set(name, SERVING)
 
-    async def wait(self) -> bool:
-        """Wait for SIGTERM, for SIGINT, or until `stopping` is set; return whether SIGINT came
-        first."""
-        loop, first = asyncio.get_running_loop(), list[signal.Signals]()
+    def catch_signals(self) -> None:
+        """From now on SIGTERM and SIGINT end `wait`. To be called before anyone is told that the
+        server runs: a signal that comes before is the end of the process. Main thread only."""
+        if self._caught is not None:
+            return
+        loop, caught = asyncio.get_running_loop(), list[signal.Signals]()
 
         def stop(number: signal.Signals) -> None:
-            first.append(number)
+            caught.append(number)
             self.stopping.set()
 
         for number in (signal.SIGTERM, signal.SIGINT):
             loop.add_signal_handler(number, stop, number)
+        self._caught = caught
+
+    async def wait(self) -> bool:
+        """Wait for SIGTERM, for SIGINT, or until `stopping` is set; return whether SIGINT came
+        first. Main thread only."""
+        self.catch_signals()
         await self.stopping.wait()
-        return first[:1] == [signal.SIGINT]
+        return (self._caught or [])[:1] == [signal.SIGINT]
 
     async def drain(self, before_the_end: Callable[[], Awaitable[None]] | None = None) -> None:
         """Report NOT_SERVING, refuse new calls, wait for those in progress, stop.

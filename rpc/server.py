@@ -137,11 +137,16 @@ class Server:
         for name in self._services:
             self.health.set(name, NOT_SERVING if full else SERVING)
 
-    def run(self, report: Callable[[str], None] = lambda line: None) -> bool:
+    def run(
+        self,
+        report: Callable[[str], None] = lambda line: None,
+        started: Callable[[], None] = lambda: None,
+    ) -> bool:
         """Block until SIGTERM, SIGINT or `stopping` is set, then drain; return whether SIGINT came
         first. Main thread only.
 
-        report: takes a line when it stops.
+        report: takes a line when it stops. started: is called once signals are handled; who is told
+        before that the server runs, may end it without a drain.
         """
         first: list[int] = []
 
@@ -151,6 +156,7 @@ class Server:
 
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, stop)
+        started()
         while not self.stopping.wait(1.0):  # a bounded wait, so that signals are handled
             pass
         report(f"stopping: calls in progress have {self.config.drain_s:g} s to end")

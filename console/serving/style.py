@@ -46,11 +46,12 @@ def style_command(command: Style) -> int:
             origin = f"checkpoint {checkpoint.name}"
             restore(style, saved, journal)
     service = start(style, server, journal=journal)
-    print(
-        f"style service of {run.path} at {service.address}, from {origin}, version {style.version}",
-        flush=True,
-    )
-    interrupted = service.run(lambda line: print(line, file=sys.stderr, flush=True))
+
+    def started() -> None:
+        where = f"style service of {run.path} at {service.address}"
+        print(f"{where}, from {origin}, version {style.version}", flush=True)
+
+    interrupted = service.run(lambda line: print(line, file=sys.stderr, flush=True), started)
     return INTERRUPTED if interrupted else 0
 
 

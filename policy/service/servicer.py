@@ -300,6 +300,7 @@ async def serve(
     started: called once the server runs.
     """
     async with serving(sources, server_config, config, report) as (server, service):
+        server.catch_signals()
         started(server, service)
         interrupted = await server.wait()
         if report is not None:

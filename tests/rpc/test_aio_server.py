@@ -1,7 +1,10 @@
 """The server's shell on an event loop: protection, metrics, statuses, over loopback."""
 
 import asyncio
+import os
 import socket
+import subprocess
+import sys
 import urllib.request
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -166,3 +169,26 @@ def test_tls_and_mutual_tls(tmp_path: Path) -> None:
             assert (await refused(status(server.address)))[0] is Code.UNAVAILABLE
 
     asyncio.run(main())
+
+
+def test_signals_are_handled_before_the_server_is_announced() -> None:
+    """As `serve` does it: signals are caught, and then the address is told."""
+    code = (
+        "import os, signal\n"
+        "from rpc.aio_server import AioServer, run\n"
+        "from rpc.server import ServerConfig\n"
+        "async def main():\n"
+        "    server = AioServer(ServerConfig()); await server.start([])\n"
+        "    server.catch_signals(); os.kill(os.getpid(), signal.{})\n"
+        "    first = await server.wait(); await server.drain(); return first\n"
+        "print('Ctrl-C' if run(main()) else 'SIGTERM')\n"
+    )
+    for name, told in (("SIGTERM", "SIGTERM"), ("SIGINT", "Ctrl-C")):
+        ended = subprocess.run(
+            [sys.executable, "-c", code.format(name)],
+            capture_output=True,
+            text=True,
+            env=dict(os.environ, PYTHONPATH=os.pathsep.join(sys.path)),
+            timeout=120,
+        )
+        assert (ended.returncode, ended.stdout.strip()) == (0, told), ended.stderr

@@ -1,11 +1,9 @@
 """The server's shell and the client's channel, over real loopback connections."""
 
 import os
-import signal
 import socket
 import subprocess
 import sys
-import time
 import urllib.request
 from pathlib import Path
 
@@ -86,20 +84,21 @@ def test_drain_lets_calls_end_and_takes_no_more() -> None:
             stub.Status(pb.StatusRequest(), timeout=2)
 
 
-def test_sigterm_drains_a_process() -> None:
+def test_sigterm_drains_a_process_from_the_moment_it_is_announced() -> None:
+    """The signal comes as the address is told: by then it is handled."""
     code = (
+        "import os, signal\n"
         "from rpc.server import Server, ServerConfig\n"
-        "s = Server(ServerConfig()); s.start([]); print(s.address, flush=True); s.run()\n"
+        "s = Server(ServerConfig()); s.start([])\n"
+        "first = s.run(started=lambda: os.kill(os.getpid(), signal.{}))\n"
+        "print('Ctrl-C' if first else 'SIGTERM', s.stopping.is_set())\n"
     )
-    process = subprocess.Popen(
-        [sys.executable, "-c", code],
-        stdout=subprocess.PIPE,
-        text=True,
-        env=dict(os.environ, PYTHONPATH=os.pathsep.join(sys.path)),
-    )
-    assert process.stdout is not None
-    assert process.stdout.readline()
-    time.sleep(0.3)
-    process.send_signal(signal.SIGTERM)
-    assert process.wait(15) == 0
-    process.stdout.close()
+    for name, told in (("SIGTERM", "SIGTERM True"), ("SIGINT", "Ctrl-C True")):
+        ended = subprocess.run(
+            [sys.executable, "-c", code.format(name)],
+            capture_output=True,
+            text=True,
+            env=dict(os.environ, PYTHONPATH=os.pathsep.join(sys.path)),
+            timeout=120,
+        )
+        assert (ended.returncode, ended.stdout.strip()) == (0, told), ended.stderr
