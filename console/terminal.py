@@ -261,10 +261,11 @@ def signs_of_life(name: str, serves: bool = False, silent_s: float = 0.0) -> Ite
                 # the process on standby may have written in between
                 shown = shown or (terminal and now - before > standby.HELD_S)
                 line, before = watch.due(now), now
+                # first: a library may hold the interpreter from the next write on
+                other.tell(watch.told(now))
                 if line is not None:
                     _raw(f"\r\x1b[K{fitted(line)}" if terminal else f"{line}\n")
                     shown = terminal
-                other.tell(watch.told(now))
         other.close()
 
     streams: list[Any] = [sys.stdout, sys.stderr]

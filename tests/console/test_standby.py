@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 
 import pytest
@@ -83,10 +84,13 @@ def test_a_held_interpreter_is_not_silent() -> None:
         bufsize=0,
     ) as process:
         assert process.stdin is not None and process.stderr is not None
+        late = threading.Timer(60.0, process.kill)  # a reader of a silent process waits for ever
+        late.start()
         assert process.stderr.readline().startswith(b"inhabit x: connecting, ")
         process.stdin.write(b"1")
         for _ in range(20):  # the command's own, at most one is on its way, and then the other's
             assert process.stderr.readline().startswith(b"inhabit x: connecting, ")
         process.stdin.write(b"2")
         out, _ = process.communicate(timeout=60)
+        late.cancel()
     assert out == b"done" and process.returncode == 0
