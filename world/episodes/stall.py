@@ -21,6 +21,8 @@ _ROOT_M, _BOX_M = 0.25, 0.10
 #: nearer to its target, by this, m, than at the last restart: steps to and fro, or in circles, do
 #: not count.
 _NEARER_M = 0.05
+#: A distance from the target that every box is nearer than, m.
+_FAR_M = 1e6
 
 
 class StallTimeout:
@@ -34,7 +36,7 @@ class StallTimeout:
         self._limit = None if stall_s is None else round(stall_s * character.CONTROL_HZ)
         self._root = torch.zeros(n, 2, device=device)
         self._box = torch.zeros(n, 3, device=device)
-        self._nearest = torch.full((n,), torch.inf, device=device)
+        self._nearest = torch.full((n,), _FAR_M, device=device)
         self._still = torch.zeros(n, dtype=torch.int64, device=device)
 
     def ends(self, body: Body, target: Target, done: Tensor) -> Tensor:
@@ -51,7 +53,7 @@ class StallTimeout:
             to_target = (target.box.target - box).norm(dim=1)
             moves = torch.where(away, to_target < self._nearest - _NEARER_M, moves)
             nearest = torch.where(moves, to_target, self._nearest)
-            self._nearest = torch.where(away, nearest, torch.inf)
+            self._nearest = torch.where(away, nearest, _FAR_M)
             self._box = torch.where(moves[:, None], box, self._box)
         self._root = torch.where(moves[:, None], root, self._root)
         self._still = torch.where(moves | done, 0, self._still + 1)
@@ -63,7 +65,7 @@ class StallTimeout:
         """Restart the clocks of the scenes `ids` [m] at body and target [m]."""
         self._root[ids], self._still[ids] = body.root[:, :2], 0
         if target.box is not None:
-            self._box[ids], self._nearest[ids] = target.box.position, torch.inf
+            self._box[ids], self._nearest[ids] = target.box.position, _FAR_M
 
     def state_dict(self) -> dict[str, Tensor]:
         """Return the state between steps, by name."""
