@@ -1,0 +1,18 @@
+"""A process of its own that runs some code: signals end it, and not the tests."""
+
+import os
+import subprocess
+import sys
+
+
+def printed(code: str) -> str:
+    """What the code prints, stripped. Raises AssertionError with its errors if it fails."""
+    ended = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        env=dict(os.environ, PYTHONPATH=os.pathsep.join(sys.path)),
+        timeout=120,
+    )
+    assert ended.returncode == 0, ended.stderr
+    return ended.stdout.strip()
