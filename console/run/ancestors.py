@@ -32,14 +32,16 @@ def networks(source: Path, experiment: Experiment) -> tuple[Path, State, str]:
         own = task if others is not None and task in others.names else ""
         older, state = mixing.of_one_task(older, state, own)
         theirs = assembly.layout(older)
+    level = tasks.make(theirs.task).level
     if mixed is not None and theirs.goal != mine.goal:
         names = mixed.equivalents(theirs.task)
-    elif theirs.task == mine.task:
+    elif theirs.task != mine.task:
+        names = tasks.make(task).equivalents
+    elif theirs.goal == mine.goal:
         mine.require(theirs, str(path))
         return path, state, theirs.task
-    else:
-        names = tasks.make(task).equivalents
-    level = tasks.make(theirs.task).level
+    else:  # an earlier version of the same task, which lacked some features
+        names, level = {}, ()
     return path, adopt(state, theirs, mine, names, str(path), level), theirs.task
 
 

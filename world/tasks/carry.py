@@ -58,6 +58,9 @@ _ASTRIDE_M = 0.45
 _UPRIGHT_M = 0.1
 #: A low pelvis is allowed within this of the box, m.
 _BENDING_M = 1.0
+#: Horizontal distance beyond which the features of near boxes and targets fade, m.
+_NEAR_M = 0.5
+_NEAR = "d * exp(-(|d| / 0.5 m)**2), d = ({})[:2]"
 _HEADING_FRAME = "root heading"
 
 
@@ -78,6 +81,10 @@ class Carry(Task):
             "m, as above",
             "compressed(H @ (t - o))",
         ),
+        # The normaliser divides by the spread over 10 m, so that 10 cm to a target are a twentieth.
+        # These are 0 but for near boxes and targets, with a small spread.
+        Feature("near_box", 2, _HEADING_FRAME, "m, level", _NEAR.format("H @ (o - p)")),
+        Feature("near_way", 2, "as way", "m, level", _NEAR.format("H @ (t - o)")),
         Feature("box_velocity", 3, _HEADING_FRAME, "m/s", "H @ b_v"),
         Feature("corners", 24, "root heading's axes, from the box", "m", "((c - o) @ H.T).ravel()"),
     )
@@ -109,7 +116,7 @@ class Carry(Task):
         way = rotations.turn_back(body.heading, box.target - box.position)
         velocity = rotations.turn_back(body.heading, box.velocity)
         corners = rotations.turn_back(body.heading[:, None], target.corners - box.position[:, None])
-        places = (compressed(there), compressed(goal), compressed(way))
+        places = (compressed(there), compressed(goal), compressed(way), _near(there), _near(way))
         return torch.cat((*places, velocity, corners.flatten(1)), 1)
 
     def reward_terms(self, body: Body, target: Target) -> Tensor:
@@ -182,6 +189,12 @@ class Carry(Task):
 def _box(target: Target) -> BoxState:
     assert target.box is not None, "the task carry needs a box"
     return target.box
+
+
+def _near(offset: Tensor) -> Tensor:
+    """Horizontal part [n, 2] of offsets [n, 3], m, that fades to 0 beyond _NEAR_M."""
+    level = offset[:, :2]
+    return level * torch.exp(-level.square().sum(dim=1, keepdim=True) / _NEAR_M**2)
 
 
 def _progress(velocity: Tensor, way: Tensor) -> Tensor:
