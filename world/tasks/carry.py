@@ -25,12 +25,16 @@ _FEET = (BODIES.index("right_foot"), BODIES.index("left_foot"))
 _HAND_M = 0.04
 #: Speeds that earn the full reward, to the box and with it, m/s.
 _SPEED_M_S = 0.9
-#: The approach ends within the first horizontal distance of the box's centre; the box has arrived
-#: within the second of its target, m.
-_AT_BOX_M, _AT_TARGET_M = 0.55, 0.5
+#: The stage `approached` holds within the first horizontal distance of the box's centre; the box
+#: has arrived within the second of its target, m.
+_APPROACHED_M, _AT_TARGET_M = 0.70, 0.5
 #: A stand pose is the second distance from the face, m; a box counts as at least the first deep
 #: from its centre to the face, m.
 MIN_HALF_DEPTH_M, GAP_M = 0.2, 0.16
+#: The approach ends within this of the box's edge, m: 0.55 m from the centre of a box that counts as
+#: at least MIN_HALF_DEPTH_M deep. Arms reach into a larger box before a root comes that near to its
+#: centre.
+_AT_EDGE_M = 0.35
 #: Cost of a metre of depth at a face beyond that, in metres of walking to another face.
 DEPTH_COST = 6.0
 #: The reward of a stand pose is 0 from this distance, m, or angle, rad, on.
@@ -117,7 +121,7 @@ class Carry(Task):
         to_box = (box.position - body.root)[:, :2]
         to_target = (box.target - box.position)[:, :2]
         there = self.error_m(body, target) < _AT_TARGET_M
-        at_box = to_box.norm(dim=1) < _AT_BOX_M
+        at_box = _at_box(body, box)
         walk = _progress(body.root_velocity, to_box)
         walk = torch.where(at_box, 0.5 + 0.5 * _squared(body, box), 0.8 * walk)
         # a character that leans on the box has its feet far behind it: no reward for that
@@ -159,7 +163,7 @@ class Carry(Task):
 
     def stage(self, body: Body, target: Target) -> Tensor:
         box = _box(target)
-        approached = (box.position - body.root)[:, :2].norm(dim=1) < _AT_BOX_M + 0.15
+        approached = (box.position - body.root)[:, :2].norm(dim=1) < _APPROACHED_M
         grasped = grips(body, box)
         moved = (box.position - box.start)[:, :2].norm(dim=1) > _MOVED_M
         lifted = ((box.position - box.start)[:, 2] > _LIFTED_M) | (moved & grasped)
@@ -190,6 +194,20 @@ def _progress(velocity: Tensor, way: Tensor) -> Tensor:
     did, about the target with the box in hand."""
     unit = way / way.norm(dim=1, keepdim=True).clamp_min(1e-6)
     return ((unit * velocity[:, :2]).sum(dim=1) / _SPEED_M_S).clamp(-1.0, 1.0)
+
+
+def _at_box(body: Body, box: BoxState) -> Tensor:
+    """[n] bool: root or feet are at the box. Who bends to it moves the root back over the feet: by
+    the root alone, the best posture to grip in was on the way back, and cost."""
+    feet = body.position[:, _FEET].mean(dim=1)
+    near = torch.zeros_like(body.root[:, 0], dtype=torch.bool)
+    for point in (body.root, feet):
+        to_box = (box.position - point)[:, :2]
+        distance = to_box.norm(dim=1)
+        along = to_box / distance.clamp_min(1e-6)[:, None]
+        depth = grasp.half_depth_m(box, along).clamp_min(MIN_HALF_DEPTH_M)
+        near |= distance < depth + _AT_EDGE_M
+    return near
 
 
 def _stood(body: Body) -> Tensor:
