@@ -16,6 +16,7 @@ from world.character.model import BODIES
 from world.objects import grasp
 from world.scene.box import GROUND_M
 from world.scene.target import BoxState, Target
+from world.tasks import detour
 from world.tasks.evaluation import Evaluation, Published
 from world.tasks.sit import compressed, fallen
 from world.tasks.task import Task
@@ -31,9 +32,9 @@ _APPROACHED_M, _AT_TARGET_M = 0.70, 0.5
 #: A stand pose is the second distance from the face, m; a box counts as at least the first deep
 #: from its centre to the face, m.
 MIN_HALF_DEPTH_M, GAP_M = 0.2, 0.16
-#: The approach ends within this of the box's edge, m: 0.55 m from the centre of a box that counts as
-#: at least MIN_HALF_DEPTH_M deep. Arms reach into a larger box before a root comes that near to its
-#: centre.
+#: The approach ends within this of the box's edge, m: 0.55 m from the centre of a box that counts
+#: as at least MIN_HALF_DEPTH_M deep. Arms reach into a larger box before a root comes that near to
+#: its centre.
 _AT_EDGE_M = 0.35
 #: Cost of a metre of depth at a face beyond that, in metres of walking to another face.
 DEPTH_COST = 6.0
@@ -122,7 +123,7 @@ class Carry(Task):
         to_target = (box.target - box.position)[:, :2]
         there = self.error_m(body, target) < _AT_TARGET_M
         at_box = _at_box(body, box)
-        walk = _progress(body.root_velocity, to_box)
+        walk = _progress(_closing_m_s(body.root_velocity, to_box))
         walk = torch.where(at_box, 0.5 + 0.5 * _squared(body, box), 0.8 * walk)
         # a character that leans on the box has its feet far behind it: no reward for that
         stood = _stood(body)
@@ -135,7 +136,10 @@ class Carry(Task):
         # only a box between the hands counts as lifted, not one that was kicked up
         lift = risen * held
         place_term = torch.exp(-10.0 * (box.target - box.position).square().sum(dim=1))
-        carried = _progress(box.velocity, to_target) * lift
+        # the way leads round the stand that the box was taken from, where that is between
+        roots, stand, goal = body.root[:, :2], box.start[:, :2], box.target[:, :2]
+        aside = detour.closing_m_s(roots, body.root_velocity[:, :2], stand, goal)
+        carried = _progress(_closing_m_s(box.velocity, to_target) + aside) * lift
         # at the target the box is held or placed: one that is dropped beside it earns nothing. Held
         # earns less, the less the farther it is from its place: a policy for which it was as good
         # stood there with the box for ever.
@@ -188,12 +192,17 @@ def _box(target: Target) -> BoxState:
     return target.box
 
 
-def _progress(velocity: Tensor, way: Tensor) -> Tensor:
-    """[n] in [-1, 1]: speed along the horizontal way [n, 2] as a fraction of the fully rewarded
-    one; negative away from its end. Were it 0 there, a policy would earn by walking in circles: it
-    did, about the target with the box in hand."""
+def _closing_m_s(velocity: Tensor, way: Tensor) -> Tensor:
+    """[n]: speed along the horizontal way [n, 2], m/s."""
     unit = way / way.norm(dim=1, keepdim=True).clamp_min(1e-6)
-    return ((unit * velocity[:, :2]).sum(dim=1) / _SPEED_M_S).clamp(-1.0, 1.0)
+    return (unit * velocity[:, :2]).sum(dim=1)
+
+
+def _progress(speed: Tensor) -> Tensor:
+    """[n] in [-1, 1]: speed along the way, m/s, as a fraction of the fully rewarded one; negative
+    away from its end. Were it 0 there, a policy would earn by walking in circles: it did, about the
+    target with the box in hand."""
+    return (speed / _SPEED_M_S).clamp(-1.0, 1.0)
 
 
 def _at_box(body: Body, box: BoxState) -> Tensor:

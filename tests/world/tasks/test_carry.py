@@ -212,6 +212,25 @@ def test_circles_earn_nothing() -> None:
     assert sum(walk) == pytest.approx(0.0, abs=1e-4)
 
 
+def test_the_way_leads_round_the_stand_that_the_box_was_taken_from() -> None:
+    """The target is straight behind the stand, 0.43 m ahead. A step aside earned 0, one back -0.5
+    and one into the stand 0.5."""
+    held = with_hands((0.3, -0.29, 1.0), (0.3, 0.29, 1.0))
+    for velocity, expected in {
+        (0.0, 0.45, 0.0): 0.5 * 0.55 / 0.43,
+        (-0.45, 0.0, 0.0): -0.5 + 1.0,
+        (0.45, 0.0, 0.0): 0.5 - 1.0,
+    }.items():
+        box = a_box((0.3, 0.0, 1.0), (5.0, 0.001, 0.7), (0.43, 0.0, 0.8), velocity)
+        body = replace(held, root_velocity=torch.tensor([velocity]))
+        assert terms(body, box)["carry"] == pytest.approx(expected, abs=5e-3)
+    # 2 m on, or with the target on this side, it is straight
+    for target, start in (((5.0, 0.0, 0.7), (-2.0, 0.0, 0.8)), ((-5.0, 0.0, 0.7), (0.6, 0, 0.8))):
+        box = a_box((0.3, 0.0, 1.0), target, start, (0.45, 0.0, 0.0))
+        body = replace(held, root_velocity=torch.tensor([[0.45, 0.0, 0.0]]))
+        assert terms(body, box)["carry"] == pytest.approx(math.copysign(0.5, target[0]), abs=1e-4)
+
+
 def test_lowering_a_box_onto_its_target_pays_at_every_height() -> None:
     """From 0.4 m above its place down to it, in hand; what it earns there is all."""
     target = (0.4, 0.0, 0.7)
