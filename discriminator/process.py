@@ -53,6 +53,8 @@ class ServiceSpec:
     """Features that describe the object; needed where `style.object_features` is off."""
     holding: dict[str, Any] | None = None
     """What `style.mask_holding` hides (Holding.to_json)."""
+    coarse: list[bool] | None = None
+    """Features that the clips show coarsely (Discriminator)."""
     server: ServerConfig = ServerConfig()
     service: ServiceConfig = ServiceConfig()
 
@@ -82,6 +84,7 @@ def build(spec: ServiceSpec) -> tuple[Discriminator, Journal | None]:
         mask,
         journal.replay if journal else None,
         holding=None if spec.holding is None else Holding.from_json(spec.holding),
+        coarse=None if spec.coarse is None else torch.tensor(spec.coarse),
     )
     return style, journal
 

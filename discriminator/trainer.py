@@ -45,6 +45,7 @@ class Discriminator:
         device: torch.device = CPU,
         record: bool = True,
         holding: Holding | None = None,
+        coarse: Tensor | None = None,
     ) -> None:
         """Fix the normaliser from the mocap and draw the network from `seed`.
 
@@ -55,6 +56,7 @@ class Discriminator:
         device: of network, replay and mocap; rollouts may come from any.
         record: record the kernels of a gradient step and replay them, on a GPU (world.graphs).
         holding: what `config.mask_holding` hides; without it that setting raises StyleError.
+        coarse: [F] bool, features that the clips show coarsely; see normaliser.COARSE_FLOOR.
         """
         self.device = device
         self.precision = precision or decide(device.type)
@@ -67,7 +69,9 @@ class Discriminator:
         self._kept = _kept_features(config, self.width, object_mask)
         if self._kept is not None:
             self._kept = put(self._kept, device)
-        self.mean, self.deviation = normaliser.fit(put(states, device))
+        self.mean, self.deviation = normaliser.fit(
+            put(states, device), None if coarse is None else put(coarse, device)
+        )
         #: By which one discriminator's mocap is told from another's: clips, mixture and seed.
         self.mocap_mean: list[float] = self.mean.tolist()
         self._holding = _holding(config, holding, device)

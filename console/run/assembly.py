@@ -240,6 +240,7 @@ def style_service(
         seed=experiment.seed,
         object_mask=object_mask().tolist(),
         holding=holding().to_json(),
+        coarse=coarse().tolist(),
         server=server or ServerConfig(),
         service=ServiceConfig(state=state),
     )
@@ -249,6 +250,14 @@ def object_mask() -> Tensor:
     """Return the mask [114] bool of the features that describe the object."""
     mask = torch.zeros(STATE.width, dtype=torch.bool)
     mask[OBJECT] = True
+    return mask
+
+
+def coarse() -> Tensor:
+    """Return the mask [114] bool of the features that clips show coarsely: the object's rotation,
+    which is inferred, or constant."""
+    mask = torch.zeros(STATE.width, dtype=torch.bool)
+    mask[STATE.slice("object_rotation")] = True
     return mask
 
 
@@ -266,6 +275,7 @@ def discriminator(
         device=device,
         record=experiment.ppo.record,
         holding=holding(),
+        coarse=coarse(),
     )
 
 

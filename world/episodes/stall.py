@@ -13,13 +13,14 @@ from world.character.features import Body
 from world.device import CPU
 from world.errors import ConfigError
 from world.scene.target import Target
+from world.tasks import detour
 
 #: The stall clock restarts when the root moves horizontally by the first of these, m, or the box by
 #: the second, from their positions at the last restart.
 _ROOT_M, _BOX_M = 0.25, 0.10
 #: With a box that is farther than _BOX_M from its stand the clock restarts only when the box is
-#: nearer to its target, by this, m, than at the last restart: steps to and fro, or in circles, do
-#: not count.
+#: nearer to its target, by this, m, than at the last restart, on the way round its stand: steps to
+#: and fro, or in circles, do not count.
 _NEARER_M = 0.05
 #: A distance from the target that every box is nearer than, m.
 _FAR_M = 1e6
@@ -50,7 +51,10 @@ class StallTimeout:
             box = target.box.position
             moves |= (box - self._box).norm(dim=1) > _BOX_M
             away = (box - target.box.start).norm(dim=1) > _BOX_M
+            # with the detour round its stand: who goes round it brings the box away at first
             to_target = (target.box.target - box).norm(dim=1)
+            stand, goal = target.box.start[:, :2], target.box.target[:, :2]
+            to_target = to_target + detour.extra_m(root, stand, goal)
             moves = torch.where(away, to_target < self._nearest - _NEARER_M, moves)
             nearest = torch.where(moves, to_target, self._nearest)
             self._nearest = torch.where(away, nearest, _FAR_M)

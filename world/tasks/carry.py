@@ -16,6 +16,7 @@ from world.character.model import BODIES
 from world.objects import grasp
 from world.scene.box import GROUND_M
 from world.scene.target import BoxState, Target
+from world.tasks import detour
 from world.tasks.evaluation import Evaluation, Published
 from world.tasks.sit import compressed, fallen
 from world.tasks.task import Task
@@ -25,12 +26,16 @@ _FEET = (BODIES.index("right_foot"), BODIES.index("left_foot"))
 _HAND_M = 0.04
 #: Speeds that earn the full reward, to the box and with it, m/s.
 _SPEED_M_S = 0.9
-#: The approach ends within the first horizontal distance of the box's centre; the box has arrived
-#: within the second of its target, m.
-_AT_BOX_M, _AT_TARGET_M = 0.55, 0.5
+#: The stage `approached` holds within the first horizontal distance of the box's centre; the box
+#: has arrived within the second of its target, m.
+_APPROACHED_M, _AT_TARGET_M = 0.70, 0.5
 #: A stand pose is the second distance from the face, m; a box counts as at least the first deep
 #: from its centre to the face, m.
 MIN_HALF_DEPTH_M, GAP_M = 0.2, 0.16
+#: The approach ends within this of the box's edge, m: 0.55 m from the centre of a box that counts
+#: as at least MIN_HALF_DEPTH_M deep. Arms reach into a larger box before a root comes that near to
+#: its centre.
+_AT_EDGE_M = 0.35
 #: Cost of a metre of depth at a face beyond that, in metres of walking to another face.
 DEPTH_COST = 6.0
 #: The reward of a stand pose is 0 from this distance, m, or angle, rad, on.
@@ -61,6 +66,7 @@ _BENDING_M = 1.0
 #: Horizontal distance beyond which the features of near boxes and targets fade, m.
 _NEAR_M = 0.5
 _NEAR = "d * exp(-(|d| / 0.5 m)**2), d = ({})[:2]"
+_HAND = "as above, d = H @ (nearest point of the box - hand)"
 _HEADING_FRAME = "root heading"
 
 
@@ -85,6 +91,8 @@ class Carry(Task):
         # These are 0 but for near boxes and targets, with a small spread.
         Feature("near_box", 2, _HEADING_FRAME, "m, level", _NEAR.format("H @ (o - p)")),
         Feature("near_way", 2, "as way", "m, level", _NEAR.format("H @ (t - o)")),
+        Feature("near_right_hand", 3, "root heading's axes, from the hand", "m", _HAND),
+        Feature("near_left_hand", 3, "root heading's axes, from the hand", "m", _HAND),
         Feature("box_velocity", 3, _HEADING_FRAME, "m/s", "H @ b_v"),
         Feature("corners", 24, "root heading's axes, from the box", "m", "((c - o) @ H.T).ravel()"),
     )
@@ -116,7 +124,9 @@ class Carry(Task):
         way = rotations.turn_back(body.heading, box.target - box.position)
         velocity = rotations.turn_back(body.heading, box.velocity)
         corners = rotations.turn_back(body.heading[:, None], target.corners - box.position[:, None])
-        places = (compressed(there), compressed(goal), compressed(way), _near(there), _near(way))
+        hands = _near(rotations.turn_back(body.heading[:, None], _to_box(body, box)))
+        near = (_near(there[:, :2]), _near(way[:, :2]), hands.flatten(1))
+        places = (compressed(there), compressed(goal), compressed(way), *near)
         return torch.cat((*places, velocity, corners.flatten(1)), 1)
 
     def reward_terms(self, body: Body, target: Target) -> Tensor:
@@ -124,8 +134,8 @@ class Carry(Task):
         to_box = (box.position - body.root)[:, :2]
         to_target = (box.target - box.position)[:, :2]
         there = self.error_m(body, target) < _AT_TARGET_M
-        at_box = to_box.norm(dim=1) < _AT_BOX_M
-        walk = _progress(body.root_velocity, to_box)
+        at_box = _at_box(body, box)
+        walk = _progress(_closing_m_s(body.root_velocity, to_box))
         walk = torch.where(at_box, 0.5 + 0.5 * _squared(body, box), 0.8 * walk)
         # a character that leans on the box has its feet far behind it: no reward for that
         stood = _stood(body)
@@ -138,7 +148,10 @@ class Carry(Task):
         # only a box between the hands counts as lifted, not one that was kicked up
         lift = risen * held
         place_term = torch.exp(-10.0 * (box.target - box.position).square().sum(dim=1))
-        carried = _progress(box.velocity, to_target) * lift
+        # the way leads round the stand that the box was taken from, where that is between
+        roots, stand, goal = body.root[:, :2], box.start[:, :2], box.target[:, :2]
+        aside = detour.closing_m_s(roots, body.root_velocity[:, :2], stand, goal)
+        carried = _progress(_closing_m_s(box.velocity, to_target) + aside) * lift
         # at the target the box is held or placed: one that is dropped beside it earns nothing. Held
         # earns less, the less the farther it is from its place: a policy for which it was as good
         # stood there with the box for ever.
@@ -166,7 +179,7 @@ class Carry(Task):
 
     def stage(self, body: Body, target: Target) -> Tensor:
         box = _box(target)
-        approached = (box.position - body.root)[:, :2].norm(dim=1) < _AT_BOX_M + 0.15
+        approached = (box.position - body.root)[:, :2].norm(dim=1) < _APPROACHED_M
         grasped = grips(body, box)
         moved = (box.position - box.start)[:, :2].norm(dim=1) > _MOVED_M
         lifted = ((box.position - box.start)[:, 2] > _LIFTED_M) | (moved & grasped)
@@ -192,17 +205,35 @@ def _box(target: Target) -> BoxState:
 
 
 def _near(offset: Tensor) -> Tensor:
-    """Horizontal part [n, 2] of offsets [n, 3], m, that fades to 0 beyond _NEAR_M."""
-    level = offset[:, :2]
-    return level * torch.exp(-level.square().sum(dim=1, keepdim=True) / _NEAR_M**2)
+    """Offsets [.., k], m, that fade to 0 beyond _NEAR_M."""
+    return offset * torch.exp(-offset.square().sum(dim=-1, keepdim=True) / _NEAR_M**2)
 
 
-def _progress(velocity: Tensor, way: Tensor) -> Tensor:
-    """[n] in [-1, 1]: speed along the horizontal way [n, 2] as a fraction of the fully rewarded
-    one; negative away from its end. Were it 0 there, a policy would earn by walking in circles: it
-    did, about the target with the box in hand."""
+def _closing_m_s(velocity: Tensor, way: Tensor) -> Tensor:
+    """[n]: speed along the horizontal way [n, 2], m/s."""
     unit = way / way.norm(dim=1, keepdim=True).clamp_min(1e-6)
-    return ((unit * velocity[:, :2]).sum(dim=1) / _SPEED_M_S).clamp(-1.0, 1.0)
+    return (unit * velocity[:, :2]).sum(dim=1)
+
+
+def _progress(speed: Tensor) -> Tensor:
+    """[n] in [-1, 1]: speed along the way, m/s, as a fraction of the fully rewarded one; negative
+    away from its end. Were it 0 there, a policy would earn by walking in circles: it did, about the
+    target with the box in hand."""
+    return (speed / _SPEED_M_S).clamp(-1.0, 1.0)
+
+
+def _at_box(body: Body, box: BoxState) -> Tensor:
+    """[n] bool: root or feet are at the box. Who bends to it moves the root back over the feet: by
+    the root alone, the best posture to grip in was on the way back, and cost."""
+    feet = body.position[:, _FEET].mean(dim=1)
+    near = torch.zeros_like(body.root[:, 0], dtype=torch.bool)
+    for point in (body.root, feet):
+        to_box = (box.position - point)[:, :2]
+        distance = to_box.norm(dim=1)
+        along = to_box / distance.clamp_min(1e-6)[:, None]
+        depth = grasp.half_depth_m(box, along).clamp_min(MIN_HALF_DEPTH_M)
+        near |= distance < depth + _AT_EDGE_M
+    return near
 
 
 def _stood(body: Body) -> Tensor:
@@ -242,6 +273,14 @@ def _hands_in_box(body: Body, box: BoxState) -> Tensor:
     """[n, 2, 3]: centres of both hands in the box's own axes, from its centre, m."""
     offset = body.position[:, _HANDS] - box.position[:, None]
     return (offset[..., None] * rotations.matrix(box.rotation)[:, None]).sum(dim=-2)
+
+
+def _to_box(body: Body, box: BoxState) -> Tensor:
+    """[n, 2, 3]: from the centre of each hand to the nearest point of the box, in the world, m."""
+    hands = _hands_in_box(body, box)
+    half = box.half[:, None]
+    gap = torch.minimum(torch.maximum(hands, -half), half) - hands
+    return (rotations.matrix(box.rotation)[:, None] @ gap[..., None]).squeeze(-1)
 
 
 def reach_m(body: Body, box: BoxState) -> Tensor:

@@ -55,6 +55,7 @@ def test_a_style_service_is_told_everything() -> None:
     spec = assembly.style_service(experiment, state="here")
     assert spec.seed == 4 and spec.service.state == "here" and spec.style == experiment.style
     assert spec.object_mask == assembly.object_mask().tolist()
+    assert spec.coarse == assembly.coarse().tolist()
 
 
 def test_imported_pieces_are_named_with_their_terms(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -96,6 +96,34 @@ def test_a_box_in_hand_must_come_nearer_to_its_target() -> None:
     assert swung == 19
 
 
+def test_who_goes_round_the_stand_does_not_stall() -> None:
+    """The target is 3 m behind the stand. The character steps back 0.1 m and goes round at 0.55 m
+    and 0.4 m/s, the box 0.33 m before it: for the first 1.9 s it brings the box no nearer in a
+    straight line. Another one stands."""
+    stall = StallTimeout(2, 1.0)
+    stall.reset(torch.arange(2), body([-0.45] * 2), place([0.0] * 2))
+    ended = torch.zeros(2, dtype=torch.long)
+    for step in range(75):
+        away = min(0.45 + 0.4 * step / 30, 0.55)
+        turned = max(0.4 * step / 30 - 0.1, 0.0) / 0.55
+        angle = math.pi - turned
+        root = torch.tensor([away * math.cos(angle), away * math.sin(angle), 0.9])
+        ahead = torch.tensor([0.0, 0.0, 0.0])
+        facing = angle - math.pi / 2 if turned > 0.0 else 0.0
+        ahead[:2] = 0.33 * torch.tensor([math.cos(facing), math.sin(facing)])
+        person = body([0.0, -0.45])
+        person.position[0] = root
+        where = torch.stack((root + ahead, torch.tensor([-0.15, 0.0, 0.9])))
+        seen = place([0.0, 0.0])
+        assert seen.box is not None
+        box = replace(
+            seen.box, position=where, target=torch.tensor([[3.0, 0.01, 0.9]]).repeat(2, 1)
+        )
+        ends = stall.ends(person, replace(seen, box=box), torch.zeros(2, dtype=torch.bool))
+        ended = torch.where((ended == 0) & ends, step + 1, ended)
+    assert ended.tolist() == [0, 31]
+
+
 def test_standing_still_ends_as_stalled_not_as_a_fall() -> None:
     library = MotionLibrary([walking(np.random.default_rng(0), 1.0)], use=BOX)
     bank = BoxBank(boxes(CONFIG.carry))

@@ -212,6 +212,25 @@ def test_circles_earn_nothing() -> None:
     assert sum(walk) == pytest.approx(0.0, abs=1e-4)
 
 
+def test_the_way_leads_round_the_stand_that_the_box_was_taken_from() -> None:
+    """The target is straight behind the stand, 0.43 m ahead. A step aside earned 0, one back -0.5
+    and one into the stand 0.5."""
+    held = with_hands((0.3, -0.29, 1.0), (0.3, 0.29, 1.0))
+    for velocity, expected in {
+        (0.0, 0.45, 0.0): 0.5 * 0.55 / 0.43,
+        (-0.45, 0.0, 0.0): -0.5 + 1.0,
+        (0.45, 0.0, 0.0): 0.5 - 1.0,
+    }.items():
+        box = a_box((0.3, 0.0, 1.0), (5.0, 0.001, 0.7), (0.43, 0.0, 0.8), velocity)
+        body = replace(held, root_velocity=torch.tensor([velocity]))
+        assert terms(body, box)["carry"] == pytest.approx(expected, abs=5e-3)
+    # 2 m on, or with the target on this side, it is straight
+    for target, start in (((5.0, 0.0, 0.7), (-2.0, 0.0, 0.8)), ((-5.0, 0.0, 0.7), (0.6, 0, 0.8))):
+        box = a_box((0.3, 0.0, 1.0), target, start, (0.45, 0.0, 0.0))
+        body = replace(held, root_velocity=torch.tensor([[0.45, 0.0, 0.0]]))
+        assert terms(body, box)["carry"] == pytest.approx(math.copysign(0.5, target[0]), abs=1e-4)
+
+
 def test_lowering_a_box_onto_its_target_pays_at_every_height() -> None:
     """From 0.4 m above its place down to it, in hand; what it earns there is all."""
     target = (0.4, 0.0, 0.7)
@@ -266,6 +285,36 @@ def test_leaning_on_the_box_earns_nothing() -> None:
     # half of what the feet's place 0.35 m off would earn: 1/8 of a quarter for it
     assert found[1] == pytest.approx((0.5 * (0.75 + 0.25 / 8), 0.5), abs=1e-3)
     assert found[2] == (0.0, 0.0)
+
+
+def test_bending_to_the_box_costs_nothing_of_the_way() -> None:
+    """Who bends has the root back: here 0.60 m from the box and going on at 0.3 m/s, the feet at
+    their place 0.36 m before it. The term was -0.27 there, and 1 upright."""
+    where, upright = a_box((0.36, 0.0, 0.7)), standing()
+    position = upright.position.clone()
+    position[0, 0] += torch.tensor([-0.24, 0.0, -0.2])
+    moving = torch.tensor([[-0.3, 0.0, 0.0]])
+    bent = replace(upright, position=position, root_velocity=moving)
+    assert terms(upright, where)["walk"] == pytest.approx(1.0, abs=2e-3)
+    assert terms(bent, where)["walk"] == pytest.approx(1.0, abs=2e-3)
+    # a step back takes the feet along, and costs
+    position[:] = upright.position + torch.tensor([-0.24, 0.0, 0.0])
+    assert terms(replace(bent, position=position), where)["walk"] == pytest.approx(-0.8 / 3)
+
+
+@pytest.mark.parametrize(("scale", "yaw", "edge_m"), [(1.0, 0, 0.2), (1.5, 0, 0.2625), (1, 0.5, 0)])
+def test_the_approach_ends_as_far_from_the_edge_of_any_box(
+    scale: float, yaw: float, edge_m: float
+) -> None:
+    """Full speed earns 0.8 up to 0.35 m before the edge, and is not asked for any nearer."""
+    if yaw:  # half edges of 0.175 and 0.25 m, turned
+        edge_m = 0.175 * math.cos(yaw) + 0.25 * math.sin(yaw)
+    for apart_m, is_paid in ((0.36, True), (0.34, False)):
+        where = a_box((edge_m + apart_m, 0.0, 0.7), yaw=yaw)
+        assert where.box is not None
+        where = replace(where, box=replace(where.box, half=scale * where.box.half))
+        still, fast = (terms(standing((speed, 0, 0)), where)["walk"] for speed in (0.0, 0.9))
+        assert fast - still == pytest.approx(0.8 if is_paid else 0.0, abs=1e-4)
 
 
 def test_lying_across_the_box_is_a_fall() -> None:
