@@ -62,8 +62,10 @@ class Layout:
         for name in ("features", "goal", "actions", "hidden"):
             mine, theirs = getattr(self, name), getattr(other, name)
             if mine != theirs:
+                older = name == "goal" and self.task == other.task
                 raise LayoutError(
                     f"{where}: its {name} are {_show(theirs)}, this task's are {_show(mine)}"
+                    + ("; `train --init` carries its networks over" if older else "")
                 )
 
 

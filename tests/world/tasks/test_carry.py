@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import pytest
 import torch
+from torch import Tensor
 
 from world.character import features
 from world.character import model as character
@@ -58,7 +59,7 @@ def terms(body: features.Body, where: Target) -> dict[str, float]:
 def test_goal_and_object_features() -> None:
     body = standing(yaw=math.pi / 2)
     where = a_box((0.0, 1.0, 0.7), (0.0, 2.2, 0.7), velocity=(0.0, 0.5, 0.1))
-    assert make("carry").goal.width == 36
+    assert make("carry").goal.width == 46
     goal = Carry().goal_features(body, where)[0]
     root = float(character.standing_qpos()[2])
     # the character looks along +y: what is at +y is ahead
@@ -66,12 +67,37 @@ def test_goal_and_object_features() -> None:
     ahead = 1.5 * (1 + math.log(2.2 / 1.5))
     torch.testing.assert_close(goal[3:6], torch.tensor([ahead, 0.0, 0.7 - root]))
     torch.testing.assert_close(goal[6:9], torch.tensor([1.2, 0.0, 0.0]))
-    torch.testing.assert_close(goal[9:12], torch.tensor([0.5, 0.0, 0.1]))
+    torch.testing.assert_close(goal[19:22], torch.tensor([0.5, 0.0, 0.1]))
     # the box' low x, y, z corner: its x is the character's right
-    torch.testing.assert_close(goal[12:15], torch.tensor([-0.25, 0.175, -0.15]))
+    torch.testing.assert_close(goal[22:25], torch.tensor([-0.25, 0.175, -0.15]))
     seen = state(body, where)[0, features.OBJECT]
     torch.testing.assert_close(seen[:3], torch.tensor([1.0, 0.0, 0.7 - root]))
     torch.testing.assert_close(seen[3:], torch.tensor([0.0, -1.0, 0.0, 0.0, 0.0, 1.0]))
+
+
+def test_what_is_near_is_observed_finely() -> None:
+    """Offsets d · exp(-(|d| / 0.5 m)²), of box and target level; worked out by hand."""
+    where = a_box((0.3, 0.0, 1.0), (0.5, 0.1, 1.3))
+    # the left hand touches its face; the right one is 4 cm off, below and behind it
+    hands = with_hands((0.1, -0.29, 0.8), (0.3, 0.25, 1.0))
+    table, goal = Carry.goal, Carry().goal_features(hands, where)[0]
+
+    def of(name: str) -> Tensor:
+        return goal[table.slice(name)]
+
+    torch.testing.assert_close(of("near_box"), torch.tensor([0.3 * math.exp(-0.36), 0.0]))
+    far = math.exp(-0.05 / 0.25)
+    torch.testing.assert_close(of("near_way"), torch.tensor([0.2 * far, 0.1 * far]))
+    # the box is 0.35 m long, 0.5 m wide and 0.3 m high
+    gap = torch.tensor([0.025, 0.04, 0.05])
+    faded = gap * math.exp(-float(gap.square().sum()) / 0.25)
+    torch.testing.assert_close(of("near_right_hand"), faded)
+    torch.testing.assert_close(of("near_left_hand"), torch.zeros(3), atol=1e-6, rtol=0)
+    # a hand in the box is at it, and what is far away is not seen
+    inside = with_hands((0.3, 0.0, 1.0), (0.3, 0.25, 1.0))
+    found = Carry().goal_features(inside, a_box((0.3, 0.0, 1.0), (9.0, 0.0, 1.0)))[0]
+    assert not found[table.slice("near_right_hand")].any()
+    assert found[table.slice("near_way")].abs().max() < 1e-30
 
 
 def test_an_upright_box_looks_like_furniture() -> None:
