@@ -65,6 +65,9 @@ class CarryConfig:
     """Least and greatest distance from the character to the target in these, m."""
     in_hand: float = 0.0
     """Of the near and far initial states: fraction with the box in hand, in front of the body."""
+    putting_down: float = 0.0
+    """Of the reference states with the box in hand: fraction drawn from frames in which it is put
+    down, which clips show briefly; the others are drawn from all frames with the box in hand."""
 
 
 @dataclass(frozen=True)

@@ -71,11 +71,15 @@ class BoxSampler:
         ConfigError for invalid fractions."""
         self._config, self._library, self._bank, self._seed = config, library, bank, seed
         self._character = CharacterSampler(config, library)
+        if library.box is not None:
+            held = library.start_stages[CONTACT]
+            box = library.box
+            self._character.late = held[_putting(box, held)[0]]
 
     def draw(self, scenes: Tensor, episodes: Tensor) -> BoxInitialStates:
         """Initial states for scene ids [m] and episode numbers [m] (int64 both)."""
         u = random_streams.uniform(self._seed, random_streams.EPISODE, scenes, episodes, 16)
-        drawn = self._character.draw(u)
+        drawn = self._character.draw(u, late=u[:, 14] < self._config.carry.putting_down)
         from_clip, box = drawn.kind == 0, self._library.box
         variant = (u[:, 4] * len(self._bank)).long().clamp_max(len(self._bank) - 1)
         if box is not None:
@@ -184,9 +188,7 @@ class BoxSampler:
         picked = box.picked[frame, :3] - origin
         yaw = torch.stack((box.picked[frame, 3].cos(), box.picked[frame, 3].sin()), dim=1)
         put = box.put[frame, :3] - origin
-        from_start = (position - picked)[:, :2].norm(dim=1)
-        putting = box.has_put[frame] & ((position - put)[:, :2].norm(dim=1) < _PUTTING_M)
-        putting &= ~box.has_picked[frame] | (from_start > _PUTTING_M)
+        putting, from_start = _putting(box, frame)
         # a stand that the clip does not show, or that the box has left, is moved away
         unknown = ~box.has_picked[frame] | (putting & (from_start < 1.0))
         middle = torch.zeros_like(root[:, :2])
@@ -205,6 +207,15 @@ class BoxSampler:
         lift = torch.where(moving, LIFT_M, LIFT_M + _BOX_LIFT_M)
         raised = torch.cat((position[:, :2], position[:, 2:] + lift[:, None]), dim=1)
         return Layout(raised, box.rotation[frame], velocity, start, yaw, target)
+
+
+def _putting(box: BoxFrames, frame: Tensor) -> tuple[Tensor, Tensor]:
+    """[m] bool: the clip puts its box down in these frames [m]; [m]: horizontal distance of the box
+    from where it was picked up, m."""
+    position = box.position[frame]
+    from_start = (position - box.picked[frame, :3])[:, :2].norm(dim=1)
+    found = box.has_put[frame] & ((position - box.put[frame, :3])[:, :2].norm(dim=1) < _PUTTING_M)
+    return found & (~box.has_picked[frame] | (from_start > _PUTTING_M)), from_start
 
 
 def _box(target: Target) -> BoxState:
