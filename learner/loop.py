@@ -114,6 +114,8 @@ class Loop:
         self._kept: State | None = None
         """State before the present update, where one that is stopped is not completed"""
         self._update_s, self._iteration_s, self._copy_s = math.inf, math.inf, 0.0
+        self._unused: State = {}
+        """State of the discriminator of earlier stages, in one without a style reward"""
         learner.abandoned = lambda: self._abandoned and self._kept is not None
         # The discriminator trains in parallel with the update, with the same numbers.
         self._background = ThreadPoolExecutor(
@@ -348,7 +350,7 @@ class Loop:
         return {
             "policy": self.learner.policy_state(),
             "training": {"learner": self.learner.state_dict(), "batches": self.batches},
-            "style": {} if self.style is None else self.style.state_dict(),
+            "style": self._unused if self.style is None else self.style.state_dict(),
         }
 
     def _stage_state(self) -> State:
@@ -375,9 +377,12 @@ class Loop:
         if "failures" in training:  # older runs counted none
             self.failures.load_state_dict(training["failures"])
         self.seconds = float(training["seconds"])
-        if self.style is not None:
-            style = state["style"]
-            self.style.load_state_dict(without_episodes(style) if anew else style)
+        style = state["style"]
+        style = without_episodes(style) if anew else style
+        if self.style is None:
+            self._unused = style
+        elif style:  # else no stage so far had a style reward: the discriminator is new
+            self.style.load_state_dict(style)
 
     def load_state_dict(self, state: State) -> None:
         """Restore a state: the run goes on bit for bit as if it had not stopped."""

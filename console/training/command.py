@@ -111,12 +111,11 @@ def resolve(command: Train) -> Experiment:
             f"{flag} goes on from a policy that can already do the task, or a part of it: add"
             f" --init, or choose {other}"
         )
-    if command.style_service.address and any(
-        key.startswith("style.") for stage in command.experiment.stages for key in stage.settings
-    ):
+    if command.style_service.address and len(command.experiment.stages) > 1:
+        # each stage draws its mocap by a seed of its own
         raise ConfigError(
-            "--style-service.address: the stages of this recipe change settings of style, which a"
-            " standalone service keeps: leave it out"
+            "--style-service.address: the discriminator of this recipe has other settings in each"
+            " stage, while those of a standalone service stay: leave it out"
         )
     if command.address and command.runner != "ray":
         raise ConfigError("--address joins a Ray cluster: add --runner ray")
