@@ -1,6 +1,7 @@
 """Regression of an actor on labelled samples."""
 
 import copy
+from collections.abc import Callable, Sequence
 
 import torch
 from torch import Tensor
@@ -22,16 +23,30 @@ def action_weights(world: WorldConfig) -> Tensor:
     return (torque / torque.mean()).clamp(0.3, 3.0)
 
 
+Canonical = Callable[[Tensor, Tensor], Sequence[Tensor]]
+"""Observations [m, d] and their actions [m, 28] as the networks see them (Learner.canonical)."""
+
+
 class Samples:
     """Buffer of the newest `capacity` observations and teacher actions."""
 
-    def __init__(self, capacity: int, observation: int, device: torch.device) -> None:
+    def __init__(
+        self,
+        capacity: int,
+        observation: int,
+        device: torch.device,
+        canonical: Canonical = lambda observations, actions: (observations, actions),
+    ) -> None:
+        """canonical: applied to what is added; a policy that acts on one side of its task alone
+        is trained on that side."""
+        self._canonical = canonical
         self.observations = torch.empty(capacity, observation, device=device)
         self.teacher_actions = torch.empty(capacity, character.NU, device=device)
         self.total = 0
 
     def add(self, observations: Tensor, teacher_actions: Tensor) -> None:
         """Add samples [m, d] and [m, 28]."""
+        observations, teacher_actions = self._canonical(observations, teacher_actions)
         device, capacity = self.observations.device, len(self.observations)
         rows = ((self.total + torch.arange(len(observations))) % capacity).to(device)
         self.observations[rows] = observations.to(device)
