@@ -76,10 +76,13 @@ class Regression:
 
     def begin(self, observations: Tensor, teacher_actions: Tensor) -> None:
         """Fix the normaliser, first fitted to samples [m, ..] where it is new, or knows not all
-        features, as that of another task; a new linear map is fitted too."""
+        features, as that of another task, whose actor goes on to act as it did; a new linear map
+        is fitted too."""
         known = self.learner.normaliser.count > 0
         if not known.all():
-            self.learner.normaliser.update(observations.cpu())
+            self.learner.update_normaliser(observations.cpu())
+            for actor in (self.actor, self.average):
+                actor.load_state_dict(self.learner.actor.state_dict())
         if not known.any():
             self._fit(observations, teacher_actions)
         normaliser = self.learner.normaliser
