@@ -199,11 +199,11 @@ class Discriminator:
         return dict(self._trained)
 
     def _steps(self, version: int) -> dict[str, float]:
-        """Take the gradient steps of a training; return their mean figures."""
-        steps = torch.stack(
-            [self._step(version, i) for i in range(self.config.steps_per_iteration)]
-        )
-        total, penalty, logit, slope = steps.double().mean(0).tolist()
+        """Take the gradient steps of a training; return their mean figures, none without steps."""
+        steps = [self._step(version, i) for i in range(self.config.steps_per_iteration)]
+        if not steps:
+            return {}
+        total, penalty, logit, slope = torch.stack(steps).double().mean(0).tolist()
         return {
             "style/loss": total,
             "style/penalty": penalty,
