@@ -6,6 +6,7 @@ import json
 import secrets
 import threading
 import time
+import traceback
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 
@@ -178,8 +179,13 @@ class StyleService(style_pb2_grpc.StyleServicer):
         while True:
             self._due.acquire()
             with self._lock:
-                self._style.train(self._style.version)
-                self._save(new=False)
+                if not self._style.replay.size:
+                    continue  # no transition so far was valid
+                try:
+                    self._style.train(self._style.version)
+                    self._save(new=False)
+                except Exception as error:  # a full disk, say; no other thread would train
+                    traceback.print_exception(error)
 
     def observe(self, server: Server) -> None:
         """Add version and replay size to the server's metrics."""
