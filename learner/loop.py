@@ -28,7 +28,7 @@ from learner.segments import WORLD, Failures
 from learner.stages import Outcome, StageEnd
 from policy.checkpoints.trimmed import without_episodes
 from policy.rollout import Abandoned, Rollout
-from world.device import put
+from world.device import CPU, put
 from world.teachers.teacher import UNTAUGHT
 
 # Number of rollouts in a row beyond the lag bounds that end a run: it would never go on.
@@ -189,8 +189,9 @@ class Loop:
             metrics |= trained
             style_s += train_s
 
-        self.episodes.add(rollout.episodes)
-        self.failures.add(rollout.episodes)
+        ended_episodes = {name: put(value, CPU) for name, value in rollout.episodes.items()}
+        self.episodes.add(ended_episodes)
+        self.failures.add(ended_episodes)
         self.gathering.learned()
         self._kept = None
         ended = time.perf_counter()
