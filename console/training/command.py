@@ -145,7 +145,13 @@ def resolve(command: Train) -> Experiment:
         tasks.make(world.task).affordance.clips.holds for world in mixing.worlds(experiment)
     ):
         raise ConfigError("--style.mask-holding: only a task with a box to hold can hide the arms")
-    mixing.mixture_of(experiment)  # a mixture that cannot be is refused before a run is made
+    mixed = mixing.mixture_of(experiment)  # one that cannot be is refused before a run is made
+    begins = not (command.init or command.resume)
+    if mixed is not None and begins and experiment.clone_passes and len(mixed.shown[0]) > 1:
+        raise ConfigError(
+            f"--clone-passes {experiment.clone_passes}: with --world.track.goal the policy does not"
+            " see the clips that it would follow: add --clone-passes 0"
+        )
     experiment = with_learner_threads(experiment, command.threads or machine.cores())
     for number, stage in enumerate(experiment.stages, 1):  # refused at once, not hours later
         recipe.stage_end(experiment, number, mixing.kind_names(experiment))
