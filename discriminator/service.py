@@ -6,7 +6,6 @@ import json
 import secrets
 import threading
 import time
-import traceback
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 
@@ -20,6 +19,7 @@ from discriminator.journal import Journal
 from discriminator.messages import rollout_of, state_chunks, state_of
 from discriminator.trainer import Discriminator
 from rpc.errors import CodecError
+from rpc.interceptors import unexpected
 from rpc.server import Server, ServerConfig
 from rpc.v1 import style_pb2 as pb
 from rpc.v1 import style_pb2_grpc
@@ -185,7 +185,7 @@ class StyleService(style_pb2_grpc.StyleServicer):
                     self._style.train(self._style.version)
                     self._save(new=False)
                 except Exception as error:  # a full disk, say; no other thread would train
-                    traceback.print_exception(error)
+                    unexpected(error)
 
     def observe(self, server: Server) -> None:
         """Add version and replay size to the server's metrics."""

@@ -1,6 +1,7 @@
 """gRPC service of policies: batching, reload of checkpoints, and simulation."""
 
 import asyncio
+import contextlib
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from typing import Any
@@ -320,5 +321,6 @@ async def serve(
         started(server, service)
         interrupted = await server.wait()
         if report is not None:
-            report(f"stopping: calls in progress have {server_config.drain_s:g} s to end")
+            with contextlib.suppress(OSError):  # nobody may read it any more
+                report(f"stopping: calls in progress have {server_config.drain_s:g} s to end")
     return interrupted
