@@ -15,7 +15,7 @@ from discriminator.network import StyleNetwork
 from discriminator.pairing import check_rollout, next_states
 from discriminator.protocols import Holding, MocapSampler, StyleScores
 from discriminator.replay import Replay
-from discriminator.state import Form, check
+from discriminator.state import LOSS, Form, check
 from discriminator.windows import Windows
 from world.device import CPU, block_rows, moved, put
 from world.graphs import forget, replayed
@@ -205,7 +205,7 @@ class Discriminator:
             return {}
         total, penalty, logit, slope = torch.stack(steps).double().mean(0).tolist()
         return {
-            "style/loss": total,
+            LOSS: total,
             "style/penalty": penalty,
             "style/logit_mocap": logit,
             "style/gradient": slope,
@@ -349,8 +349,6 @@ class Discriminator:
                 inputs=self.replay.rows.shape[1],
                 window=self.config.window,
                 capacity=self.replay.capacity,
-                steps=self.config.steps_per_iteration,
-                throttled=self.config.throttle is not None,
                 remembered=REMEMBERED,
             ),
         )

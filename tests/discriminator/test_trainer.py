@@ -97,6 +97,12 @@ def test_a_training_without_gradient_steps_measures_and_learns_nothing() -> None
     after = style.state_dict()
     weights = [name for name in before if name.startswith("network/")]
     assert weights and all(torch.equal(before[name], after[name]) for name in weights)
+    # as in the next stage of a recipe
+    going_on = discriminator()
+    going_on.load_state_dict(after)
+    going_on.score(1, **rollout(1))
+    assert going_on.train(1)["style/loss"] > 0.0
+    assert not torch.equal(going_on.state_dict()[weights[0]], after[weights[0]])
 
 
 def test_health_is_measured() -> None:
