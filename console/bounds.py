@@ -62,7 +62,7 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "displaced_m": ((0, 0.6),),
     },
     "LearnerConfig": {
-        "hidden": ((1, 16384),), "sigma": (_SAMPLES, (0, 10)), "task_weight": ((0, 1000),),
+        "hidden": ((1, 16384),), "sigma": (_SAMPLES, (1e-4, 10)), "task_weight": ((0, 1000),),
         "style_weight": ((0, 1000),), "gamma": (_FRACTION,), "lam": (_FRACTION,),
         "epochs": ((1, 1000),),
         "minibatch": ((1, 1e8),), "clip": (_SAMPLES, (0, 10)), "kl_target": (_SAMPLES, (0, 100)),
@@ -73,7 +73,7 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "imitation_samples": ((0, 1e12),),
         "average": (_FRACTION,), "warmup_iterations": ((0, 1e6),),
         "observation_clip": ((0.1, 1e6),),
-        "observation_std_floor": ((0, 10),), "threads": (_THREADS,),
+        "observation_std_floor": ((1e-6, 10),), "threads": (_THREADS,),
     },
     "StyleConfig": {
         "hidden": ((1, 16384),), "learning_rate": (_FRACTION,), "steps_per_iteration": ((0, 1e4),),
@@ -81,7 +81,7 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "logit_regulariser": ((0, 1e6),), "weight_decay": ((0, 1e3),), "replay": ((1, 1e8),),
         "window": ((2, 64),),
         "insert_probability": (_FRACTION,), "clamp": ((1e-12, 1),), "reward_scale": ((0, 1e6),),
-        "held_out": (_FRACTION,), "held_out_batch": ((1, 1e7),), "throttle": ((0.5, 1),),
+        "held_out_batch": ((1, 1e7),), "throttle": ((0.5, 1),),
         "normaliser_samples": ((2, 1e8),),
     },
     "Train": {

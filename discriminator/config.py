@@ -37,8 +37,6 @@ class StyleConfig:
     """Least value of 1 - D in the style reward -log(1 - D)."""
     reward_scale: float = 1.0
     """Factor on the style reward; the published code: 2."""
-    held_out: float = 0.05
-    """Fraction of the mocap that is held out of training to measure the accuracy."""
     held_out_batch: int = 256
     """Held-out transitions in a measurement of the accuracy."""
     normaliser_samples: int = 20_000

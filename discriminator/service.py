@@ -19,6 +19,7 @@ from discriminator.journal import Journal
 from discriminator.messages import rollout_of, state_chunks, state_of
 from discriminator.trainer import Discriminator
 from rpc.errors import CodecError
+from rpc.interceptors import unexpected
 from rpc.server import Server, ServerConfig
 from rpc.v1 import style_pb2 as pb
 from rpc.v1 import style_pb2_grpc
@@ -178,8 +179,13 @@ class StyleService(style_pb2_grpc.StyleServicer):
         while True:
             self._due.acquire()
             with self._lock:
-                self._style.train(self._style.version)
-                self._save(new=False)
+                if not self._style.replay.size:
+                    continue  # no transition so far was valid
+                try:
+                    self._style.train(self._style.version)
+                    self._save(new=False)
+                except Exception as error:  # a full disk, say; no other thread would train
+                    unexpected(error)
 
     def observe(self, server: Server) -> None:
         """Add version and replay size to the server's metrics."""

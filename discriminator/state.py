@@ -10,6 +10,8 @@ from torch import Tensor
 
 from world.errors import LayoutError
 
+LOSS = "style/loss"
+"""Figure of trainings that take gradient steps, and of no others."""
 MAX_NEW_ROWS = 1 << 22
 """Most transitions of the last rollout."""
 MAX_FIGURES = 64
@@ -34,10 +36,6 @@ class Form:
     """States in a row."""
     capacity: int
     """Capacity of the replay."""
-    steps: int
-    """Gradient steps of each training."""
-    throttled: bool
-    """Trainings may be skipped."""
     remembered: int
     """Number of rollouts whose scores are kept."""
 
@@ -57,7 +55,7 @@ def check(state: Mapping[str, Tensor], form: Form) -> None:
         shape = torch.Size((counters["replay"], form.inputs))
         _same(state, "replay", torch.float32, shape)
     history = _history(state, form)
-    _moments(state, form, counters["version"])
+    _moments(state, form)
     _figures(state, form)
     known = {*form.tensors, *(f"counters/{name}" for name in _COUNTERS), "new", "replay", *history}
     for name in state:
@@ -96,15 +94,16 @@ def _counters(state: Mapping[str, Tensor], form: Form) -> dict[str, int]:
     return found
 
 
-def _moments(state: Mapping[str, Tensor], form: Form, version: int) -> None:
-    """Check Adam's moments: of all parameters or none, after the same number of steps. How many
-    that is depends on the settings of earlier stages of a recipe."""
+def _moments(state: Mapping[str, Tensor], form: Form) -> None:
+    """Check Adam's moments: of all parameters, after the same number of steps, or none where the
+    last training, if any, took no step. How many that is depends on the settings of earlier stages
+    of a recipe."""
     names = [name for name in state if name.startswith("adam/")]
     for name in names:
         match = _MOMENT.fullmatch(name)
         if match is None or int(match[1]) >= len(form.parameters):
             raise _error(name[:80], "is not part of a state")
-    if not names and (version == 0 or form.throttled or form.steps == 0):
+    if not names and f"trained/{LOSS}" not in state:
         return
     steps: float | None = None
     for index, shape in enumerate(form.parameters):

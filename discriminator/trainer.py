@@ -15,7 +15,7 @@ from discriminator.network import StyleNetwork
 from discriminator.pairing import check_rollout, next_states
 from discriminator.protocols import Holding, MocapSampler, StyleScores
 from discriminator.replay import Replay
-from discriminator.state import Form, check
+from discriminator.state import LOSS, Form, check
 from discriminator.windows import Windows
 from world.device import CPU, block_rows, moved, put
 from world.graphs import forget, replayed
@@ -203,13 +203,13 @@ class Discriminator:
         return dict(self._trained)
 
     def _steps(self, version: int) -> dict[str, float]:
-        """Take the gradient steps of a training; return their mean figures."""
-        steps = torch.stack(
-            [self._step(version, i) for i in range(self.config.steps_per_iteration)]
-        )
-        total, penalty, logit, slope = steps.double().mean(0).tolist()
+        """Take the gradient steps of a training; return their mean figures, none without steps."""
+        steps = [self._step(version, i) for i in range(self.config.steps_per_iteration)]
+        if not steps:
+            return {}
+        total, penalty, logit, slope = torch.stack(steps).double().mean(0).tolist()
         return {
-            "style/loss": total,
+            LOSS: total,
             "style/penalty": penalty,
             "style/logit_mocap": logit,
             "style/gradient": slope,
@@ -353,8 +353,6 @@ class Discriminator:
                 inputs=self.replay.rows.shape[1],
                 window=self.config.window,
                 capacity=self.replay.capacity,
-                steps=self.config.steps_per_iteration,
-                throttled=self.config.throttle is not None,
                 remembered=REMEMBERED,
             ),
         )

@@ -28,7 +28,7 @@ from learner.segments import WORLD, Failures
 from learner.stages import Outcome, StageEnd
 from policy.checkpoints.trimmed import without_episodes
 from policy.rollout import Abandoned, Rollout
-from world.device import put
+from world.device import CPU, put
 from world.teachers.teacher import UNTAUGHT
 
 # Number of rollouts in a row beyond the lag bounds that end a run: it would never go on.
@@ -114,6 +114,8 @@ class Loop:
         self._kept: State | None = None
         """State before the present update, where one that is stopped is not completed"""
         self._update_s, self._iteration_s, self._copy_s = math.inf, math.inf, 0.0
+        self._unused: State = {}
+        """State of the discriminator of earlier stages, in one without a style reward"""
         learner.abandoned = lambda: self._abandoned and self._kept is not None
         # The discriminator trains in parallel with the update, with the same numbers.
         self._background = ThreadPoolExecutor(
@@ -187,8 +189,9 @@ class Loop:
             metrics |= trained
             style_s += train_s
 
-        self.episodes.add(rollout.episodes)
-        self.failures.add(rollout.episodes)
+        ended_episodes = {name: put(value, CPU) for name, value in rollout.episodes.items()}
+        self.episodes.add(ended_episodes)
+        self.failures.add(ended_episodes)
         self.gathering.learned()
         self._kept = None
         ended = time.perf_counter()
@@ -348,7 +351,7 @@ class Loop:
         return {
             "policy": self.learner.policy_state(),
             "training": {"learner": self.learner.state_dict(), "batches": self.batches},
-            "style": {} if self.style is None else self.style.state_dict(),
+            "style": self._unused if self.style is None else self.style.state_dict(),
         }
 
     def _stage_state(self) -> State:
@@ -375,9 +378,12 @@ class Loop:
         if "failures" in training:  # older runs counted none
             self.failures.load_state_dict(training["failures"])
         self.seconds = float(training["seconds"])
-        if self.style is not None:
-            style = state["style"]
-            self.style.load_state_dict(without_episodes(style) if anew else style)
+        style = state["style"]
+        style = without_episodes(style) if anew else style
+        if self.style is None:
+            self._unused = style
+        elif style:  # else no stage so far had a style reward: the discriminator is new
+            self.style.load_state_dict(style)
 
     def load_state_dict(self, state: State) -> None:
         """Restore a state: the run goes on bit for bit as if it had not stopped."""

@@ -147,7 +147,7 @@ class Learner:
         metrics |= critic.result() | actor.result()
         self._update_average()
         # Only now: the likelihood ratios above are those of the normaliser that acted.
-        self._update_normaliser(raw[:-1][rollout.valid])
+        self.update_normaliser(raw[:-1][rollout.valid])
         self.samples += rollout.samples
         self.version += 1
         self.warmup_left = max(0, self.warmup_left - 1)
@@ -260,7 +260,7 @@ class Learner:
         head.bias.mul_(std).add_(mean - self.values.mean).div_(self.values.std)
 
     @torch.no_grad()
-    def _update_normaliser(self, rows: Tensor) -> None:
+    def update_normaliser(self, rows: Tensor) -> None:
         """Merge observations into their normaliser, keeping the networks' outputs.
 
         Early moments, or those of another task, move by whole deviations as the scenes change.

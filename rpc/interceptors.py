@@ -4,7 +4,7 @@ import hmac
 import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 import grpc
@@ -57,7 +57,8 @@ def status_of(error: Exception, errors: Errors) -> grpc.StatusCode:
 
 def unexpected(error: Exception) -> str:
     """One line about an unexpected exception, for the caller; the traceback goes to stderr."""
-    traceback.print_exception(error)
+    with suppress(OSError):  # nobody may read it any more
+        traceback.print_exception(error)
     return f"{type(error).__name__}: {error}"
 
 

@@ -1,5 +1,6 @@
 """gRPC server with health checks, reflection, metrics, TLS, token and draining."""
 
+import contextlib
 import os
 import signal
 import socket
@@ -159,7 +160,8 @@ class Server:
         started()
         while not self.stopping.wait(1.0):  # a bounded wait, so that signals are handled
             pass
-        report(f"stopping: calls in progress have {self.config.drain_s:g} s to end")
+        with contextlib.suppress(OSError):  # nobody may read it any more
+            report(f"stopping: calls in progress have {self.config.drain_s:g} s to end")
         self.drain()
         return first[:1] == [signal.SIGINT]
 

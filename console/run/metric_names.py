@@ -60,7 +60,7 @@ METRICS = (
         "number of earlier stages that ended at their limit of samples, not by their condition",
         "with --recipe",
     ),
-    Metric("ppo/kl", "nat", "mean KL divergence from the acting policy after the last epoch"),
+    Metric("ppo/kl", "nat", "mean KL divergence from the acting policy in the last epoch"),
     Metric("ppo/clip_fraction", "fraction", "samples with a clipped likelihood ratio"),
     Metric("ppo/learning_rate", "", "learning rate of the actor, which follows the KL divergence"),
     Metric("ppo/surrogate", "", "mean clipped surrogate loss"),

@@ -24,7 +24,7 @@ _THROUGHOUT = (
     "ppo.actor_rate", "ppo.warmup_iterations",
     "world.task", "world.motions", "world.objects", "world.action_scale", "world.action_clip",
     "style.hidden", "style.replay", "style.object_features", "style.window", "style.mask_holding",
-    "style.held_out", "style.normaliser_samples",
+    "style.normaliser_samples",
 )  # fmt: skip
 _STAGE_GROUPS = ("world.", "ppo.", "style.", "horizon")
 #: From the seed of one stage to that of the next, so that no two repeat each other's draws.

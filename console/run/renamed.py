@@ -45,6 +45,7 @@ RENAMED: Table = {
     "world.front_m": "world.initial.front_m",
     "world.far_m": "world.initial.far_m",
     "world.ahead": "world.initial.ahead_fraction",
+    "style.held_out": None,
 }
 
 

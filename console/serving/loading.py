@@ -10,6 +10,7 @@ from console.run.directory import checkpoint_folder
 from learner.config import piecewise
 from policy.checkpoints.format import read_manifest
 from policy.checkpoints.reload import Source
+from policy.checkpoints.run_checkpoints import stage_samples
 from policy.checkpoints.served import Served
 from policy.errors import CheckpointError
 
@@ -42,7 +43,7 @@ def served(name: str, path: Path) -> Served:
         manifest=found.manifest,
         world=experiment.world,
         digest=_digest(path),
-        sigma=piecewise(experiment.ppo.sigma, found.manifest.samples),
+        sigma=piecewise(experiment.ppo.sigma, stage_samples(found.manifest)),
         # a stream's frame has one state before it
         style=None if judge is None or judge.window != 2 else judge.reward,
     )

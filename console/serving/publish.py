@@ -18,7 +18,7 @@ from console.run.experiment import to_json
 from policy.checkpoints import lineage
 from policy.checkpoints.format import Layout, Manifest, State, read, write
 from policy.checkpoints.lineage import Origin
-from policy.checkpoints.run_checkpoints import RunCheckpoints
+from policy.checkpoints.run_checkpoints import STAGE_START, RunCheckpoints
 from policy.model.averaging import mean_policy
 from policy.model.normaliser import NormaliserConfig
 from world.errors import ConfigError, InhabitError
@@ -67,6 +67,8 @@ def publish_command(command: Publish) -> int:
     notes = terms_of(command, found.manifest.notes) | {
         "experiment": json.dumps(to_json(replace(single, world=world))),
     }
+    if STAGE_START in found.manifest.notes:
+        notes[STAGE_START] = found.manifest.notes[STAGE_START]
     if len(averaged) > 1:
         notes["average"] = f"of checkpoints {', '.join(one.name for one in averaged)}"
     # an average is another policy than the checkpoints that were evaluated

@@ -42,7 +42,8 @@ def style_command(command: Style) -> int:
         origin = "its journal"
     if checkpoint is not None:
         saved = read(checkpoint, ("style",)).state["style"]
-        if kept is None or version_of(kept) < version_of(saved):
+        # a stage without a style reward, before any with one, has none to restore
+        if saved and (kept is None or version_of(kept) < version_of(saved)):
             origin = f"checkpoint {checkpoint.name}"
             restore(style, saved, journal)
     service = start(style, server, journal=journal)

@@ -146,7 +146,8 @@ def _regress(out: Path, settings: Dagger, lesson: Lesson, workers: Workers) -> N
     weights = action_weights(lesson.experiment.world)
     regression = Regression(lesson.learner, weights, settings.rate, settings.batch)
     width = assembly.layout(lesson.experiment).observation
-    samples = Samples(settings.capacity, width, regression.device)
+    canonical = lesson.learner.canonical
+    samples = Samples(settings.capacity, width, regression.device, canonical)
     _fill(samples, workers, settings.first)
     with doing("fitting the normaliser"):
         regression.begin(

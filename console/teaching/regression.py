@@ -1,6 +1,7 @@
 """Regression of an actor on labelled samples."""
 
 import copy
+from collections.abc import Callable, Sequence
 
 import torch
 from torch import Tensor
@@ -22,16 +23,30 @@ def action_weights(world: WorldConfig) -> Tensor:
     return (torque / torque.mean()).clamp(0.3, 3.0)
 
 
+Canonical = Callable[[Tensor, Tensor], Sequence[Tensor]]
+"""Observations [m, d] and their actions [m, 28] as the networks see them (Learner.canonical)."""
+
+
 class Samples:
     """Buffer of the newest `capacity` observations and teacher actions."""
 
-    def __init__(self, capacity: int, observation: int, device: torch.device) -> None:
+    def __init__(
+        self,
+        capacity: int,
+        observation: int,
+        device: torch.device,
+        canonical: Canonical = lambda observations, actions: (observations, actions),
+    ) -> None:
+        """canonical: applied to what is added; a policy that acts on one side of its task alone
+        is trained on that side."""
+        self._canonical = canonical
         self.observations = torch.empty(capacity, observation, device=device)
         self.teacher_actions = torch.empty(capacity, character.NU, device=device)
         self.total = 0
 
     def add(self, observations: Tensor, teacher_actions: Tensor) -> None:
         """Add samples [m, d] and [m, 28]."""
+        observations, teacher_actions = self._canonical(observations, teacher_actions)
         device, capacity = self.observations.device, len(self.observations)
         rows = ((self.total + torch.arange(len(observations))) % capacity).to(device)
         self.observations[rows] = observations.to(device)
@@ -61,10 +76,13 @@ class Regression:
 
     def begin(self, observations: Tensor, teacher_actions: Tensor) -> None:
         """Fix the normaliser, first fitted to samples [m, ..] where it is new, or knows not all
-        features, as that of another task; a new linear map is fitted too."""
+        features, as that of another task, whose actor goes on to act as it did; a new linear map
+        is fitted too."""
         known = self.learner.normaliser.count > 0
         if not known.all():
-            self.learner.normaliser.update(observations.cpu())
+            self.learner.update_normaliser(observations.cpu())
+            for actor in (self.actor, self.average):
+                actor.load_state_dict(self.learner.actor.state_dict())
         if not known.any():
             self._fit(observations, teacher_actions)
         normaliser = self.learner.normaliser

@@ -118,7 +118,8 @@ def initialise(
 
 
 def clone_clips(learner: Learner, experiment: Experiment) -> list[float]:
-    """Clone the clips into the learner's actor; return the mean squared error of each epoch."""
+    """Clone the clips into the learner's actor, with which its average begins; return the mean
+    squared error of each epoch."""
     world, seed = experiment.world, experiment.seed
     found = pairs(
         world,
@@ -131,6 +132,9 @@ def clone_clips(learner: Learner, experiment: Experiment) -> list[float]:
         state, goal = found[0].split((STATE.width, found[0].shape[1] - STATE.width), dim=1)
         found = torch.cat((state, mixed.embed(0, goal)), dim=1), found[1]
     inputs, actions = learner.canonical(*(devices.put(tensor, learner.device) for tensor in found))
-    return clone(
+    errors = clone(
         learner.actor, learner.normaliser, inputs, actions, experiment.clone_passes, seed=seed
     )
+    # else, without a warm-up, the networks as they were drawn would be a part of it for long
+    learner.average.load_state_dict(learner.actor.state_dict())
+    return errors

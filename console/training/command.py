@@ -111,12 +111,11 @@ def resolve(command: Train) -> Experiment:
             f"{flag} goes on from a policy that can already do the task, or a part of it: add"
             f" --init, or choose {other}"
         )
-    if command.style_service.address and any(
-        key.startswith("style.") for stage in command.experiment.stages for key in stage.settings
-    ):
+    if command.style_service.address and len(command.experiment.stages) > 1:
+        # each stage draws its mocap by a seed of its own
         raise ConfigError(
-            "--style-service.address: the stages of this recipe change settings of style, which a"
-            " standalone service keeps: leave it out"
+            "--style-service.address: the discriminator of this recipe has other settings in each"
+            " stage, while those of a standalone service stay: leave it out"
         )
     if command.address and command.runner != "ray":
         raise ConfigError("--address joins a Ray cluster: add --runner ray")
@@ -146,7 +145,13 @@ def resolve(command: Train) -> Experiment:
         tasks.make(world.task).affordance.clips.holds for world in mixing.worlds(experiment)
     ):
         raise ConfigError("--style.mask-holding: only a task with a box to hold can hide the arms")
-    mixing.mixture_of(experiment)  # a mixture that cannot be is refused before a run is made
+    mixed = mixing.mixture_of(experiment)  # one that cannot be is refused before a run is made
+    begins = not (command.init or command.resume)
+    if mixed is not None and begins and experiment.clone_passes and len(mixed.shown[0]) > 1:
+        raise ConfigError(
+            f"--clone-passes {experiment.clone_passes}: with --world.track.goal the policy does not"
+            " see the clips that it would follow: add --clone-passes 0"
+        )
     experiment = with_learner_threads(experiment, command.threads or machine.cores())
     for number, stage in enumerate(experiment.stages, 1):  # refused at once, not hours later
         recipe.stage_end(experiment, number, mixing.kind_names(experiment))

@@ -46,6 +46,11 @@ def require_shape(command: Train, experiment: Experiment, workers: int) -> None:
         if command.runner != "ray":
             raise ConfigError("--style-service.address needs several processes: add --runner ray")
         style_service.require(command.style_service)
+        if not (experiment.stages or _styled(experiment)):
+            raise ConfigError(
+                "--style-service.address: there is no style reward at --ppo.style-weight 0: leave"
+                " one of them out"
+            )
     if experiment.simulator != "warp":
         divide(experiment.scenes, experiment.block, workers)
 
@@ -95,7 +100,7 @@ def local_runner(
     else:
         fleet = (LocalFleet if workers == 1 else ProcessFleet)(make, *_shape(experiment, workers))
     try:
-        styled = experiment.ppo.style_weight > 0.0
+        styled = _styled(experiment)
         style = assembly.discriminator(experiment, device=device) if styled else None
         kinds = mixing.kind_names(experiment)
         if isinstance(fleet, ProcessFleet):
@@ -117,13 +122,17 @@ def ray_runner(
     device: torch.device = CPU,
 ) -> Iterator[Runner]:
     """Open a runner of Ray actors, with the style service at an address or in a process of its
-    own; on a GPU without an address, the discriminator is in the learner's process."""
+    own; on a GPU without an address, the discriminator is in the learner's process, and without a
+    style reward there is none."""
     from actors.cluster import ray_session  # takes a second, which the local runner does not need
     from actors.fleet import RayFleet
 
     with ExitStack() as stack:
-        if style.address:
-            client: Style = stack.enter_context(attached(style, experiment, note, run))
+        client: Style | None
+        if not _styled(experiment):
+            client = None
+        elif style.address:
+            client = stack.enter_context(attached(style, experiment, note, run))
         elif device.type != "cpu":
             client = assembly.discriminator(experiment, device=device)
         else:
@@ -156,6 +165,11 @@ def style_client(
     finally:
         process.stop()
         shutil.rmtree(journal, ignore_errors=True)
+
+
+def _styled(experiment: Experiment) -> bool:
+    """Return whether the reward has a style term, and so the training a discriminator."""
+    return experiment.ppo.style_weight > 0.0
 
 
 def _shape(experiment: Experiment, workers: int) -> tuple[int, int, int, int, int]:

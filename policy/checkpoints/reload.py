@@ -1,6 +1,7 @@
 """Reload of served policies: a new valid checkpoint replaces the served version."""
 
 import asyncio
+import contextlib
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -79,8 +80,8 @@ class Follower:
         if served.digest == self.served.digest:
             self.last_refusal = ""
             return False
-        self._report(f"{self.source.name}: {self.served.version} -> {served.version} ({path})")
-        self.served, self.last_refusal = served, ""
+        before, self.served, self.last_refusal = self.served, served, ""
+        self._tell(f"{self.source.name}: {before.version} -> {served.version} ({path})")
         self.reloads += 1
         if self._reloads is not None:
             self._reloads.inc()
@@ -116,10 +117,15 @@ class Follower:
     def _refuse(self, why: str) -> bool:
         if why != self.last_refusal:
             self.last_refusal = why
-            self._report(f"{self.source.name}: still serving {self.served.version}: {why}")
+            self._tell(f"{self.source.name}: still serving {self.served.version}: {why}")
             if self._refusals is not None:
                 self._refusals.inc()
         return False
+
+    def _tell(self, line: str) -> None:
+        """Report a line; that nobody reads them any more, must not end the reloads."""
+        with contextlib.suppress(OSError):
+            self._report(line)
 
 
 def signature(path: Path) -> Signature:

@@ -11,6 +11,8 @@ from policy.errors import CheckpointError, LayoutError
 from world.partial_files import link, remove_leftovers
 
 LATEST, BEST = "latest", "best"
+#: Note of a checkpoint: samples before its stage, from which its schedules count; absent where 0.
+STAGE_START = "stage_start"
 
 
 class RunCheckpoints:
@@ -32,8 +34,10 @@ class RunCheckpoints:
 
     def save(self, iteration: int, state: dict[str, Any], best: bool = False) -> None:
         """Write a checkpoint, move `latest` (and `best`) to it, and remove old ones."""
-        samples = int(state["training"]["learner"]["samples"])
-        manifest = Manifest(self.layout, iteration, samples, self.notes)
+        learner = state["training"]["learner"]
+        samples, start = int(learner["samples"]), int(learner.get("stage_start", 0))
+        notes = self.notes | ({STAGE_START: str(start)} if start else {})
+        manifest = Manifest(self.layout, iteration, samples, notes)
         remove_leftovers(self.directory)
         path = write(self.directory / f"{iteration:06d}", state, manifest)
         self._name(LATEST, path)
@@ -60,6 +64,12 @@ class RunCheckpoints:
             link(self.directory / name, path.name)
         except OSError as error:
             raise CheckpointError(f"cannot name {path} '{name}': {error}") from error
+
+
+def stage_samples(manifest: Manifest) -> int:
+    """Samples of the stage that a checkpoint is in: where its schedules are."""
+    start = str(manifest.notes.get(STAGE_START, ""))
+    return manifest.samples - (int(start) if start.isdecimal() else 0)
 
 
 def read_newest(directory: Path, layout: Layout) -> tuple[Checkpoint, list[str]]:

@@ -51,6 +51,8 @@ class Entry(NamedTuple):
     """[rows, 28] standard normal; None: the mean action."""
     answer: "asyncio.Future[Answer]"
     since: float
+    first: int = 0
+    """Number of the first row in its call, for messages."""
 
 
 class BatchMetrics:
@@ -103,7 +105,7 @@ class Batcher:
         return self._rows
 
     def submit(
-        self, data: bytes, rows: int, posed: bool, noise: np.ndarray | None
+        self, data: bytes, rows: int, posed: bool, noise: np.ndarray | None, first: int = 0
     ) -> "asyncio.Future[Answer]":
         """Future answer to a request (fields as in Entry); BusyError where the queue is full."""
         queue = self._large if rows > SMALL_ROWS else self._waiting
@@ -117,7 +119,7 @@ class Batcher:
             )
         loop = asyncio.get_running_loop()
         answer: asyncio.Future[Answer] = loop.create_future()
-        queue.append(Entry(rows, data, posed, noise, answer, time.monotonic()))
+        queue.append(Entry(rows, data, posed, noise, answer, time.monotonic(), first))
         self._rows += rows
         self._large_rows += rows if queue is self._large else 0
         full = self._rows >= self._config.max_rows or self._complete()
@@ -250,7 +252,7 @@ def _refused(entries: list[Entry], rows: np.ndarray, served: Served) -> list[Ent
         feature, at = _feature(table, column)
         entry.answer.set_exception(
             RequestError(
-                f"{field}: row {row}, number {column} ({feature}[{at}]) is "
+                f"{field}: row {entry.first + row}, number {column} ({feature}[{at}]) is "
                 f"{own[row, column + (STATE_WIDTH if field == 'goal' else 0)]}, must be finite"
             )
         )

@@ -1,6 +1,7 @@
 """gRPC service of policies: batching, reload of checkpoints, and simulation."""
 
 import asyncio
+import contextlib
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from typing import Any
@@ -137,16 +138,19 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
         batcher.calls += 1
         try:
             while len({part.version for part in found}) != 1:  # no mixture of two checkpoints
-                parts = [
-                    batcher.submit(
-                        data[first * size : (first + most) * size],
-                        min(most, rows - first),
-                        posed,
-                        None if noise is None else noise[first : first + most],
-                    )
-                    for first in range(0, rows, most)
-                ]
-                found = [await part for part in parts]
+                parts: list[asyncio.Future[Answer]] = []
+                for first in range(0, rows, most):
+                    own = None if noise is None else noise[first : first + most]
+                    part = data[first * size : (first + most) * size]
+                    try:
+                        parts.append(
+                            batcher.submit(part, min(most, rows - first), posed, own, first)
+                        )
+                    except BusyError:
+                        for queued in parts:
+                            queued.cancel()  # nobody waits for them any more
+                        raise
+                found = await _answers(parts)
         finally:
             batcher.calls -= 1
         return pb.ActReply(
@@ -249,6 +253,19 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
         await asyncio.sleep(0)
 
 
+async def _answers(parts: Sequence["asyncio.Future[Answer]"]) -> list[Answer]:
+    """The answers to the parts of a call; the first part's error where any has one. A call that is
+    cancelled leaves no part behind."""
+    if len(parts) == 1:
+        return [await parts[0]]
+    found: list[Answer] = []
+    for part in await asyncio.gather(*parts, return_exceptions=True):
+        if isinstance(part, BaseException):
+            raise part
+        found.append(part)
+    return found
+
+
 def _served(follower: Follower) -> Callable[[], Served]:
     return lambda: follower.served
 
@@ -304,5 +321,6 @@ async def serve(
         started(server, service)
         interrupted = await server.wait()
         if report is not None:
-            report(f"stopping: calls in progress have {server_config.drain_s:g} s to end")
+            with contextlib.suppress(OSError):  # nobody may read it any more
+                report(f"stopping: calls in progress have {server_config.drain_s:g} s to end")
     return interrupted

@@ -171,3 +171,14 @@ def test_there_are_ranges_and_one_is_refused_dry(capsys: pytest.CaptureFixture[s
     words = "--world.initial.reference 0 --world.initial.near 0 --world.initial.far 0"
     assert main(f"train sit --dry-run {words}".split()) == 2
     assert "are all 0" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "settings", ["--ppo.sigma 0 0", "--ppo.sigma 0 0.05 1e6 0", "--ppo.observation-std-floor 0"]
+)
+def test_numbers_that_are_divided_by_are_above_0(
+    settings: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Without noise no action has a density; without a floor a constant feature is no number."""
+    assert main(["train", "sit", "--dry-run", *settings.split()]) == 2
+    assert "0: must be " in capsys.readouterr().err

@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import grpc
 import pytest
@@ -9,6 +10,7 @@ import torch
 
 from discriminator.client import StyleClient
 from discriminator.errors import StyleError, TurnError
+from discriminator.journal import Journal
 from discriminator.messages import rollout_chunks, state_chunks
 from discriminator.service import ServiceConfig, start
 from discriminator.trainer import Discriminator
@@ -113,6 +115,40 @@ def test_large_rollouts_go_in_small_messages_and_halves_nearly_agree() -> None:
         whole.close()
         half.close()
         server.drain()
+
+
+def test_a_service_that_trains_by_itself_outlives_a_failure(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """A rollout without a valid transition, and a journal that cannot be written once, ended its
+    thread: it scored with the same discriminator for ever."""
+    style, journal = local(), Journal(tmp_path)
+    write, failing = journal.save, [True]
+
+    def save(state: dict[str, torch.Tensor]) -> None:
+        if failing and failing.pop():
+            raise OSError(28, "No space left on device")
+        write(state)
+
+    monkeypatch.setattr(journal, "save", save)
+    server = start(style, ServerConfig(), ServiceConfig(train_every=1), journal)
+    client = StyleClient(ChannelConfig(server.address, retry_s=20))
+    try:
+        broken = rollout(0)
+        client.score(0, **broken | {"valid": torch.zeros_like(broken["valid"])})
+        for k in range(1, 3):
+            client.score(k, **rollout(k))
+            deadline = time.monotonic() + 20
+            while client.status().version < k and time.monotonic() < deadline:
+                time.sleep(0.02)
+            assert client.status().version == k
+        client.state_dict()  # waits for the training, which ends with the journal
+    finally:
+        client.close()
+        server.drain()
+    assert "No space left on device" in capfd.readouterr().err
+    saved = journal.load()
+    assert saved is not None and int(saved["counters/version"]) == 2
 
 
 def test_a_service_may_train_by_itself() -> None:

@@ -87,6 +87,24 @@ def test_the_throttle_skips_trainings_while_both_accuracies_are_above_it() -> No
         assert third.train(62) == fourth.train(62)
 
 
+def test_a_training_without_gradient_steps_measures_and_learns_nothing() -> None:
+    style = discriminator(replace(SMALL, steps_per_iteration=0))
+    style.score(0, **rollout(0))
+    before = style.state_dict()
+    found = style.train(0)
+    assert style.version == 1 and "style/loss" not in found
+    assert found["style/skipped"] == 0.0 and 0.0 <= found["style/accuracy_mocap"] <= 1.0
+    after = style.state_dict()
+    weights = [name for name in before if name.startswith("network/")]
+    assert weights and all(torch.equal(before[name], after[name]) for name in weights)
+    # as in the next stage of a recipe
+    going_on = discriminator()
+    going_on.load_state_dict(after)
+    going_on.score(1, **rollout(1))
+    assert going_on.train(1)["style/loss"] > 0.0
+    assert not torch.equal(going_on.state_dict()[weights[0]], after[weights[0]])
+
+
 def test_health_is_measured() -> None:
     style = discriminator()
     scores = style.score(0, **rollout(0))

@@ -1,5 +1,6 @@
 """One update on another device: the same numbers, every tensor moved, one checkpoint for all."""
 
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from learner.cloning import clone
 from learner.config import LagConfig, LoopConfig
 from learner.loop import Loop
 from learner.ppo import Learner
+from learner.segments import SEGMENT, WORLD
 from policy.checkpoints.format import flatten, unflatten
 from policy.checkpoints.run_checkpoints import RunCheckpoints
 from policy.rollout import Rollout
@@ -20,7 +22,7 @@ from tests.support.learning.loops import LAYOUT, LEARNING, Memory, Slowness, poi
 from tests.support.learning.recordings import LoggedGraph, counted_reads
 from tests.support.point_shard import ACTION, GOAL, STATE
 from tests.support.stand_in_gpu import There, stand_in_gpu
-from world.device import CPU, DeviceError, resolve
+from world.device import CPU, DeviceError, put, resolve
 from world.graphs import Replayed
 from world.precision import FLOAT32
 from world.reflection import Reflection, Symmetry
@@ -203,6 +205,46 @@ def test_a_training_on_the_stand_in_is_the_cpus_and_resumes_on_either(
         assert lines(back, 2) == following
     for made in (here, there, back):
         made.fleet.close()
+
+
+class ScenesThere:
+    """A fleet whose scenes are on a device, as those of mujoco-warp."""
+
+    def __init__(self, device: torch.device) -> None:
+        self.fleet, self.device = points(), device
+
+    def collect(self, weights, version, sigma) -> Rollout:
+        own = {k: v for k, v in weights.items() if not k.startswith(WORLD)}
+        found = self.fleet.collect(own, version, sigma)
+        number = torch.arange(len(found.end_index)) % 3
+        told = {SEGMENT: number.float(), "piece_sit": number.float()}
+        episodes = {k: put(v, self.device) for k, v in (found.episodes | told).items()}
+        return replace(found.on(self.device), episodes=episodes)
+
+    def __getattr__(self, name: str):
+        return getattr(self.fleet, name)
+
+
+def test_scenes_on_the_stand_in_are_counted_as_the_cpus(tmp_path: Path) -> None:
+    """Statistics and failures of episodes that ended there."""
+    found = []
+    for name in ("here", "there"):
+        with stand_in_gpu() if name == "there" else nullcontext(CPU) as device:
+            held = Learner(STATE + GOAL, ACTION, LEARNING, 1, FLOAT32, device=device)
+            held._pool.shutdown()
+            held._pool = Inline()
+            checkpoints = RunCheckpoints(tmp_path / name, LAYOUT)
+            fleet = ScenesThere(device)
+            config = LoopConfig(iterations=9)
+            loop = Loop(held, fleet, None, Memory(), checkpoints, config, ("reach", "error"))
+            loop.run()
+            state = loop.state_dict()["training"]
+            assert len(loop.episodes) > 0 and len(state["failures"]["counts"]) == 3
+            found.append((loop.recorder.numbers(), state["episodes"], state["failures"]))
+            loop.close()
+            loop.fleet.close()
+    assert found[0][0] == found[1][0]
+    assert same(found[0][1], found[1][1]) and same(found[0][2], found[1][2])
 
 
 def test_an_update_on_a_gpu_is_the_cpus_within_1e_4() -> None:

@@ -1,5 +1,6 @@
 """What happens to every call: the token is asked for, errors become statuses."""
 
+import io
 from pathlib import Path
 
 import grpc
@@ -8,6 +9,7 @@ from grpc_health.v1 import health_pb2, health_pb2_grpc
 
 from rpc.channel import Channel, ChannelConfig
 from rpc.errors import RefusedError, RpcError
+from rpc.interceptors import unexpected
 from rpc.server import Server, ServerConfig
 from rpc.v1 import style_pb2 as pb
 from rpc.v1 import style_pb2_grpc
@@ -32,6 +34,19 @@ def test_errors_become_statuses_with_one_line(capfd: pytest.CaptureFixture[str])
         assert caught.value.code is grpc.StatusCode.INTERNAL
         assert "Traceback" in capfd.readouterr().err  # the whole story, on the service's side
         channel.close()
+
+
+def test_an_unexpected_error_is_told_to_the_caller_when_nobody_reads_tracebacks(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As where standard error is a pipe whose reader has ended."""
+
+    class Closed(io.StringIO):
+        def write(self, _text: str) -> int:
+            raise BrokenPipeError(32, "Broken pipe")
+
+    monkeypatch.setattr("sys.stderr", Closed())
+    assert unexpected(KeyError("why")) == "KeyError: 'why'"
 
 
 def test_a_token_is_required(tmp_path: Path) -> None:

@@ -164,6 +164,19 @@ def test_an_address_without_the_ray_runner_is_a_mistake(
     assert "add --runner ray" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("task", ["sit", "carry"])
+def test_a_service_that_stands_alone_keeps_the_settings_of_one_stage(
+    task: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """The second stage has mocap of another seed, which the service was refused for hours later;
+    carry's stages change no other setting of the discriminator."""
+    words = ["train", task, "--recipe", "paper", "--run", str(tmp_path / "run"), "--runner", "ray"]
+    assert main([*words, "--dry-run"]) == 0
+    capsys.readouterr()
+    assert main([*words, "--dry-run", "--style-service.address", "127.0.0.1:1"]) == 2
+    assert "this recipe has other settings in each stage" in capsys.readouterr().err
+
+
 def free_port() -> int:
     with socket.socket() as found:
         found.bind(("127.0.0.1", 0))

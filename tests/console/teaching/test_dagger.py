@@ -1,16 +1,23 @@
 """`inhabit teach carry`: the student imitates the teacher and is a checkpoint like any other."""
 
 import json
+import queue
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
+import torch
 
 from console.app import main
-from console.commands.teaching import Practice
+from console.commands.teaching import Dagger, Practice
 from console.run import assembly
+from console.run.experiment import Experiment
 from console.teaching import dagger
 from console.teaching.scenes import TeachingScenes
+from learner.config import LearnerConfig
 from policy.model.acting import Policy
+from tests.support.learning.learners import same
 from world.character.features import STATE
 from world.config import WorldConfig
 from world.errors import InhabitError
@@ -47,6 +54,44 @@ def test_a_student_is_a_checkpoint(tmp_path: Path, capsys: pytest.CaptureFixture
     other = Policy(wider.weights)(*split)
     assert (other - actions).square().mean() < 0.1 * (actions - wanted).square().mean()
     assert sorted(p.name for p in tmp_path.iterdir()) == ["student", "wide"]
+
+
+class Alive:
+    exitcode = None
+
+    def is_alive(self) -> bool:
+        return True
+
+
+def test_a_student_of_one_side_learns_the_same_from_both(tmp_path: Path) -> None:
+    """A policy of lie acts on one side of the bed and mirrors the other: labels of the other side
+    are labels of its own, and its normaliser never sees the other."""
+    experiment = Experiment(world=WorldConfig(task="lie"), ppo=LearnerConfig(hidden=(16, 8)))
+    settings = Dagger(minutes=60.0, batches=3, batch=32, first=64, capacity=256)
+    draw = torch.Generator().manual_seed(0)
+    width = assembly.layout(experiment).observation
+    seen, wanted = (torch.randn(64, n, generator=draw) for n in (width, 28))
+    policies = []
+    for other in (False, True):
+        learner = assembly.learner(experiment)
+        sides = learner.symmetry
+        assert sides is not None
+        _, right = sides.canonical(seen)
+        assert right is not None and 0.2 < float(right.float().mean()) < 0.8
+        found = (sides.observation(seen), sides.action(wanted)) if other else (seen, wanted)
+        labels: queue.Queue[list[np.ndarray]] = queue.Queue()
+        labels.put([part.numpy() for part in (*found, torch.zeros(0, 3))])
+        workers = dagger.Workers(
+            labels, SimpleNamespace(value=1.0), tmp_path / "student", [Alive()]
+        )
+        lesson = dagger.Lesson([], experiment, learner, False, (), {})
+        torch.manual_seed(0)
+        dagger._regress(tmp_path / "out", settings, lesson, workers)
+        policies.append(learner.policy_state())
+        learner.close()
+        canonical, _ = sides.canonical(seen)
+        torch.testing.assert_close(learner.normaliser.mean, canonical.double().mean(dim=0))
+    assert same(*policies)
 
 
 class Ended:

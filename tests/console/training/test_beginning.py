@@ -14,8 +14,12 @@ from console.run.directory import RunDirectory, RunError
 from console.run.experiment import Experiment, to_json
 from console.run.stages import Stage
 from console.training import beginning
+from learner.config import LearnerConfig
 from policy.checkpoints.format import Manifest
+from tests.support import small_clips
+from tests.support.learning.learners import same
 from tests.support.paths import ROOT
+from world.config import WorldConfig
 
 
 def test_a_checkpoint_with_former_names_of_settings_is_unedited() -> None:
@@ -44,6 +48,19 @@ def test_a_checkpoint_of_a_stage_is_compared_with_that_stage() -> None:
     edited = replace(experiment, stages=(stages[0], replace(stages[1], settings={})))
     with pytest.raises(RunError, match=r"ppo\.gamma: 0\.8 -> 0\.985"):
         beginning.require_unedited(manifest, edited, RunDirectory(Path("run")))
+
+
+def test_the_average_begins_with_the_clone(tmp_path: Path) -> None:
+    """Without a warm-up it averaged the clone with the networks as they were drawn."""
+    world = WorldConfig(motions=(str(small_clips.write(tmp_path)),), pieces=2, scales=1)
+    ppo = LearnerConfig(hidden=(16, 8), warmup_iterations=0)
+    experiment = Experiment(world=world, ppo=ppo, clone_passes=1, clone_samples=500)
+    learner = assembly.learner(experiment)
+    drawn = learner.weights()
+    assert len(beginning.clone_clips(learner, experiment)) == 1
+    cloned, averaged = learner.weights(), learner.averaged_weights()
+    learner.close()
+    assert not same(cloned, drawn) and same(averaged, cloned)
 
 
 NONE = Experiment()

@@ -161,3 +161,14 @@ def test_what_cannot_be_mixed_is_refused(capsys: pytest.CaptureFixture[str]) -> 
     shown = capsys.readouterr().out
     assert "16 of 64 scenes: sit; 48 of 64 scenes: track" in shown
     assert "reward of track" in shown and "task_track" in shown
+
+
+def test_clips_that_the_policy_does_not_see_are_not_cloned(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    words = ["train", "track", "--dry-run", "--mix", "sit=0.5", "track=0.5"]
+    words += ["--world.track.goal", "sit"]
+    cloning = [*words, "--clone-passes", "8"]
+    assert main(cloning) == 2
+    assert "--clone-passes 8: with --world.track.goal the policy" in capsys.readouterr().err
+    assert main(words) == main([*cloning, "--init", "track"]) == 0

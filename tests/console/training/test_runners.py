@@ -1,6 +1,7 @@
 """Both runners on real scenes: the same bits by threads, by Ray actors, and across a restart."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,13 +9,17 @@ import pytest
 import torch
 
 from actors.cluster import ray_session
+from console.commands import Train
+from console.commands.training import StyleAddress
 from console.run.experiment import Experiment
+from console.training.runners import require_shape
 from discriminator.config import StyleConfig
 from learner.config import LearnerConfig
 from policy.checkpoints.format import flatten, read
 from tests.support import small_clips
 from tests.support.console.trainings import assert_same, everything, lines, opened
 from world.config import WorldConfig
+from world.errors import ConfigError
 
 ITERATIONS = 3
 
@@ -91,6 +96,32 @@ def test_ray_and_the_service_change_no_bit(
         loop.load_state_dict(halfway)
         loop.run()
         assert_same(everything(loop.state_dict()), alone[0])
+
+
+@pytest.mark.usefixtures("cluster")
+def test_without_a_style_reward_neither_runner_has_a_discriminator(
+    experiment: Experiment, tmp_path: Path
+) -> None:
+    """Ray trained one all the same, whose state the local runner could not go on from."""
+    plain = replace(experiment, ppo=replace(experiment.ppo, style_weight=0.0))
+    with opened(plain, tmp_path / "local", ITERATIONS) as loop:
+        loop.run()
+        state, wanted = everything(loop.state_dict()), lines(loop)
+    with opened(plain, tmp_path / "ray", ITERATIONS, "ray", 2) as loop:
+        assert loop.style is None
+        loop.run()
+        assert_same(everything(loop.state_dict()), state)
+        assert lines(loop) == wanted
+
+
+def test_a_style_service_without_a_style_reward_is_refused(experiment: Experiment) -> None:
+    plain = replace(experiment, ppo=replace(experiment.ppo, style_weight=0.0))
+    command = Train(
+        task="sit", experiment=plain, runner="ray", style_service=StyleAddress("host:1")
+    )
+    require_shape(command, experiment, 1)
+    with pytest.raises(ConfigError, match=r"no style reward at --ppo\.style-weight 0"):
+        require_shape(command, plain, 1)
 
 
 def test_resumed_is_as_if_never_stopped(experiment: Experiment, tmp_path: Path) -> None:

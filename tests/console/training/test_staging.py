@@ -9,6 +9,7 @@ from safetensors.torch import load_file
 
 from console.app import main
 from console.run.metrics import read_metrics
+from console.serving.loading import served
 from tests.support.console.recipes import tiny
 from tests.support.console.runs import said
 from tests.support.kill_learner import flags, numbers
@@ -53,6 +54,15 @@ def test_stages_follow_one_another_by_what_is_measured(whole: Path) -> None:
     assert manifest["notes"]["stage"] == "3"
     of_stage = json.loads(manifest["notes"]["experiment"])["world"]["perturb"]
     assert of_stage["moved_fraction"] == 0.5, "the checkpoint tells the settings that made it"
+
+
+def test_a_policy_is_served_with_the_noise_of_its_stage(whole: Path, tmp_path: Path) -> None:
+    """A published one too. Schedules count from the beginning of the stage, at 1,280 samples."""
+    assert main(["publish", str(whole), str(tmp_path / "published")]) == 0
+    for folder in (whole / "checkpoints" / "latest", tmp_path / "published"):
+        found = served("sit", folder)
+        assert found.manifest.samples == 1920
+        assert found.sigma == pytest.approx(0.05 - 0.015 * 640 / 6e6, rel=1e-9)
 
 
 @pytest.mark.parametrize("stops", [(14,), (10, 20), (3, 26)])

@@ -130,3 +130,22 @@ def test_a_disk_that_fails_for_a_moment_is_read_again_and_a_damaged_file_is_not(
     before = len(reads)
     assert not any(asyncio.run(follower.poll()) for _ in range(3))
     assert len(reads) == before + 1 and follower.last_refusal == "it is damaged"
+
+
+def test_reloads_go_on_when_nobody_reads_what_is_reported(tmp_path: Path) -> None:
+    """As in `inhabit serve RUN 2>&1 | head`: the pipe of its lines is closed."""
+    save(tmp_path / "000001", 1)
+    now = [tmp_path / "000001"]
+
+    def closed(line: str) -> None:
+        raise BrokenPipeError(32, "Broken pipe")
+
+    follower = Follower(Source("sit", lambda: now[0], load), closed)
+    first = follower.served.version
+    now[0] = tmp_path / "none"
+    assert not asyncio.run(follower.poll())
+    assert "none" in follower.last_refusal and follower.served.version == first
+    save(tmp_path / "000002", 2)
+    now[0] = tmp_path / "000002"
+    assert asyncio.run(follower.poll())
+    assert follower.served.version != first and follower.reloads == 1

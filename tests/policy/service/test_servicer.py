@@ -1,5 +1,6 @@
 """The policy service over loopback: the policy's own numbers, refusals, reloads, and the end."""
 
+import gc
 import threading
 from collections.abc import Iterator
 
@@ -10,6 +11,7 @@ import torch
 from grpc_health.v1 import health_pb2, health_pb2_grpc
 from grpc_reflection.v1alpha import reflection_pb2, reflection_pb2_grpc
 
+from policy.config import BatchConfig, PolicyServiceConfig
 from policy.service.servicer import NAME
 from rpc.v1 import policy_pb2 as pb
 from rpc.v1 import policy_pb2_grpc
@@ -265,6 +267,33 @@ def test_what_is_wrong_is_named(client: Stub) -> None:
     # the finite ones of a batch with a bad one get their answer: huge numbers are only clipped
     huge = np.full(STATE.width, 3e38, "<f4").tobytes()
     assert np.isfinite(numbers(act(client, state=huge)().action)).all()  # pyright: ignore
+
+
+def test_a_wrong_row_of_a_large_call_is_named_by_its_number(
+    client: Stub, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Rows are computed 32 at a time. A second part with a wrong row is no error of the server."""
+    state, goal = observation(0, 100)
+    rows = np.frombuffer(bytearray(state), "<f4").reshape(100, -1)
+    rows[70, 3] = rows[97, 0] = np.nan
+    found = refusal(act(client, state=rows.tobytes(), goal=goal))
+    assert found[0] is StatusCode.INVALID_ARGUMENT
+    assert found[1].startswith("state: row 70, number 3 (")
+    act(client)()
+    gc.collect()
+    assert "never retrieved" not in caplog.text
+
+
+def test_a_call_that_is_refused_half_way_leaves_nothing_to_compute() -> None:
+    config = PolicyServiceConfig(batch=BatchConfig(max_queued_rows=64))
+    with running([fixed(make())], config) as server, stub(server) as client:
+        state, goal = observation(0, 100)
+        found = refusal(act(client, state=state, goal=goal))
+        assert found[0] is StatusCode.RESOURCE_EXHAUSTED
+        act(client)()
+        rows = server.server.registry.get_sample_value("policy_batch_rows_sum", {"policy": "sit"})
+        assert rows == 1.0
+        assert server.now(lambda: server.service.batchers["sit"].queued_rows) == 0
 
 
 def test_what_is_wrong_with_a_situation_is_named(client: Stub) -> None:
