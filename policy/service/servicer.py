@@ -18,7 +18,7 @@ from policy.service.batching import PART_ROWS, Answer, Batcher, BatchMetrics, tu
 from policy.service.streams import Stream, Streams
 from policy.synthesis.streaming import Synthesis
 from rpc.aio_server import AioServer
-from rpc.server import ServerConfig
+from rpc.server import ServerConfig, stopping
 from rpc.v1 import policy_pb2 as pb
 from rpc.v1 import policy_pb2_grpc
 from world.errors import ChoiceError, ConfigError, InhabitError
@@ -304,5 +304,5 @@ async def serve(
         started(server, service)
         interrupted = await server.wait()
         if report is not None:
-            report(f"stopping: calls in progress have {server_config.drain_s:g} s to end")
+            report(stopping(server_config.drain_s))
     return interrupted
