@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from console.commands import MotionsVary
 from console.motions.reading import clips
-from console.terminal import progress
+from console.terminal import counted, progress
 from world.errors import ClipError, ConfigError
 from world.motions import clip_file, segments
 from world.motions.clip import Clip
@@ -16,8 +16,6 @@ _SOUND = 0.9
 
 def vary_command(command: MotionsVary) -> int:
     """Write the clips and their variants; return 0."""
-    if not command.paths:
-        raise ConfigError("motions vary: name the files or folders of clips")
     if not command.stand_m or not command.size:
         raise ConfigError("--stand-m and --size: name one or more of each")
     given = clips(tuple(map(str, command.paths)))
@@ -45,7 +43,10 @@ def vary_command(command: MotionsVary) -> int:
         print(f"note: left out: {why}")
     seconds = sum(clip.seconds for clip in made)
     variations = len(made) - len(given)
-    print(f"{len(given)} clips and {variations} variants, {seconds:.0f} s of motion: {command.out}")
+    print(
+        f"{counted(len(given), 'clip')} and {counted(variations, 'variant')}, {seconds:.0f} s of"
+        f" motion: {command.out}"
+    )
     return 0
 
 

@@ -62,7 +62,7 @@ def test_import_writes_clips_that_training_reads(
     assert report["past_limits"] == 0
     assert report["verdict"] == "good"
     # what is there is not written over unasked
-    assert main(["motions", "import", str(bvh), "--out", str(out)]) == 1
+    assert main(["motions", "import", str(bvh), "--out", str(out)]) == 2
     assert "--replace" in capsys.readouterr().err
     assert not list(out.glob(".*"))
 
@@ -89,7 +89,7 @@ def test_a_bad_file_among_good_ones_costs_itself_alone(
     captured = capsys.readouterr()
     assert "bad.bvh" in captured.err
     assert [p.name for p in out.iterdir()] == ["good.npz"]
-    assert "1 clips" in captured.out
+    assert "1 clip, " in captured.out
 
 
 def test_truncated_files(

@@ -6,7 +6,7 @@ import sys
 
 
 def printed(code: str, ends_with: int = 0) -> str:
-    """What the code prints, stripped. Raises AssertionError with its errors for another exit code."""
+    """What the code prints, stripped. AssertionError with its errors for another exit code."""
     ended = subprocess.run(
         [sys.executable, "-c", code],
         capture_output=True,
