@@ -1,8 +1,12 @@
 """Errors of networks, checkpoints and requests, and the base class of the packages above."""
 
-from world.errors import InhabitError, LayoutError
+from world.errors import ConfigError, InhabitError, LayoutError
 
 __all__ = ["CheckpointError", "InhabitError", "LayoutError"]
+
+
+class FollowsClipsError(LayoutError, ConfigError):
+    """A policy that follows clips, where one without a reference is needed."""
 
 
 class CheckpointError(InhabitError):

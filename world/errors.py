@@ -25,4 +25,13 @@ class LayoutError(InhabitError):
 
 
 class ConfigError(InhabitError):
-    """Settings that contradict one another."""
+    """Arguments that contradict one another, or name what the command cannot use; the exit code is
+    2."""
+
+
+class NoClipsError(ClipError, ConfigError):
+    """A path that was given for motions and holds none."""
+
+
+class NoPiecesError(PieceError, ConfigError):
+    """A path that was given for furniture and holds none."""
