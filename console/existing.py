@@ -1,7 +1,7 @@
 """Files that are already where a command is to write: what they are, by their content.
 
 A command replaces a file that it wrote itself before, and no other. Formats whose content does not
-tell who wrote it (films, pictures) hold `MARK` in their metadata.
+tell who wrote it hold `MARK`: films and pictures in their metadata, BVH in the licence beside it.
 """
 
 import json
@@ -98,8 +98,7 @@ def kind_of(path: Path) -> str:
                 kind == _FILM and _is_own_film(path)
             ):
                 return f"{kind} of inhabit"
-            beside = path.with_name(f"{path.name}.license")
-            return _BVH if "BVH" in kind and beside.is_file() else kind
+            return _BVH if "BVH" in kind and _is_own_bvh(path) else kind
     if head.startswith(b"glTF") or path.suffix.lower() == ".gltf":
         return _of_gltf(path)
     if head.lstrip()[:1] in (b"{", b"["):
@@ -118,6 +117,13 @@ def kind_of(path: Path) -> str:
 def _is_page(head: bytes, marks: tuple[bytes, ...]) -> bool:
     begins = head.lstrip()[:9].lower()
     return begins.startswith((b"<!doctype", b"<html")) and any(mark in head for mark in marks)
+
+
+def _is_own_bvh(path: Path) -> bool:
+    """Return whether the licence beside a BVH says who made it: the format itself has no place."""
+    with suppress(OSError):
+        return MARK in path.with_name(f"{path.name}.license").read_text(errors="replace")
+    return False
 
 
 def _is_own_picture(path: Path) -> bool:

@@ -37,14 +37,24 @@ def export_command(command: Export) -> int:
     of_policy = not command.source.is_file()
     if suffix == POLICY:
         if not of_policy:
+            of_motion = command.source.suffix.lower() in (RECORDING, CLIP)
             raise ConfigError(
                 f"{command.source} is a motion: it is exported as {', '.join(files.WRITERS)}"
+                if of_motion
+                else f"{command.source} is a file, and no policy: give a run or a checkpoint folder"
             )
+        if command.take is not None:
+            raise ConfigError(f"--take {command.take}: for a recording, and a policy is exported")
+        files.check(command.files, [command.out])
         return _policy(command)
     if of_policy:
         raise ConfigError(
             f"{command.source}: no recording ({RECORDING}) or motion clip ({CLIP}); a policy is"
             f" exported as {POLICY}, and its motion is written by inhabit synthesize"
+        )
+    if command.checkpoint != "best":
+        raise ConfigError(
+            f"--checkpoint {command.checkpoint}: for a policy, and a motion is exported"
         )
     files.check(command.files, [command.out])
     motion = of_file(command.source, command.take)

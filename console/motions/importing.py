@@ -120,7 +120,10 @@ def refusing_whole(path: Path) -> Iterator[None]:
 
 def stated(command: MotionsImport | MotionsCheck) -> Map:
     """Return what map file and flags state; a flag overrides the file."""
-    given = landmarks.read_map(command.map) if command.map else Map()
+    try:
+        given = landmarks.read_map(command.map) if command.map else Map()
+    except ClipError as error:
+        raise ConfigError(f"--map {error}") from error
     return replace(
         given,
         fps=command.fps or given.fps,

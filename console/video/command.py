@@ -32,6 +32,10 @@ def video_command(command: Video) -> int:
         raise ConfigError("--trials must be at least 1")
     outputs.check(command.out, "OUT", (".mp4", *rendering.ANIMATED))
     outputs.check(command.sheet, "--sheet", (".png",))
+    if command.out is not None and command.out.suffix.lower() == ".mp4":
+        for flag, pixels in (("--width", command.width), ("--height", command.height)):
+            if pixels % 2:
+                raise ConfigError(f"{flag} {pixels}: an .mp4 needs even sizes; give {pixels + 1}")
     rendering.require_gl()
     if command.source.is_file():
         _refuse_trials(command, "a recording, whose trials are simulated already")
