@@ -32,6 +32,7 @@ def video_command(command: Video) -> int:
         raise ConfigError("--trials must be at least 1")
     outputs.check(command.out, "OUT", (".mp4", *rendering.ANIMATED))
     outputs.check(command.sheet, "--sheet", (".png",))
+    trials.require_distances(command.near_m, command.far_m)
     if command.out is not None and command.out.suffix.lower() == ".mp4":
         for flag, pixels in (("--width", command.width), ("--height", command.height)):
             if pixels % 2:

@@ -26,10 +26,14 @@ def test_something_must_be_asked_for() -> None:
     ("words", "said"),
     [
         ("a.mp4 --width 321", "--width 321: an .mp4 needs even sizes; give 322"),
+        (
+            "a.mp4 --near-m 5 --far-m 1",
+            "--near-m 5 --far-m 1: the first must be above 0, the second no less",
+        ),
         ("a.mp4 --height 241", "--height 241: an .mp4 needs even sizes; give 242"),
     ],
 )
-def test_a_film_has_the_size_asked_for(
+def test_a_film_has_the_size_and_the_distances_asked_for(
     words: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The encoder takes even sizes alone: it had made another, and warned in its own words."""
