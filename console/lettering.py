@@ -6,7 +6,7 @@ The font that comes with the library draws an empty box for others, and names of
 import unicodedata
 from functools import cache
 
-from PIL import ImageFont
+from PIL import Image, ImageDraw, ImageFont
 
 _MISSING = "\U0010ffff"
 """A character that no font has"""
@@ -41,5 +41,11 @@ def _drawn(letter: str) -> bool:
     """Whether the font has a letter."""
     if letter.isspace():
         return True
-    one, none = font().getmask(letter), font().getmask(_MISSING)
-    return (one.size, bytes(one)) != (none.size, bytes(none))
+    return _pixels(letter) != _pixels(_MISSING)
+
+
+def _pixels(letter: str) -> bytes:
+    """A letter as it is drawn."""
+    image = Image.new("L", (32, 32))
+    ImageDraw.Draw(image).text((8, 8), letter, fill=255, font=font())
+    return image.tobytes()

@@ -25,7 +25,7 @@ class FloorKind:
     """The floor kind; see Kind."""
 
     pictured = False
-    flags = frozenset[str]()
+    flags: frozenset[str] = frozenset()
 
     def played(
         self, setup: Setup, piece: Piece, task: Task, carry: CarryConfig, balls: Sequence[Ball]

@@ -37,7 +37,7 @@ class FurnitureKind:
     """The furniture kind; see Kind."""
 
     pictured = True
-    flags = frozenset({"object", "place", "scale"})
+    flags: frozenset[str] = frozenset({"object", "place", "scale"})
 
     def played(
         self, setup: Setup, piece: Piece, task: Task, carry: CarryConfig, balls: Sequence[Ball]

@@ -19,7 +19,7 @@ class ReferenceKind:
     """The kind of reference motions; see Kind."""
 
     pictured = False
-    flags = frozenset(OBJECT_FLAGS)
+    flags: frozenset[str] = frozenset(OBJECT_FLAGS)
 
     def played(
         self, setup: Setup, piece: Piece, task: Task, carry: CarryConfig, balls: Sequence[Ball]
