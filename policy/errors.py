@@ -1,12 +1,8 @@
 """Errors of networks, checkpoints and requests, and the base class of the packages above."""
 
-from world.errors import ConfigError, InhabitError, LayoutError
+from world.errors import InhabitError, LayoutError
 
 __all__ = ["CheckpointError", "InhabitError", "LayoutError"]
-
-
-class FollowsClipsError(LayoutError, ConfigError):
-    """A policy that follows clips, where one without a reference is needed."""
 
 
 class CheckpointError(InhabitError):

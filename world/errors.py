@@ -25,13 +25,4 @@ class LayoutError(InhabitError):
 
 
 class ConfigError(InhabitError):
-    """Arguments that contradict one another, or name what the command cannot use; the exit code is
-    2."""
-
-
-class NoClipsError(ClipError, ConfigError):
-    """A path that was given for motions and holds none."""
-
-
-class NoPiecesError(PieceError, ConfigError):
-    """A path that was given for furniture and holds none."""
+    """Settings that contradict one another."""

@@ -17,7 +17,7 @@ from policy.objects.placement import SCALES
 from rpc.v1 import policy_pb2 as pb
 from world import rotations
 from world.config import CarryConfig
-from world.errors import ConfigError, InhabitError, NoPiecesError, PieceError
+from world.errors import ConfigError, InhabitError, PieceError
 from world.furniture import catalogue
 from world.furniture.bands import SPLITS
 from world.furniture.piece import Piece
@@ -139,7 +139,7 @@ def piece_of(word: str) -> Piece:
         return catalogue.find(word)
     except InhabitError:
         if path.exists():
-            raise NoPiecesError(
+            raise PieceError(
                 f"--object {word}: no piece; give a {store.SUFFIX} of inhabit objects import, or a "
                 f"mesh ({', '.join(source.SUFFIXES)})"
             ) from None

@@ -1,7 +1,6 @@
 """`inhabit motions vary`: variants of clips with a box."""
 
-from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from console.commands import MotionsVary
 from console.motions.reading import clips
@@ -22,7 +21,6 @@ def vary_command(command: MotionsVary) -> int:
     given = clips(tuple(map(str, command.paths)))
     if not any(clip.box is not None and clip.box.held.any() for clip in given):
         raise ClipError(f"{', '.join(map(str, command.paths))}: no clip carries a box")
-    _require_new(command, given)  # before the work
     made, left_out = list(given), list[str]()
     with progress("clips", len(given), "making variants") as update:
         for done, clip in enumerate(given, 1):
@@ -32,7 +30,13 @@ def vary_command(command: MotionsVary) -> int:
                 else:
                     left_out.append(why)
             update(done)
-    _require_new(command, made)
+    there = [clip.name for clip in made if (command.out / f"{clip.name}.npz").exists()]
+    if there and not command.replace:
+        raise ClipError(
+            f"{command.out}: already holds {there[0]}.npz"
+            + (f" and {len(there) - 1} more" if len(there) > 1 else "")
+            + "; --replace overwrites them"
+        )
     for clip in made:
         clip_file.write(command.out / f"{clip.name}.npz", clip)
     for why in left_out:
@@ -44,20 +48,6 @@ def vary_command(command: MotionsVary) -> int:
         f" motion: {command.out}"
     )
     return 0
-
-
-def _require_new(command: MotionsVary, made: Sequence[Clip]) -> None:
-    """Raise for two clips that would be one file, and for files that would be replaced unasked."""
-    twice = [name for name, count in Counter(clip.name for clip in made).items() if count > 1]
-    if twice:
-        raise ConfigError(f"two clips have the name {twice[0]}: vary their folders one by one")
-    there = [clip.name for clip in made if (command.out / f"{clip.name}.npz").exists()]
-    if there and not command.replace:
-        raise ConfigError(
-            f"--out {command.out}: already holds {there[0]}.npz"
-            + (f" and {len(there) - 1} more" if len(there) > 1 else "")
-            + "; --replace overwrites them"
-        )
 
 
 def variants(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpc import codec
-from world.errors import ConfigError, InhabitError
+from world.errors import InhabitError
 from world.furniture.piece import SLOTS, Box, Piece
 from world.partial_files import replacing
 from world.placeholders import read_bounded
@@ -34,10 +34,6 @@ MORE = ("balls", "cargo", "stand", "ghost")
 
 class RecordingError(InhabitError):
     """A recording that cannot be read or written."""
-
-
-class NoRecordingError(RecordingError, ConfigError):
-    """A file that was given for a recording and is none."""
 
 
 @dataclass(frozen=True)
@@ -151,7 +147,7 @@ def read(path: Path) -> Recording:
         value = codec.unpack(packed)
     except Exception as error:
         if path.suffix.lower() != SUFFIX:
-            raise NoRecordingError(f"{path} is no recording ({SUFFIX})") from error
+            raise RecordingError(f"{path} is no recording ({SUFFIX})") from error
         raise RecordingError(f"{path} is damaged or not a recording ({why(error)})") from error
     with refusing(RecordingError, path, "recording"):
         return _recording(value, path)

@@ -25,10 +25,6 @@ class RunError(InhabitError):
     """A run directory that exists, is missing, is in use, or lacks a requested file."""
 
 
-class RunChoiceError(RunError, ConfigError):
-    """A run of the command line that is not what the command reads, or may not be written."""
-
-
 @dataclass(frozen=True)
 class RunDirectory:
     """Paths of one run; the names are fixed, because other programs read them."""
@@ -84,7 +80,7 @@ class RunDirectory:
         try:
             content = json.loads(read_bounded(self.config, MAX_CONFIG_BYTES))
         except FileNotFoundError:
-            raise RunChoiceError(f"{self.path} holds no config.json: it is not a run") from None
+            raise RunError(f"{self.path} holds no config.json: it is not a run") from None
         except OSError as error:
             raise RunError(f"cannot read {self.config}: {error.strerror}") from error
         except (ValueError, RecursionError) as error:
@@ -169,13 +165,13 @@ def checkpoint_folder(where: Path) -> Path:
     if not where.exists():
         named = pretrained.folder(str(where))
         if named is None:
-            raise RunChoiceError(
+            raise RunError(
                 f"{where} does not exist: give a run directory, a checkpoint folder, or the name of"
                 f" a policy: {', '.join(pretrained.names())}"
             )
         return named
     if where.is_file():
-        raise RunChoiceError(f"{where} is a file: give a run directory or a checkpoint folder")
+        raise RunError(f"{where} is a file: give a run directory or a checkpoint folder")
     if (where / "manifest.json").exists():
         return where.resolve()
     checkpoints = where / "checkpoints" if (where / "checkpoints").is_dir() else where
@@ -185,7 +181,7 @@ def checkpoint_folder(where: Path) -> Path:
     numbered = sorted(p for p in checkpoints.glob("[0-9]*") if (p / "manifest.json").exists())
     if numbered:
         return numbered[-1].resolve()
-    raise RunChoiceError(f"{where} holds no checkpoint: train longer, or give another run")
+    raise RunError(f"{where} holds no checkpoint: train longer, or give another run")
 
 
 def run_of(checkpoint: Path) -> RunDirectory | None:

@@ -13,7 +13,7 @@ from typing import Any
 from console.commands import Publish
 from console.evaluation.presets import start_m
 from console.run import assembly, mixing
-from console.run.directory import RunChoiceError, RunDirectory, checkpoint_folder, run_of
+from console.run.directory import RunDirectory, RunError, checkpoint_folder, run_of
 from console.run.experiment import to_json
 from policy.checkpoints import lineage
 from policy.checkpoints.format import Layout, Manifest, State, read, write
@@ -43,7 +43,7 @@ _FOLLOWED = ("completed", "body_cm", "object_cm", "contact_f1")
 def publish_command(command: Publish) -> int:
     """Write the folder, which may be the source itself; return the exit code."""
     if command.out.exists() and not command.replace:
-        raise RunChoiceError(f"{command.out} exists: add --replace, or name another folder")
+        raise RunError(f"{command.out} exists: add --replace, or name another folder")
     require_published(command.out)
     path = checkpoint_folder(command.source)
     found = read(path, ("policy",))
@@ -122,14 +122,14 @@ def write_folder(
 
 
 def require_published(folder: Path) -> None:
-    """Raise RunChoiceError where a folder holds what no published policy does, and would lose."""
+    """Raise RunError where a folder holds what no published policy does: it is not replaced."""
     others = sorted(
         file.name
         for file in (folder.iterdir() if folder.exists() else ())
         if not any(file.match(pattern) for pattern in _PUBLISHED) or file.is_dir()
     )
     if others:
-        raise RunChoiceError(
+        raise RunError(
             f"{folder} holds {others[0]}, which is no part of a published policy and would be lost:"
             " name another folder"
         )
@@ -171,7 +171,7 @@ def _last(path: Path, count: int, layout: Layout) -> list[Path]:
     before = [] if run is None else RunCheckpoints(run.checkpoints, layout).all()
     kept = [one for one in before if int(one.name) <= int(path.name)]
     if len(kept) < count:
-        raise RunChoiceError(
+        raise RunError(
             f"--average {count}: only {max(1, len(kept))} up to {path}; 'train --keep' sets how"
             " many a run keeps"
         )

@@ -19,13 +19,7 @@ from console import bounds
 from console.commands import Train
 from console.run import ancestors, assembly, machine, mixing, recipe
 from console.run.arrivals import walker_of
-from console.run.directory import (
-    RunChoiceError,
-    RunDirectory,
-    checkpoint_folder,
-    new_run,
-    policy_source,
-)
+from console.run.directory import RunDirectory, RunError, checkpoint_folder, new_run, policy_source
 from console.run.experiment import (
     Experiment,
     check,
@@ -203,21 +197,19 @@ def require_data(experiment: Experiment) -> None:
 
 
 def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
-    """Prepare the run directory, or refuse it with RunChoiceError and leave its files untouched."""
+    """Prepare the run directory, or refuse it with RunError and leave its files untouched."""
     if command.resume:
         if not run.config.exists():
-            raise RunChoiceError(
-                f"{run.path} holds no run to resume: leave out --resume to start one"
-            )
+            raise RunError(f"{run.path} holds no run to resume: leave out --resume to start one")
         own = run.read_config().get("recipe", "")
         if command.recipe not in ("", own):
             said = f"with --recipe {own}" if own else "without a recipe"
-            raise RunChoiceError(f"{run.path} was started {said}: --resume goes on with that")
+            raise RunError(f"{run.path} was started {said}: --resume goes on with that")
         # settings that are newer than the run have their defaults
         started = recorded(read_experiment(run))
         changed = list(differences(_anywhere(started), _anywhere(recorded(experiment))))
         if changed:
-            raise RunChoiceError(
+            raise RunError(
                 f"{run.path} was started with other settings, which --resume keeps: "
                 f"{'; '.join(map(flag, changed))}"
                 " (start another run with --init to change them)"
@@ -227,9 +219,9 @@ def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
             require_unedited(read_manifest(folder), experiment, run)
         return
     if run.occupied and not command.restart:
-        raise RunChoiceError(f"{run.path} exists: add --resume or --restart, or name another --run")
+        raise RunError(f"{run.path} exists: add --resume or --restart, or name another --run")
     if command.init and checkpoint_folder(command.init).is_relative_to(run.path.resolve()):
-        raise RunChoiceError(f"--init {command.init} lies in {run.path}, which --restart erases")
+        raise RunError(f"--init {command.init} lies in {run.path}, which --restart erases")
     require_data(experiment)  # before the run exists or an old one is lost
     if command.init:
         ancestors.networks(command.init, experiment)

@@ -9,7 +9,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from policy.checkpoints.format import Manifest
-from policy.errors import FollowsClipsError, LayoutError
+from policy.errors import LayoutError
 from policy.model.acting import Policy
 from world import tasks
 from world.character import model as character
@@ -98,7 +98,7 @@ class Served:
         """Return itself; raise LayoutError for features, shapes or weights that cannot act."""
         # set-points are relative to a reference, which neither messages nor an ONNX file hold
         if self.task.affordance.follows_clips:
-            raise FollowsClipsError(
+            raise LayoutError(
                 f"{self.name}: a policy that follows clips is neither served nor exported; "
                 "use evaluate, play or video"
             )

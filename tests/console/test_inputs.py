@@ -133,38 +133,3 @@ def test_a_folder_with_the_name_of_a_policy_is_said_to_be_used(
     assert not [*inputs.namesakes(commands.Doctor(policy="walk"))]
     monkeypatch.chdir(ROOT / "pretrained")
     assert not [*inputs.namesakes(commands.Evaluate(Path("walk")))]
-
-
-@pytest.mark.parametrize(
-    ("words", "refusal"),
-    [
-        ("evaluate EMPTY", "EMPTY holds no checkpoint: train longer, or give another run"),
-        ("evaluate TEXT", "TEXT is a file: give a run directory or a checkpoint folder"),
-        ("evaluate sit --objects EMPTY", "EMPTY: no .piece.json files; make some with"),
-        ("serve track", "a policy that follows clips is neither served nor exported"),
-        ("style sit", "sit holds no config.json: it is not a run"),
-        ("video TEXT film.mp4", "TEXT is no recording (.msgpack)"),
-        ("synthesize sit --object TEXT --out a.npz", "--object TEXT: no piece; give a .piece.json"),
-        ("objects import EMPTY", "EMPTY: no meshes; choose files of .obj"),
-        ("motions import EMPTY --out clips", "EMPTY: no motions found; they end in .amc"),
-        ("motions list EMPTY", "EMPTY: no clips found, they end in .npz"),
-        ("motions list TEXT", "TEXT: unknown clip format '.txt', must be .npz"),
-        ("train sit --resume --run EMPTY", "EMPTY holds no run to resume: leave out --resume"),
-    ],
-)
-def test_a_path_to_something_else_is_a_wrong_argument(
-    words: str, refusal: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
-) -> None:
-    """As a path that is not there: the exit code is 2, the one line says what is wanted."""
-    monkeypatch.chdir(tmp_path)
-    empty, text = tmp_path / "empty", tmp_path / "notes.txt"
-    empty.mkdir()
-    text.write_text("hello")
-
-    def named(line: str) -> str:
-        return line.replace("EMPTY", str(empty)).replace("TEXT", str(text))
-
-    assert main(named(words).split()) == 2
-    told = capsys.readouterr()
-    assert named(refusal) in told.err and told.err.count("\n") == 1 and not told.out
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["empty", "notes.txt"]

@@ -112,7 +112,7 @@ def test_a_restart_that_cannot_begin_leaves_the_run_as_it_was(
     assert main(["train", "sit", "--run", str(copy), "--restart", *others]) == 2
     assert "nowhere" in error_line(capsys)
     itself = ["--init", str(copy), "--iterations", "1"]
-    assert main(["train", "sit", "--run", str(copy), "--restart", *itself, *small]) == 2
+    assert main(["train", "sit", "--run", str(copy), "--restart", *itself, *small]) == 1
     assert "which --restart erases" in error_line(capsys)
     goes_on(copy)
 

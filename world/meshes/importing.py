@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from world import bounded, surroundings
-from world.errors import NoPiecesError, PieceError
+from world.errors import PieceError
 from world.furniture.piece import Piece
 from world.meshes import notes, source, store, sweethome
 from world.meshes.build import ImportOptions, build
@@ -73,13 +73,13 @@ def jobs(paths: Sequence[Path], options: ImportOptions) -> list[Job]:
         if path.is_dir():
             files = sorted(p for p in path.rglob("*") if p.suffix.lower() in _READ)
             if not files:
-                raise NoPiecesError(f"{path}: no meshes; choose files of {', '.join(_READ)}")
+                raise PieceError(f"{path}: no meshes; choose files of {', '.join(_READ)}")
             for file in files:
                 found += _of_file(file, options, notes.of_file(file))
         elif path.exists():
             found += _of_file(path, options, notes.of_file(path))
         else:
-            raise NoPiecesError(f"no such file or folder: {path}")
+            raise PieceError(f"no such file or folder: {path}")
     return _distinct(found)
 
 

@@ -5,7 +5,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from world.errors import NoPiecesError, PieceError
+from world.errors import PieceError
 from world.furniture.piece import Hull, Lying, Piece, SeatTarget, Vector
 from world.meshes import decompose
 from world.meshes.build import Built
@@ -126,10 +126,10 @@ def files(path: Path) -> list[Path]:
     if path.is_dir():
         found = sorted(path.rglob(f"*{SUFFIX}"))
         if not found:
-            raise NoPiecesError(f"{path}: no {SUFFIX} files; make some with inhabit objects import")
+            raise PieceError(f"{path}: no {SUFFIX} files; make some with inhabit objects import")
         return found
     if not path.exists():
-        raise NoPiecesError(f"no such file or folder: {path}")
+        raise PieceError(f"no such file or folder: {path}")
     return [path]
 
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from world.character import model as character
-from world.errors import ClipError, NoClipsError
+from world.errors import ClipError
 from world.motions import npz
 from world.motions.clip import Clip, validate
 from world.motions.licences import dataset, licence, named
@@ -36,7 +36,7 @@ def read(path: Path) -> Clip:
     Raises ClipError in one line where it is not of this format or does not fit the character.
     """
     if path.suffix.lower() != SUFFIX:
-        raise NoClipsError(
+        raise ClipError(
             f"{path}: unknown clip format '{path.suffix}', must be {SUFFIX}"
             " ('inhabit motions import' makes clips of others)"
         )

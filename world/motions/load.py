@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from functools import cache, lru_cache
 from pathlib import Path
 
-from world.errors import NoClipsError
+from world.errors import ClipError
 from world.motions import cache as disk
 from world.motions.augment import at_speed
 from world.motions.clip import Clip
@@ -26,9 +26,9 @@ def find(paths: Sequence[str]) -> list[Path]:
         elif path.is_file():
             here = [path]
         else:
-            raise NoClipsError(f"{path}: no such file or folder of clips")
+            raise ClipError(f"{path}: no such file or folder of clips")
         if not here:
-            raise NoClipsError(
+            raise ClipError(
                 f"{path}: no clips found, they end in {SUFFIX}"
                 " ('inhabit motions import' makes clips of others)"
             )

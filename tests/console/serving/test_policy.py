@@ -68,7 +68,7 @@ def test_an_unusable_policy_is_one_line(tmp_path: Path, capsys: pytest.CaptureFi
 
     pretrained = str(PRETRAINED)
     assert "none: no such run" in line(str(tmp_path / "none"), code=2)
-    assert "holds no checkpoint" in line(str(tmp_path), code=2)
+    assert "holds no checkpoint" in line(str(tmp_path))
     assert "two policies have the name 'sit'" in line(pretrained, pretrained, code=2)
     assert "give at least one run" in line(code=2)
     text = line(pretrained, "--listen", "0.0.0.0:0", code=2)

@@ -39,7 +39,7 @@ def test_a_run_trains_on_imported_pieces(
     assert json.loads(line)["samples"] == 32 * 4
     # other furniture is another experiment
     again = ["train", "sit", "--run", str(run), "--resume", "--objects", "train", *SMALL]
-    assert main(again) == 2
+    assert main(again) == 1
     assert "world.objects" in capsys.readouterr().err
 
 

@@ -86,7 +86,7 @@ def test_the_stages_are_said_and_a_limit_is_said_as_a_failure(
     resumed = ["train", "sit", "--run", str(tmp_path / "run"), "--resume", "--iterations", "1000"]
     assert main(resumed) == 0  # needs neither --recipe nor its flags
     assert "the recipe has ended; failed: stage 2" in capsys.readouterr().out
-    assert main([*resumed, "--recipe", "paper"]) == 2
+    assert main([*resumed, "--recipe", "paper"]) == 1
     assert f"was started with --recipe {made[3]}" in said(capsys)
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from world.errors import ChoiceError, ClipError, NoClipsError
+from world.errors import ChoiceError, ClipError
 from world.motions import npz
 from world.motions.formats import (
     acclaim,
@@ -105,7 +105,7 @@ def detected(path: Path) -> str:
     if path.suffix.lower() == ".asf":
         raise ClipError(f"{path}: a skeleton without motion; name the .amc files beside it")
     if not fitting:
-        raise NoClipsError(
+        raise ClipError(
             f"{path}: {unknown_suffix(path)}; motions come as {', '.join(SUFFIXES)}"
             f" (formats: {', '.join(FORMATS)})"
         )
@@ -158,9 +158,9 @@ def find(paths: list[Path], name: str | None = None) -> list[Path]:
         elif path.is_file():
             here = [path]
         else:
-            raise NoClipsError(f"{path}: no such file or folder of motions")
+            raise ClipError(f"{path}: no such file or folder of motions")
         if not here:
-            raise NoClipsError(f"{path}: no motions found; they end in {', '.join(suffixes)}")
+            raise ClipError(f"{path}: no motions found; they end in {', '.join(suffixes)}")
         found += here
     return found
 
