@@ -1,6 +1,7 @@
 """`inhabit motions vary`: variants of clips with a box."""
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 
 from console.commands import MotionsVary
 from console.motions.reading import clips
@@ -21,6 +22,7 @@ def vary_command(command: MotionsVary) -> int:
     given = clips(tuple(map(str, command.paths)))
     if not any(clip.box is not None and clip.box.held.any() for clip in given):
         raise ClipError(f"{', '.join(map(str, command.paths))}: no clip carries a box")
+    _require_new(command, given)  # before the work
     made, left_out = list(given), list[str]()
     with progress("clips", len(given), "making variants") as update:
         for done, clip in enumerate(given, 1):
@@ -30,13 +32,7 @@ def vary_command(command: MotionsVary) -> int:
                 else:
                     left_out.append(why)
             update(done)
-    there = [clip.name for clip in made if (command.out / f"{clip.name}.npz").exists()]
-    if there and not command.replace:
-        raise ClipError(
-            f"{command.out}: already holds {there[0]}.npz"
-            + (f" and {len(there) - 1} more" if len(there) > 1 else "")
-            + "; --replace overwrites them"
-        )
+    _require_new(command, made)
     for clip in made:
         clip_file.write(command.out / f"{clip.name}.npz", clip)
     for why in left_out:
@@ -48,6 +44,20 @@ def vary_command(command: MotionsVary) -> int:
         f" motion: {command.out}"
     )
     return 0
+
+
+def _require_new(command: MotionsVary, made: Sequence[Clip]) -> None:
+    """Raise for two clips that would be one file, and for files that would be replaced unasked."""
+    twice = [name for name, count in Counter(clip.name for clip in made).items() if count > 1]
+    if twice:
+        raise ConfigError(f"two clips have the name {twice[0]}: vary their folders one by one")
+    there = [clip.name for clip in made if (command.out / f"{clip.name}.npz").exists()]
+    if there and not command.replace:
+        raise ClipError(
+            f"{command.out}: already holds {there[0]}.npz"
+            + (f" and {len(there) - 1} more" if len(there) > 1 else "")
+            + "; --replace overwrites them"
+        )
 
 
 def variants(
