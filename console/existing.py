@@ -1,10 +1,11 @@
 """Files that are already where a command is to write: what they are, by their content.
 
-A command replaces a file that it wrote itself before, and no other. Where the content of a format
-does not tell who wrote it (films, pictures), a file of that format is replaced.
+A command replaces a file that it wrote itself before, and no other. Formats whose content does not
+tell who wrote it hold `MARK`: films and pictures in their metadata, BVH in the licence beside it.
 """
 
 import json
+import struct
 import zipfile
 from collections.abc import Callable
 from contextlib import suppress
@@ -18,6 +19,12 @@ PLAN = "an estimate of inhabit plan"
 BENCHMARK = "figures of inhabit bench"
 PAGE = "a page of inhabit"
 RECORDING = "a recording of inhabit"
+#: The comment of films and GIF pictures, and the description of other pictures, of inhabit.
+MARK = "made by inhabit"
+#: Tags of EXIF, as in WebP pictures.
+DESCRIPTION, COPYRIGHT = 0x010E, 0x8298
+#: Key of the description in PNG pictures.
+PNG_DESCRIPTION = "Description"
 #: Keys by which a JSON file is recognised.
 _KEYS = {
     EVALUATION: {"task", "checkpoint", "trials", "objects", "perturbation"},
@@ -49,10 +56,12 @@ _SIGNATURES: dict[str, Callable[[bytes], bool]] = {
     "another BVH motion": lambda head: head.lstrip().startswith(b"HIERARCHY"),
     "a PDF document": lambda head: head.startswith(b"%PDF"),
 }
+_PICTURES, _FILM = ("a PNG picture", "a GIF picture", "a WebP picture"), "an MP4 film"
 #: What the other files of commands are, by the ending of their names.
 OF_SUFFIX = {
-    ".png": "a PNG picture", ".gif": "a GIF picture", ".webp": "a WebP picture",
-    ".mp4": "an MP4 film", ".msgpack": RECORDING, ".onnx": _ONNX, ".html": PAGE, ".htm": PAGE,
+    ".png": "a PNG picture of inhabit", ".gif": "a GIF picture of inhabit",
+    ".webp": "a WebP picture of inhabit", ".mp4": "an MP4 film of inhabit",
+    ".msgpack": RECORDING, ".onnx": _ONNX, ".html": PAGE, ".htm": PAGE,
     ".bvh": _BVH, ".glb": _GLTF, ".gltf": _GLTF, ".npz": _SMPL,
 }  # fmt: skip
 _HEAD_BYTES, _READ_BYTES = 1 << 14, 1 << 27
@@ -85,8 +94,11 @@ def kind_of(path: Path) -> str:
         head = file.read(_HEAD_BYTES)
     for kind, matches in _SIGNATURES.items():
         if matches(head):
-            beside = path.with_name(f"{path.name}.license")
-            return _BVH if "BVH" in kind and beside.is_file() else kind
+            if (kind in _PICTURES and _is_own_picture(path)) or (
+                kind == _FILM and _is_own_film(path)
+            ):
+                return f"{kind} of inhabit"
+            return _BVH if "BVH" in kind and _is_own_bvh(path) else kind
     if head.startswith(b"glTF") or path.suffix.lower() == ".gltf":
         return _of_gltf(path)
     if head.lstrip()[:1] in (b"{", b"["):
@@ -105,6 +117,45 @@ def kind_of(path: Path) -> str:
 def _is_page(head: bytes, marks: tuple[bytes, ...]) -> bool:
     begins = head.lstrip()[:9].lower()
     return begins.startswith((b"<!doctype", b"<html")) and any(mark in head for mark in marks)
+
+
+def _is_own_bvh(path: Path) -> bool:
+    """Return whether the licence beside a BVH says who made it: the format itself has no place."""
+    with suppress(OSError):
+        return MARK in path.with_name(f"{path.name}.license").read_text(errors="replace")
+    return False
+
+
+def _is_own_picture(path: Path) -> bool:
+    """Return whether the metadata of a picture hold MARK; False for a damaged one."""
+    from PIL import Image  # a tenth of a second, which other files do not need
+
+    try:
+        with Image.open(path) as picture:
+            comment = picture.info.get("comment", b"")
+            found = {picture.info.get(PNG_DESCRIPTION), picture.getexif().get(DESCRIPTION)}
+    # whatever a parser raises: a picture that cannot be read is none of inhabit
+    except Exception:
+        return False
+    return MARK in found or (isinstance(comment, bytes) and comment.startswith(MARK.encode()))
+
+
+def _is_own_film(path: Path) -> bool:
+    """Return whether the comment of an MP4 film is MARK."""
+    with path.open("rb") as file:
+        while len(header := file.read(8)) == 8:
+            size, kind = struct.unpack(">I4s", header)
+            head = len(header)
+            if size == 1:  # a longer size follows
+                size, head = int.from_bytes(file.read(8), "big"), 16
+            if size < head:  # to the end of the file, or damaged
+                return False
+            if kind == b"moov":
+                # the value begins after its own size, kind, type and language
+                _, comment, rest = file.read(min(size - head, _READ_BYTES)).partition(b"\xa9cmt")
+                return bool(comment) and rest[16:].startswith(MARK.encode())
+            file.seek(size - head, 1)
+    return False
 
 
 def _of_gltf(path: Path) -> str:

@@ -55,6 +55,8 @@ def require(command: Any, prefix: str = "--") -> None:
             if field.name not in ("experiment", "world"):  # see --motions and --objects
                 require(value, prefix if field.name in UNNAMED else f"{prefix}{name}.")
         elif field.name in FIELDS:
+            if field.name in PATHS and value == () and field.default is dataclasses.MISSING:
+                raise ConfigError("PATH: missing: name the files or folders")
             for one in _given(value):
                 pieces = field.name == "objects" or kind == "ObjectsCheck"
                 forms = {one, one.partition("=")[2] or one} if field.name in _SERVED else {one}

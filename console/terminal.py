@@ -66,6 +66,11 @@ def note(line: str) -> None:
         print(f"note: {line}", file=sys.stderr, flush=True)
 
 
+def counted(count: int, noun: str) -> str:
+    """Return a count and what is counted: "1 piece", "2 pieces"."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
 @dataclass
 class Work:
     """Work of known size: its unit, how much is done, and since when."""

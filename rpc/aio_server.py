@@ -1,6 +1,7 @@
 """gRPC server on an event loop with the features of `rpc.server`, for services of coroutines."""
 
 import asyncio
+import os
 import signal
 from collections.abc import Awaitable, Callable, Coroutine, Mapping, Sequence
 from functools import partial
@@ -17,6 +18,7 @@ from rpc.credentials import read_token
 from rpc.interceptors import Errors
 from rpc.malformed import defer_parse_errors
 from rpc.server import (
+    INTERRUPTED,
     SERVING,
     ServerConfig,
     bind,
@@ -108,13 +110,16 @@ class AioServer:
             await self.health.set(name, SERVING)
 
     def catch_signals(self) -> None:
-        """From now on SIGTERM and SIGINT end `wait`. To be called before anyone is told that the
-        server runs: a signal that comes before is the end of the process. Main thread only."""
+        """From now on SIGTERM and SIGINT end `wait`, and a SIGINT after either ends the process at
+        once. To be called before anyone is told that the server runs: a signal that comes before is
+        the end of the process. Main thread only."""
         if self._caught is not None:
             return
         loop, caught = asyncio.get_running_loop(), list[signal.Signals]()
 
         def stop(number: signal.Signals) -> None:
+            if caught and number == signal.SIGINT:
+                os._exit(INTERRUPTED)  # calls in progress would keep anything milder waiting
             caught.append(number)
             self.stopping.set()
 

@@ -26,8 +26,12 @@ from rpc.health import WORKERS as HEALTH_WORKERS
 from rpc.interceptors import CallInterceptor, TokenInterceptor
 from rpc.stream_guard import StreamGuard
 
+INTERRUPTED = 130
+"""Exit code of a process that Ctrl-C ends at once."""
 METRICS_S = 5.0
 """Time after which a silent connection to the metrics is closed, s."""
+SIGNALS_S = 0.5
+"""Longest wait of the main thread, between whose waits signals are handled, s."""
 
 
 @dataclass(frozen=True)
@@ -144,7 +148,7 @@ class Server:
         started: Callable[[], None] = lambda: None,
     ) -> bool:
         """Block until SIGTERM, SIGINT or `stopping` is set, then drain; return whether SIGINT came
-        first. Main thread only.
+        first. A SIGINT during the drain ends the process at once. Main thread only.
 
         report: takes a line when it stops. started: is called once signals are handled; who is told
         before that the server runs, may end it without a drain.
@@ -152,16 +156,18 @@ class Server:
         first: list[int] = []
 
         def stop(number: int, _frame: FrameType | None) -> None:
+            if first and number == signal.SIGINT:
+                os._exit(INTERRUPTED)
             first.append(number)
             self.stopping.set()
 
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, stop)
         started()
-        while not self.stopping.wait(1.0):  # a bounded wait, so that signals are handled
+        while not self.stopping.wait(SIGNALS_S):
             pass
         with contextlib.suppress(OSError):  # nobody may read it any more
-            report(f"stopping: calls in progress have {self.config.drain_s:g} s to end")
+            report(stopping(self.config.drain_s))
         self.drain()
         return first[:1] == [signal.SIGINT]
 
@@ -171,12 +177,19 @@ class Server:
         self.guard.close()
         self.first.close()
         self.health.enter_graceful_shutdown()
-        self.grpc.stop(self.config.drain_s).wait()
+        stopped = self.grpc.stop(self.config.drain_s)
+        while not stopped.wait(SIGNALS_S):  # a bounded wait, so that signals are handled
+            pass
         if self.probe is not None:
             self.probe.stop(0).wait()
         if self._metrics is not None:
             close_metrics(self._metrics)
             self._metrics = None
+
+
+def stopping(drain_s: float) -> str:
+    """Return the line that a server says when it begins to drain."""
+    return f"stopping: calls in progress have {drain_s:g} s to end; Ctrl-C stops at once"
 
 
 def bind(server: grpc.Server | grpc.aio.Server, config: ServerConfig) -> str:

@@ -38,6 +38,11 @@ def refusing(kind: type[InhabitError], path: Path, what: str) -> Iterator[None]:
         raise kind(f"{path}: not a readable {what} ({why(error)})") from error
 
 
+def unknown_suffix(path: Path) -> str:
+    """What is wrong with a path whose suffix is none of those that are known."""
+    return f"unknown suffix '{path.suffix}'" if path.suffix else "no suffix"
+
+
 def one_line(error: BaseException, longest: int = LONGEST) -> str:
     """An exception's text on one line, cut to `longest`; its type's name where it has none."""
     return _cut(str(error), error, longest)

@@ -11,9 +11,11 @@ from console.commands import Export
 from console.recording import format as recording
 from console.recording.clip import clip_of
 from console.recording.format import Recording
+from console.terminal import counted
 from world.character.model import CONTROL_HZ
 from world.errors import ConfigError, InhabitError
 from world.motions import clip_file
+from world.refusals import unknown_suffix
 
 RECORDING, CLIP, POLICY = ".msgpack", clip_file.SUFFIX, ".onnx"
 
@@ -28,21 +30,31 @@ def export_command(command: Export) -> int:
     suffix = files.suffix_of(command.out, (POLICY, *files.WRITERS))
     if not suffix:
         raise ConfigError(
-            f"FILE {command.out}: unknown suffix '{command.out.suffix}'; choose {POLICY} for a"
+            f"FILE {command.out}: {unknown_suffix(command.out)}; choose {POLICY} for a"
             f" policy, {', '.join(files.WRITERS)} for a motion"
         )
     _writable(command.out)
     of_policy = not command.source.is_file()
     if suffix == POLICY:
         if not of_policy:
+            of_motion = command.source.suffix.lower() in (RECORDING, CLIP)
             raise ConfigError(
                 f"{command.source} is a motion: it is exported as {', '.join(files.WRITERS)}"
+                if of_motion
+                else f"{command.source} is a file, and no policy: give a run or a checkpoint folder"
             )
+        if command.take is not None:
+            raise ConfigError(f"--take {command.take}: for a recording, and a policy is exported")
+        files.check(command.files, [command.out])
         return _policy(command)
     if of_policy:
         raise ConfigError(
             f"{command.source}: no recording ({RECORDING}) or motion clip ({CLIP}); a policy is"
             f" exported as {POLICY}, and its motion is written by inhabit synthesize"
+        )
+    if command.checkpoint != "best":
+        raise ConfigError(
+            f"--checkpoint {command.checkpoint}: for a policy, and a motion is exported"
         )
     files.check(command.files, [command.out])
     motion = of_file(command.source, command.take)
@@ -60,7 +72,7 @@ def of_file(path: Path, take: int | None = None) -> Animation:
     suffix = path.suffix.lower()
     if suffix not in (RECORDING, CLIP):
         raise ConfigError(
-            f"{path}: unknown suffix '{path.suffix}'; choose a recording ({RECORDING}) or a motion"
+            f"{path}: {unknown_suffix(path)}; choose a recording ({RECORDING}) or a motion"
             f" clip ({CLIP}); inhabit motions import makes clips of other motions"
         )
     if suffix == RECORDING:
@@ -77,8 +89,11 @@ def of_recording(found: Recording, path: Path, number: int | None) -> Animation:
         number = 0
     if number is None or not 0 <= number < count:
         given = f"--take {number}: " if number is not None else ""
+        choice = (
+            "choose --take 0, the only one" if count == 1 else f"choose --take 0 to {count - 1}"
+        )
         raise ConfigError(
-            f"{given}{path} has {count} takes; choose --take 0 to {count - 1}"
+            f"{given}{path} has {counted(count, 'take')}; {choice}"
             if count
             else f"{path} has no takes"
         )

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import mujoco
 
+from console import existing
 from console.animation import bvh, gltf_scene, objects, rig, rig_files, smpl_file
 from console.animation.gltf_scene import About, Figure
 from console.animation.objects import Shape
@@ -137,4 +138,4 @@ def write(path: Path, motion: Animation, flags: AnimationFlags) -> None:
         # BVH has no place for terms: they are beside it, as the REUSE specification names the file
         terms = path.with_name(f"{path.name}.license")
         with replacing(terms) as partial:
-            partial.write_text(f"{motion.clip.licence}\n{motion.clip.source}\n")
+            partial.write_text(f"{motion.clip.licence}\n{motion.clip.source}\n{existing.MARK}\n")

@@ -11,7 +11,7 @@ from console.animation.skeleton import Array
 from world.errors import ClipError, ConfigError
 from world.motions.formats import bvh, bvh_text, landmarks
 from world.motions.text import decoded
-from world.refusals import reason, refusing
+from world.refusals import reason, refusing, unknown_suffix
 
 SUFFIXES = (".bvh", ".glb", ".gltf")
 _MAX_BYTES = 256 * 1024 * 1024
@@ -78,9 +78,7 @@ def read(path: Path) -> Rig:
     """Return the rig of a file. Raises RigError in one line."""
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
-        raise RigError(
-            f"--rig {path}: unknown suffix '{path.suffix}'; choose {', '.join(SUFFIXES)}"
-        )
+        raise RigError(f"--rig {path}: {unknown_suffix(path)}; choose {', '.join(SUFFIXES)}")
     try:
         if path.stat().st_size > _MAX_BYTES:
             raise RigError(f"--rig {path}: at most {_MAX_BYTES // 2**20} MiB are read")

@@ -59,6 +59,8 @@ class ObjectsImport:
     mesh: Annotated[Meshes, tyro.conf.arg(name="")]
     out: Path = Path("objects")
     """Folder of the pieces, one .piece.json each."""
+    replace: bool = False
+    """Replace pieces of other meshes that have the same names."""
     json: bool = False
     """Print JSON instead of a table, as objects check does."""
     debug: bool = False

@@ -164,8 +164,7 @@ def check(command: Evaluate, task: str) -> Evaluate:
         raise ConfigError("--worst and --out belong together: --worst 20 --out worst.html")
     if command.quality < 0:
         raise ConfigError("--quality must be 0 or more")
-    if not 0 < near_m <= far_m:
-        raise ConfigError("--near-m must be above 0 and no more than --far-m")
+    trials.require_distances(near_m, far_m)
     return command
 
 

@@ -14,6 +14,7 @@ from console.recording.format import Recording, Take
 from world import random_streams
 from world.character import model as character
 from world.config import WorldConfig
+from world.errors import ConfigError
 from world.furniture.piece import Piece
 from world.scene import perturbations
 from world.scene.batch import Scenes
@@ -22,6 +23,14 @@ from world.scene.target import Target
 
 #: Trials stepped together: fixed, so that no figure depends on the number of threads.
 CHUNK = 128
+
+
+def require_distances(near_m: float, far_m: float) -> None:
+    """Raise ConfigError, which names the flags, for initial distances that no trial can have."""
+    if not 0.0 < near_m <= far_m:
+        raise ConfigError(
+            f"--near-m {near_m:g} --far-m {far_m:g}: the first must be above 0, the second no less"
+        )
 
 
 def manifest(

@@ -34,6 +34,7 @@ class BoxKind:
     """The box kind; see Kind."""
 
     pictured = False
+    flags: frozenset[str] = frozenset({"object", "scale", "to", "stand_m", "box_kg"})
 
     def played(
         self, setup: Setup, piece: Piece, task: Task, carry: CarryConfig, balls: Sequence[Ball]

@@ -13,7 +13,6 @@ from console.recording.format import Take
 from rpc.v1 import policy_pb2 as pb
 from world import rotations
 from world.config import CarryConfig
-from world.errors import ConfigError
 from world.furniture.piece import Piece
 from world.objects.floor_bank import FloorBank
 from world.scene.batch import Scenes
@@ -26,6 +25,7 @@ class FloorKind:
     """The floor kind; see Kind."""
 
     pictured = False
+    flags: frozenset[str] = frozenset()
 
     def played(
         self, setup: Setup, piece: Piece, task: Task, carry: CarryConfig, balls: Sequence[Ball]
@@ -43,8 +43,6 @@ class FloorKind:
         self, command: Synthesize, task: Task, request: pb.SynthesizeRequest
     ) -> Piece | None:
         """See Kind."""
-        if command.object is not None:
-            raise ConfigError(f"--object {command.object}: the task uses none; leave it out")
         x, y, yaw = numbers("--at", command.at, "X,Y,YAW (m, m, degrees)")
         half = 0.5 * math.radians(yaw)
         request.furniture.CopyFrom(

@@ -37,6 +37,7 @@ class FurnitureKind:
     """The furniture kind; see Kind."""
 
     pictured = True
+    flags: frozenset[str] = frozenset({"object", "place", "scale"})
 
     def played(
         self, setup: Setup, piece: Piece, task: Task, carry: CarryConfig, balls: Sequence[Ball]
@@ -64,10 +65,6 @@ class FurnitureKind:
         self, command: Synthesize, task: Task, request: pb.SynthesizeRequest
     ) -> Piece | None:
         """See Kind."""
-        if command.to is not None or command.box_kg is not None:
-            raise ConfigError(
-                f"--to and --box-kg belong to carry, the task is {task.name}: leave them out"
-            )
         scale = within("--scale", command.scale, SCALES)
         piece = piece_of(named(command)).scaled(scale)
         count = task.affordance.use_point_count(piece)

@@ -16,6 +16,9 @@ from world.scene.model import Ball
 from world.scene.target import Target
 from world.tasks import Task
 
+#: Fields of `synthesize` that only some kinds of object use.
+OBJECT_FLAGS = ("object", "place", "scale", "to", "stand_m", "box_kg")
+
 
 class Object(Protocol):
     """The object in a scene of the player."""
@@ -40,6 +43,8 @@ class Kind(Protocol):
 
     pictured: bool
     """True for furniture, of which a report shows pictures."""
+    flags: frozenset[str]
+    """Fields of `synthesize` about the object that this kind uses, of OBJECT_FLAGS."""
 
     def played(
         self, setup: Setup, piece: Piece, task: Task, carry: CarryConfig, balls: Sequence[Ball]

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from console.commands import Synthesize
+from console.kinds.kind import OBJECT_FLAGS
 from console.kinds.setup import Setup
 from console.recording.format import Take
 from rpc.v1 import policy_pb2 as pb
@@ -18,6 +19,7 @@ class ReferenceKind:
     """The kind of reference motions; see Kind."""
 
     pictured = False
+    flags: frozenset[str] = frozenset(OBJECT_FLAGS)
 
     def played(
         self, setup: Setup, piece: Piece, task: Task, carry: CarryConfig, balls: Sequence[Ball]

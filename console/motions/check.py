@@ -13,7 +13,7 @@ from console.commands import MotionsCheck
 from console.motions import child, measures
 from console.motions.importing import ClipSource, refusing_whole, stated
 from console.motions.measures import ClipReport
-from console.terminal import screen
+from console.terminal import counted, screen
 from world.motions import load
 from world.motions.formats import registry
 from world.motions.formats.landmarks import Map
@@ -92,7 +92,7 @@ def summary(reports: Sequence[ClipReport]) -> str:
     read = [r for r in reports if not r.refused]
     seconds = sum(r.seconds for r in read)
     if not seconds:
-        return f"{len(reports)} clips, none usable"
+        return f"{counted(len(reports), 'clip')}, none usable"
 
     def mean(field: str) -> float:
         return sum(getattr(r, field) * r.seconds for r in read) / seconds
@@ -103,7 +103,7 @@ def summary(reports: Sequence[ClipReport]) -> str:
         if (count := sum(r.verdict == verdict for r in reports)) or verdict != "implausible"
     )
     return (
-        f"{len(reports)} clips, {seconds:.0f} s: {verdicts}; hands and feet"
+        f"{counted(len(reports), 'clip')}, {seconds:.0f} s: {verdicts}; hands and feet"
         f" {100 * mean('key_body_error_m'):.1f} cm off, feet slip"
         f" {100 * mean('foot_skate_before_m_s'):.1f} cm/s before and"
         f" {100 * mean('foot_skate_after_m_s'):.1f} after, deepest"

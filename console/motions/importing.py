@@ -11,6 +11,7 @@ from typing import Any
 
 from console.commands import MotionsCheck, MotionsImport
 from console.motions import child, measures
+from console.terminal import counted
 from world.errors import ClipError, ConfigError
 from world.motions import clip_file
 from world.motions.clip import Clip
@@ -23,15 +24,13 @@ from world.refusals import refusing
 
 def import_command(command: MotionsImport) -> int:
     """Write a clip for each motion; return 1 if any is refused, of which nothing is written."""
-    if not command.paths:
-        raise ConfigError("motions import: name the files or folders to import")
     paths = registry.find(list(command.paths), command.format)
     given = stated(command)
     names = distinct(paths)
     there = [n for n in names if (command.out / f"{n}.npz").exists()]
     if there and not command.replace:
-        raise ClipError(
-            f"{command.out}: already holds {there[0]}.npz"
+        raise ConfigError(
+            f"--out {command.out}: already holds {there[0]}.npz"
             + (f" and {len(there) - 1} more" if len(there) > 1 else "")
             + "; --replace overwrites them"
         )
@@ -71,7 +70,7 @@ def import_command(command: MotionsImport) -> int:
         raise ClipError(f"{', '.join(map(str, command.paths))}: holds no motion to import")
     took = time.monotonic() - started
     print(
-        f"{written} clips, {seconds:.0f} s of motion in {took:.0f} s: {command.out}"
+        f"{counted(written, 'clip')}, {seconds:.0f} s of motion in {took:.0f} s: {command.out}"
         + (f"; {implausible} implausible" if implausible else "")
         + (f"; {refused} refused" if refused else "")
     )
@@ -121,7 +120,10 @@ def refusing_whole(path: Path) -> Iterator[None]:
 
 def stated(command: MotionsImport | MotionsCheck) -> Map:
     """Return what map file and flags state; a flag overrides the file."""
-    given = landmarks.read_map(command.map) if command.map else Map()
+    try:
+        given = landmarks.read_map(command.map) if command.map else Map()
+    except ClipError as error:
+        raise ConfigError(f"--map {error}") from error
     return replace(
         given,
         fps=command.fps or given.fps,

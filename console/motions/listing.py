@@ -11,7 +11,7 @@ from rich.text import Text
 
 from console.commands import MotionsCheck, MotionsImport, MotionsList, MotionsPlay
 from console.motions.reading import clips
-from console.terminal import doing, screen
+from console.terminal import counted, doing, screen
 from world.motions.clip import Clip
 
 #: Characters of a licence in the table.
@@ -53,7 +53,7 @@ def motions_command(command: MotionsList | MotionsCheck | MotionsImport | Motion
     for line in terms(rows):
         print(line)
     total = sum(row["seconds"] for row in rows)
-    print(f"{len(rows)} clips, {total:.0f} s: {_totals(rows)}")
+    print(f"{counted(len(rows), 'clip')}, {total:.0f} s: {_totals(rows)}")
     return 0
 
 
@@ -61,7 +61,7 @@ def terms(rows: Sequence[dict[str, Any]]) -> Iterator[str]:
     """Yield, whole, each licence that the table shows in part, with its number of clips."""
     for text, count in Counter(row["licence"] for row in rows).items():
         if _short(text) != text:
-            yield f"licence of {count} clips: {text}"
+            yield f"licence of {counted(count, 'clip')}: {text}"
 
 
 def _short(text: str) -> str:

@@ -10,6 +10,7 @@ from console.commands import MotionsPlay
 from console.listening import address_of, family, is_loopback, joined, refused
 from console.motions import reading
 from console.motions.page import page
+from console.terminal import counted
 from world.errors import ClipError, ConfigError
 from world.motions.clip import Clip
 from world.partial_files import replacing
@@ -21,12 +22,12 @@ def play_command(command: MotionsPlay) -> int:
     text = page(chosen)
     if command.html is not None:
         write(command.html, text)
-        print(f"{command.html}: {len(chosen)} clips, {len(text) / 1e6:.1f} MB")
+        print(f"{command.html}: {counted(len(chosen), 'clip')}, {len(text) / 1e6:.1f} MB")
         return 0
     with server(command.listen, text) as running:
         host, port = running.server_address[:2]
         address = f"http://{joined(host if isinstance(host, str) else host.decode(), port)}/"
-        print(f"{len(chosen)} clips at {address} (Ctrl-C ends)", flush=True)
+        print(f"{counted(len(chosen), 'clip')} at {address} (Ctrl-C ends)", flush=True)
         if command.open:
             webbrowser.open(address)
         running.serve_forever()

@@ -1,10 +1,11 @@
 """`inhabit motions vary`: variants of clips with a box."""
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 
 from console.commands import MotionsVary
 from console.motions.reading import clips
-from console.terminal import progress
+from console.terminal import counted, progress
 from world.errors import ClipError, ConfigError
 from world.motions import clip_file, segments
 from world.motions.clip import Clip
@@ -16,13 +17,12 @@ _SOUND = 0.9
 
 def vary_command(command: MotionsVary) -> int:
     """Write the clips and their variants; return 0."""
-    if not command.paths:
-        raise ConfigError("motions vary: name the files or folders of clips")
     if not command.stand_m or not command.size:
         raise ConfigError("--stand-m and --size: name one or more of each")
     given = clips(tuple(map(str, command.paths)))
     if not any(clip.box is not None and clip.box.held.any() for clip in given):
         raise ClipError(f"{', '.join(map(str, command.paths))}: no clip carries a box")
+    _require_new(command, given)  # before the work
     made, left_out = list(given), list[str]()
     with progress("clips", len(given), "making variants") as update:
         for done, clip in enumerate(given, 1):
@@ -32,6 +32,25 @@ def vary_command(command: MotionsVary) -> int:
                 else:
                     left_out.append(why)
             update(done)
+    _require_new(command, made)
+    for clip in made:
+        clip_file.write(command.out / f"{clip.name}.npz", clip)
+    for why in left_out:
+        print(f"note: left out: {why}")
+    seconds = sum(clip.seconds for clip in made)
+    variations = len(made) - len(given)
+    print(
+        f"{counted(len(given), 'clip')} and {counted(variations, 'variant')}, {seconds:.0f} s of"
+        f" motion: {command.out}"
+    )
+    return 0
+
+
+def _require_new(command: MotionsVary, made: Sequence[Clip]) -> None:
+    """Raise for two clips that would be one file, and for files that would be replaced unasked."""
+    twice = [name for name, count in Counter(clip.name for clip in made).items() if count > 1]
+    if twice:
+        raise ConfigError(f"two clips have the name {twice[0]}: vary their folders one by one")
     there = [clip.name for clip in made if (command.out / f"{clip.name}.npz").exists()]
     if there and not command.replace:
         raise ClipError(
@@ -39,14 +58,6 @@ def vary_command(command: MotionsVary) -> int:
             + (f" and {len(there) - 1} more" if len(there) > 1 else "")
             + "; --replace overwrites them"
         )
-    for clip in made:
-        clip_file.write(command.out / f"{clip.name}.npz", clip)
-    for why in left_out:
-        print(f"note: left out: {why}")
-    seconds = sum(clip.seconds for clip in made)
-    variations = len(made) - len(given)
-    print(f"{len(given)} clips and {variations} variants, {seconds:.0f} s of motion: {command.out}")
-    return 0
 
 
 def variants(

@@ -14,14 +14,14 @@ from console.commands import Meshes, ObjectsCheck, ObjectsImport, ObjectsList, O
 from console.objects import drop
 from console.objects.rows import listed, outcome_row
 from console.run import machine
-from console.terminal import doing, progress, screen
+from console.terminal import counted, doing, progress, screen
 from world.errors import ChoiceError, ConfigError, PieceError
 from world.furniture.catalogue import REGISTRY
 from world.furniture.piece import Piece
 from world.meshes import collection, importing, store
 from world.meshes.build import ImportOptions
 from world.meshes.frame import Frame
-from world.meshes.importing import Outcome
+from world.meshes.importing import Job, Outcome
 
 Command = ObjectsImport | ObjectsList | ObjectsCheck | ObjectsShow
 
@@ -44,19 +44,19 @@ def objects_command(command: Command) -> int:
 def check(command: ObjectsCheck) -> int:
     """Print the rows of pieces and meshes; return 1 if any is refused."""
     rows: list[dict[str, Any]] = []
-    found: list[Piece | None] = []
+    tested: list[Piece | None] = []
     for name in command.paths:
         path = Path(name)
         if name in collection.SPLITS or name.endswith(".json") or _has_pieces(path):
             pieces = collection.pieces([name])
-            found += pieces
+            tested += pieces
             rows += [listed(piece) for piece in pieces]
         else:
-            outcomes = imported([path], command.mesh)
-            found += [outcome.piece() for outcome in outcomes]
+            outcomes = imported(found([path], command.mesh), command.mesh)
+            tested += [outcome.piece() for outcome in outcomes]
             rows += [outcome_row(outcome) for outcome in outcomes]
     if command.drop:
-        _drop(rows, found, command)
+        _drop(rows, tested, command)
     report(rows, command.json)
     if command.drop and not command.json:
         drop.summarise(rows, screen())
@@ -77,7 +77,15 @@ def _has_pieces(path: Path) -> bool:
 
 def import_pieces(command: ObjectsImport) -> int:
     """Import, write one file per piece, report refusals; return 1 if any is refused."""
-    outcomes = imported(command.paths, command.mesh)
+    work = found(command.paths, command.mesh)
+    others = importing.replaced(work, command.out)
+    if others and not command.replace:
+        more = f" and {len(others) - 1} more" if len(others) > 1 else ""
+        raise ConfigError(
+            f"--out {command.out}: {others[0].name}{more} is no piece of this mesh; name another"
+            " folder, or add --replace"
+        )
+    outcomes = imported(work, command.mesh)
     for outcome in outcomes:
         if outcome.document is not None:
             store.write(command.out / f"{outcome.name}{store.SUFFIX}", outcome.document)
@@ -86,16 +94,20 @@ def import_pieces(command: ObjectsImport) -> int:
     if not command.json:
         cached = sum(o.cached for o in outcomes)
         screen().print(
-            f"{len(outcomes) - refused} pieces in {command.out} "
+            f"{counted(len(outcomes) - refused, 'piece')} in {command.out} "
             f"({cached} from the cache), {refused} refused"
         )
     return int(refused > 0)
 
 
-def imported(paths: Sequence[Path], mesh: Meshes) -> list[Outcome]:
-    """Return the outcomes of importing meshes, with a progress bar on a terminal."""
+def found(paths: Sequence[Path], mesh: Meshes) -> list[Job]:
+    """Return the meshes of files and folders."""
     with doing("looking for meshes"):
-        work = importing.jobs(paths, options(mesh))
+        return importing.jobs(paths, options(mesh))
+
+
+def imported(work: Sequence[Job], mesh: Meshes) -> list[Outcome]:
+    """Return the outcomes of importing meshes, with a progress bar on a terminal."""
     done = itertools.count(1)
     with progress("pieces", len(work), "importing") as update:
         return importing.run(
@@ -160,7 +172,7 @@ def show(command: ObjectsShow) -> int:
         page.write(command.html, pieces)
     for path in (command.sheet, command.html):
         if path is not None:
-            screen().print(f"{len(pieces)} pieces in {path}")
+            screen().print(f"{counted(len(pieces), 'piece')} in {path}")
     return 0
 
 

@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
+from PIL.PngImagePlugin import PngInfo
 
+from console import existing, lettering
 from world.errors import PieceError
 from world.furniture.piece import Piece
 from world.furniture.surface import polygons
@@ -106,7 +108,8 @@ def sheet(pieces: Sequence[Piece], columns: int = 8, cell: int = CELL) -> Image.
         row, column = divmod(index, columns)
         x, y = column * cell, row * (cell + CAPTION)
         image.paste(picture(piece, cell), (x, y))
-        draw.multiline_text((x + 6, y + cell), caption(piece), fill=_INK, spacing=2)
+        words, font = lettering.legible(caption(piece)), lettering.font()
+        draw.multiline_text((x + 6, y + cell), words, fill=_INK, font=font, spacing=2)
     return image
 
 
@@ -115,6 +118,8 @@ def write(path: Path, pieces: Sequence[Piece]) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with replacing(path) as partial:
-            sheet(pieces).save(partial, "PNG", optimize=True)
+            texts = PngInfo()
+            texts.add_itxt(existing.PNG_DESCRIPTION, existing.MARK)
+            sheet(pieces).save(partial, "PNG", optimize=True, pnginfo=texts)
     except OSError as error:
         raise PieceError(f"cannot write {path}: {error.strerror or error}") from error

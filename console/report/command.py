@@ -24,7 +24,7 @@ from console.run import assembly
 from console.run.directory import RunDirectory, run_of, write_text
 from console.run.experiment import to_json
 from console.run.metrics import read_metrics
-from console.terminal import doing, progress
+from console.terminal import counted, doing, progress
 from policy.checkpoints import lineage
 from world import tasks
 from world.errors import ConfigError
@@ -87,7 +87,7 @@ def report_command(command: Report) -> int:
 def written(out: Path, text: str, trials: int) -> None:
     """Write a page of so many trials, and say so."""
     write_text(out, text)
-    print(f"{out}: {len(text) / 1e6:.1f} MB, {trials} trials")
+    print(f"{out}: {len(text) / 1e6:.1f} MB, {counted(trials, 'trial')}")
 
 
 def evaluation_of(command: Report, task: str) -> Evaluate:

@@ -10,7 +10,7 @@ from console.serving import loading
 from console.synthesis import files
 from console.synthesis import request as scene_request
 from console.synthesis.motion import Motion, simulate
-from console.terminal import doing, progress, screen
+from console.terminal import counted, doing, progress, screen
 from policy.checkpoints.served import Served
 from world.character import model as character
 from world.errors import ConfigError
@@ -35,7 +35,7 @@ def synthesize_command(command: Synthesize) -> int:
     for file in command.out:
         with doing(f"writing {file.name}"):
             files.write(file, motion, command.files, mesh)
-        print(f"{file}: {len(motion.frames)} frames, {motion.seconds:.1f} s")
+        print(f"{file}: {counted(len(motion.frames), 'frame')}, {motion.seconds:.1f} s")
     return 0
 
 

@@ -20,6 +20,7 @@ from policy.checkpoints import lineage
 from world.character import model as character
 from world.errors import ConfigError, InhabitError
 from world.motions import clip_file
+from world.refusals import unknown_suffix
 
 Writer = Callable[[Path, Motion], None]
 DEFAULT = AnimationFlags()
@@ -84,9 +85,7 @@ def check(paths: Sequence[Path], overwrite: bool, flags: AnimationFlags = DEFAUL
         raise ConfigError("--out names one file twice")
     for path in paths:
         if not suffix_of(path, SUFFIXES):
-            raise ConfigError(
-                f"--out {path}: unknown suffix '{path.suffix}'; choose {', '.join(SUFFIXES)}"
-            )
+            raise ConfigError(f"--out {path}: {unknown_suffix(path)}; choose {', '.join(SUFFIXES)}")
         if path.is_dir() or (path.exists() and not overwrite):
             raise ConfigError(f"--out {path} exists: name another file, or add --overwrite")
         folder = next(folder for folder in path.absolute().parents if folder.exists())

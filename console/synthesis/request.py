@@ -1,5 +1,6 @@
 """The flags of `inhabit synthesize` as a request of the policy service, and its furniture."""
 
+import dataclasses
 import math
 
 import torch
@@ -7,6 +8,7 @@ import torch
 from console.commands import Synthesize
 from console.kinds import kind
 from console.kinds.flags import numbers, within
+from console.kinds.kind import OBJECT_FLAGS
 from console.synthesis.motion import MOST_S
 from rpc.v1 import policy_pb2 as pb
 from world import rotations
@@ -40,7 +42,13 @@ def scene(
         request.projectiles.CopyFrom(pb.Projectiles(seed=of_perturbation))
     if command.perturb == "moved":
         request.displacement.CopyFrom(pb.Displacement(seed=of_perturbation))
-    piece = kind(task).requested(command, task, request)
+    of_object = kind(task)
+    for field in dataclasses.fields(command):
+        value = getattr(command, field.name)
+        if field.name in set(OBJECT_FLAGS) - of_object.flags and value != field.default:
+            flag = f"--{field.name.replace('_', '-')} {value}"
+            raise ConfigError(f"{flag}: the task {task.name} uses none; leave it out")
+    piece = of_object.requested(command, task, request)
     if piece is not None:
         _require_outside(command, request, piece, task.affordance.name)
     return request, piece

@@ -7,6 +7,7 @@ from pathlib import Path
 import torch
 
 from console.commands.teaching import Practice, TeachCarry, TeachRecord, TeachTry
+from console.evaluation.trials import require_distances
 from console.run import ancestors, assembly
 from console.run.directory import checkpoint_folder
 from console.run.experiment import Experiment, to_json
@@ -107,8 +108,7 @@ def initialised(command: TeachCarry, experiment: Experiment) -> Learner:
 
 def try_command(command: TeachTry) -> int:
     """Evaluate the scripted teacher and print its figures."""
-    if not 0.0 < command.near_m <= command.far_m:
-        raise ConfigError("--near-m must be above 0 and no more than --far-m")
+    require_distances(command.near_m, command.far_m)
     torch.set_num_threads(1)
     figures = trials.evaluate_teacher(command)
     if command.json:

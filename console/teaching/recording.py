@@ -11,6 +11,7 @@ import torch
 
 from console.commands.teaching import Practice, TeachRecord
 from console.teaching.scenes import TeachingScenes
+from console.terminal import counted
 from world import rotations
 from world.character import kinematics
 from world.character import model as character
@@ -98,4 +99,4 @@ def record(command: TeachRecord) -> None:
         if time.monotonic() - reported > _REPORT_S:
             reported = time.monotonic()
             print(f"{recorder.written} of {command.clips} clips", flush=True)
-    print(f"{recorder.written} clips in {command.out}")
+    print(f"{counted(recorder.written, 'clip')} in {command.out}")

@@ -4,8 +4,9 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw
 
+from console import lettering
 from console.recording.format import Take
 from world.character.model import CONTROL_HZ
 
@@ -55,7 +56,7 @@ def drawn(image: NDArray[np.uint8], text: str) -> NDArray[np.uint8]:
 @cache
 def _plate(text: str, height: int) -> NDArray[np.uint8]:
     """Return the text on its plate [h, w, 4]."""
-    font = ImageFont.load_default(max(9.0, _SIZE * height))
+    font, text = lettering.font(max(9.0, _SIZE * height)), lettering.legible(text)
     pad = max(2, round(_PAD * height))
     left, top, right, bottom = font.getbbox(text)
     size = (round(right - left) + 2 * pad, round(bottom - top) + 2 * pad)

@@ -11,7 +11,7 @@ from console.recording import format as recording
 from console.recording.format import Recording
 from console.run import assembly, machine
 from console.run.directory import checkpoint_folder
-from console.terminal import doing, progress
+from console.terminal import counted, doing, progress
 from console.video import rendering
 from console.video.drawing import Look
 from policy.checkpoints import lineage
@@ -32,6 +32,11 @@ def video_command(command: Video) -> int:
         raise ConfigError("--trials must be at least 1")
     outputs.check(command.out, "OUT", (".mp4", *rendering.ANIMATED))
     outputs.check(command.sheet, "--sheet", (".png",))
+    trials.require_distances(command.near_m, command.far_m)
+    if command.out is not None and command.out.suffix.lower() == ".mp4":
+        for flag, pixels in (("--width", command.width), ("--height", command.height)):
+            if pixels % 2:
+                raise ConfigError(f"{flag} {pixels}: an .mp4 needs even sizes; give {pixels + 1}")
     rendering.require_gl()
     if command.source.is_file():
         _refuse_trials(command, "a recording, whose trials are simulated already")
@@ -39,6 +44,7 @@ def video_command(command: Video) -> int:
         found = Recording(found.takes[: command.trials], found.meta)
     else:
         found = with_terms(played(command), command.source)
+    shown = counted(len(found.takes), "trial")
     if command.out is not None:
         look = Look(command.width, command.height, command.look, command.captions)
         with progress("images", rendering.image_count(found), "drawing") as update:
@@ -49,11 +55,11 @@ def video_command(command: Video) -> int:
                 progress=update,
                 threads=command.threads or machine.cores(),
             )
-        print(f"{command.out}: {frames} frames, {len(found.takes)} trials")
+        print(f"{command.out}: {counted(frames, 'frame')}, {shown}")
     if command.sheet is not None:
         with doing("drawing the filmstrip"):
             rendering.write_filmstrip(found, command.sheet)
-        print(f"{command.sheet}: {len(found.takes)} trials")
+        print(f"{command.sheet}: {shown}")
     return 0
 
 

@@ -13,6 +13,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from console import existing
 from console.recording.format import Recording
 from console.terminal import doing
 from console.video import camera, processes
@@ -24,7 +25,6 @@ from world.errors import InhabitError
 from world.partial_files import replacing
 
 #: Endings of animated pictures, drawn at every second control step; their quality, of 100.
-_COPYRIGHT = 0x8298  # tag of EXIF
 ANIMATED, _HALF, _WEBP_QUALITY = (".webp", ".gif"), 2, 60
 #: Images for which another process is worth its start, a second; most processes, each of a fifth of
 #: a gigabyte.
@@ -224,30 +224,39 @@ def _encode(
 
 
 def _picture_terms(recording: Recording, out: Path) -> dict[str, Any]:
-    """Return the parameters that write the licence of a recording into an animated picture."""
+    """Return the parameters that write who made a picture, and the licence of its recording."""
     from PIL import Image as pictures
+    from PIL import PngImagePlugin
 
-    licence = recording.meta.get("licence")
-    if not licence:
-        return {}
-    if out.suffix.lower() == ".gif":
-        return {"comment": str(licence).encode()}
+    licence, suffix = str(recording.meta.get("licence") or ""), out.suffix.lower()
+    if suffix == ".gif":
+        return {"comment": "\n".join(filter(None, (existing.MARK, licence))).encode()}
+    if suffix == ".png":
+        texts = PngImagePlugin.PngInfo()
+        texts.add_itxt(existing.PNG_DESCRIPTION, existing.MARK)
+        if licence:
+            texts.add_itxt("Copyright", licence)
+        return {"pnginfo": texts}
     exif = pictures.Exif()
-    exif[_COPYRIGHT] = str(licence)
+    exif[existing.DESCRIPTION] = existing.MARK
+    if licence:
+        exif[existing.COPYRIGHT] = licence.encode()  # a text would lose letters beyond ASCII
     return {"exif": exif}
 
 
 def _terms(recording: Recording) -> list[str]:
-    """Return the encoder's parameters that write the licence of a recording into its video."""
+    """Return the encoder's parameters that write who made a film, and its recording's licence."""
     licence = recording.meta.get("licence")
-    return ["-metadata", f"copyright={licence}"] if licence else []
+    made = ["-metadata", f"comment={existing.MARK}"]
+    return [*made, "-metadata", f"copyright={licence}"] if licence else made
 
 
 def write_filmstrip(
     recording: Recording, out: Path, columns: int = 8, look: Look | None = None
 ) -> None:
-    """Write a filmstrip as PNG: one row per take, of `columns` evenly spaced frames."""
-    import imageio.v3 as imageio
+    """Write a filmstrip as PNG, whole or not at all: one row per take, of `columns` evenly spaced
+    frames."""
+    from PIL import Image as pictures
 
     require_gl()
     look = look or replace(STILL, width=280, height=240)
@@ -258,8 +267,10 @@ def write_filmstrip(
         rows.append(
             np.concatenate(list(draw(take, look, moments.astype(int).tolist(), None, task)), axis=1)
         )
-    out.parent.mkdir(parents=True, exist_ok=True)
     try:
-        imageio.imwrite(out, np.concatenate(rows, axis=0))
+        out.parent.mkdir(parents=True, exist_ok=True)
+        strip = pictures.fromarray(np.concatenate(rows, axis=0))
+        with replacing(out) as partial:
+            strip.save(partial, "PNG", **_picture_terms(recording, out))
     except (OSError, ValueError) as error:
         raise VideoError(f"cannot write {out}: {error}") from error

@@ -19,7 +19,7 @@ from policy.service.batching import PART_ROWS, Answer, Batcher, BatchMetrics, tu
 from policy.service.streams import Stream, Streams
 from policy.synthesis.streaming import Synthesis
 from rpc.aio_server import AioServer
-from rpc.server import ServerConfig
+from rpc.server import ServerConfig, stopping
 from rpc.v1 import policy_pb2 as pb
 from rpc.v1 import policy_pb2_grpc
 from world.errors import ChoiceError, ConfigError, InhabitError
@@ -322,5 +322,5 @@ async def serve(
         interrupted = await server.wait()
         if report is not None:
             with contextlib.suppress(OSError):  # nobody may read it any more
-                report(f"stopping: calls in progress have {server_config.drain_s:g} s to end")
+                report(stopping(server_config.drain_s))
     return interrupted

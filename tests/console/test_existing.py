@@ -101,6 +101,20 @@ def test_a_file_that_the_command_wrote_is_replaced(tmp_path: Path) -> None:
         outputs.require(commands.Evaluate(Path("sit"), json=tmp_path / "plan.json"))
 
 
+def test_a_motion_of_a_user_with_a_licence_beside_it_stays(tmp_path: Path) -> None:
+    """The licence is in a file of REUSE's name, as inhabit writes it too."""
+    motion, terms = tmp_path / "a.bvh", tmp_path / "a.bvh.license"
+    clip = animation.Animation(library.walking(np.random.default_rng(0), 1.0))
+    animation.write(motion, clip, commands.animation.AnimationFlags())
+    command = commands.Export(Path("m"), motion)
+    outputs.require(command)
+    assert terms.read_text().endswith("\nmade by inhabit\n")
+    for content in ("CC0-1.0\n", "SPDX-FileCopyrightText: 2024 Bo\n"):
+        terms.write_text(content)
+        with pytest.raises(ConfigError, match="is another BVH motion, not a BVH motion that inh"):
+            outputs.require(command)
+
+
 def test_a_device_is_not_replaced() -> None:
     with pytest.raises(ConfigError, match="--json /dev/null: no regular file; name another file"):
         existing.require(Path("/dev/null"), "--json ", existing.PLAN)

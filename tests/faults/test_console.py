@@ -193,7 +193,7 @@ def test_standalone_style_service(begun: Path) -> None:
             assert process.returncode == 0 and not rest
             # signs of life may come before, on a busy machine
             *before, last = errors.splitlines()
-            assert last == "stopping: calls in progress have 10 s to end"
+            assert last == "stopping: calls in progress have 10 s to end; Ctrl-C stops at once"
             assert all(line.startswith("inhabit style: ") for line in before), errors
         finally:
             process.kill()

@@ -2,6 +2,7 @@
 
 import asyncio
 import socket
+import time
 import urllib.request
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -183,3 +184,26 @@ def test_signals_are_handled_before_the_server_is_announced() -> None:
     )
     for name, told in (("SIGTERM", "SIGTERM"), ("SIGINT", "Ctrl-C")):
         assert printed(code.format(name)) == told
+
+
+def test_a_second_ctrl_c_ends_a_drain_at_once() -> None:
+    """A watch of the health is a call in progress: the drain waits for it."""
+    code = (
+        "import asyncio, grpc, os, signal, time\n"
+        "from grpc_health.v1 import health_pb2, health_pb2_grpc\n"
+        "from rpc.aio_server import AioServer, run\n"
+        "from rpc.server import ServerConfig\n"
+        "def press(): print(time.monotonic(), flush=True); os.kill(os.getpid(), signal.SIGINT)\n"
+        "async def main():\n"
+        "    server = AioServer(ServerConfig(drain_s=60)); await server.start([])\n"
+        "    channel = grpc.aio.insecure_channel(server.address)\n"
+        "    ask = health_pb2.HealthCheckRequest()\n"
+        "    watch = health_pb2_grpc.HealthStub(channel).Watch(ask); await watch.read()\n"
+        "    server.catch_signals(); os.kill(os.getpid(), signal.{})\n"
+        "    await server.wait(); asyncio.get_running_loop().call_later(2, press)\n"
+        "    await server.drain()\n"
+        "run(main())\n"
+    )
+    for first in ("SIGINT", "SIGTERM"):
+        pressed = printed(code.format(first), ends_with=130)
+        assert time.monotonic() - float(pressed) < 10.0

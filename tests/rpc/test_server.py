@@ -1,6 +1,7 @@
 """The server's shell and the client's channel, over real loopback connections."""
 
 import socket
+import time
 import urllib.request
 from pathlib import Path
 
@@ -93,3 +94,22 @@ def test_sigterm_drains_a_process_from_the_moment_it_is_announced() -> None:
     )
     for name, told in (("SIGTERM", "SIGTERM True"), ("SIGINT", "Ctrl-C True")):
         assert printed(code.format(name)) == told
+
+
+def test_a_second_ctrl_c_ends_a_drain_at_once() -> None:
+    """A watch of the health is a call in progress: the drain waits for it."""
+    code = (
+        "import os, signal, grpc, time\n"
+        "from grpc_health.v1 import health_pb2, health_pb2_grpc\n"
+        "from rpc.server import Server, ServerConfig\n"
+        "s = Server(ServerConfig(drain_s=60)); s.start([])\n"
+        "channel = grpc.insecure_channel(s.address)\n"
+        "watch = health_pb2_grpc.HealthStub(channel).Watch(health_pb2.HealthCheckRequest())\n"
+        "def press(*_): print(time.monotonic(), flush=True); os.kill(os.getpid(), signal.SIGINT)\n"
+        "def started(): next(watch); os.kill(os.getpid(), signal.{})\n"
+        "signal.signal(signal.SIGALRM, press)\n"
+        "s.run(lambda line: signal.alarm(2), started)\n"
+    )
+    for first in ("SIGINT", "SIGTERM"):
+        pressed = printed(code.format(first), ends_with=130)
+        assert time.monotonic() - float(pressed) < 10.0

@@ -2,6 +2,7 @@
 
 import contextlib
 import hashlib
+import itertools
 import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -163,25 +164,48 @@ def _tidy(stem: str) -> str:
 
 
 def _distinct(found: list[Job]) -> list[Job]:
-    """The jobs with unique names: repeated ones are numbered."""
-    seen: dict[str, int] = {}
+    """The jobs with unique names: repeated ones get the first number that no job has."""
+    own, taken = {job.name for job in found}, set[str]()
     result = []
     for job in found:
-        count = seen[job.name] = seen.get(job.name, 0) + 1
-        result.append(job if count == 1 else replace(job, name=f"{job.name}-{count}"))
+        names = itertools.chain([job.name], (f"{job.name}-{n}" for n in itertools.count(2)))
+        name = next(n for n in names if n not in taken and (n == job.name or n not in own))
+        taken.add(name)
+        result.append(replace(job, name=name))
     return result
+
+
+def replaced(work: Sequence[Job], folder: Path) -> list[Path]:
+    """The files in a folder that pieces of the jobs would replace, although they are not pieces of
+    the same meshes."""
+    found = []
+    for job in work:
+        file = folder / f"{job.name}{store.SUFFIX}"
+        if job.refused or not file.exists():
+            continue
+        with contextlib.suppress(PieceError, OSError, KeyError, TypeError):
+            if (
+                store.read_document(file)["source"]["sha256"]
+                == hashlib.sha256(_content(job)).hexdigest()
+            ):
+                continue
+        found.append(file)
+    return found
+
+
+def _content(job: Job) -> bytes:
+    """What a job's mesh is made from. Raises OSError."""
+    if job.entry is not None:
+        return job.entry.content + repr(job.entry.rotation).encode()
+    return b"" if job.path is None else read_bounded(job.path, source.MAX_BYTES)
 
 
 def _cached_outcome(job: Job) -> tuple[Outcome | None, str]:
     """The outcome where it is refused or cached, else None with the digests of the inputs."""
     if job.refused:
         return Outcome(job.name, None, job.refused), ""
-    digest = hashlib.sha256()
     try:
-        if job.entry is not None:
-            digest.update(job.entry.content + repr(job.entry.rotation).encode())
-        elif job.path is not None:
-            digest.update(read_bounded(job.path, source.MAX_BYTES))
+        digest = hashlib.sha256(_content(job))
     except OSError as error:
         return Outcome(job.name, None, f"cannot read {job.path}: {error.strerror}"), ""
     content = digest.hexdigest()

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from world.errors import ChoiceError, PieceError
+from world.errors import PieceError
 from world.meshes.formats import gltf, obj, stl
 from world.placeholders import read_bounded
-from world.refusals import refusing, why
+from world.refusals import refusing, unknown_suffix, why
 
 SUFFIXES = (".obj", ".glb", ".gltf", ".stl", ".ply")
 MAX_BYTES = 256 * 1024 * 1024
@@ -38,7 +38,7 @@ class Source:
 
 
 def read(path: Path) -> Source:
-    """The mesh of a file. Raises PieceError, ChoiceError for a format that is not read."""
+    """The mesh of a file. Raises PieceError."""
     try:
         size = path.stat().st_size
         if size > MAX_BYTES:
@@ -52,7 +52,7 @@ def read(path: Path) -> Source:
 def parse(content: bytes, file_name: str, folder: Path | None = None) -> Source:
     """The mesh in the bytes of a file; folder: of the files that a .gltf refers to.
 
-    Raises PieceError, ChoiceError for a format that is not read.
+    Raises PieceError, also for a format that is not read.
     """
     name, suffix = Path(file_name).stem, Path(file_name).suffix.lower()
     with refusing(PieceError, Path(file_name), f"{suffix} file"):
@@ -61,7 +61,8 @@ def parse(content: bytes, file_name: str, folder: Path | None = None) -> Source:
 
 def _parsed(content: bytes, file_name: str, name: str, suffix: str, folder: Path | None) -> Source:
     if suffix not in SUFFIXES:
-        raise ChoiceError("mesh format", suffix or file_name, [*SUFFIXES, ".sh3f"])
+        read = ", ".join((*SUFFIXES, ".sh3f"))
+        raise PieceError(f"{file_name}: {unknown_suffix(Path(file_name))}; meshes come as {read}")
     if not content.strip():
         raise PieceError(f"{file_name}: an empty file")
     announced = _announced(content, suffix)

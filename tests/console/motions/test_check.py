@@ -45,4 +45,4 @@ def test_means_are_over_time(folder: Path) -> None:
     short = replace(one, seconds=1.0, key_body_error_m=0.05, verdict="poor")
     said = check.summary([long, short, refusal("x", "torn")])
     assert said.startswith("3 clips, 4 s: 1 good, 0 fair, 1 poor, 1 refused; hands and feet 2.0 cm")
-    assert check.summary([refusal("x", "torn")]) == "1 clips, none usable"
+    assert check.summary([refusal("x", "torn")]) == "1 clip, none usable"

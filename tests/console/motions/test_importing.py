@@ -62,7 +62,7 @@ def test_import_writes_clips_that_training_reads(
     assert report["past_limits"] == 0
     assert report["verdict"] == "good"
     # what is there is not written over unasked
-    assert main(["motions", "import", str(bvh), "--out", str(out)]) == 1
+    assert main(["motions", "import", str(bvh), "--out", str(out)]) == 2
     assert "--replace" in capsys.readouterr().err
     assert not list(out.glob(".*"))
 
@@ -89,7 +89,7 @@ def test_a_bad_file_among_good_ones_costs_itself_alone(
     captured = capsys.readouterr()
     assert "bad.bvh" in captured.err
     assert [p.name for p in out.iterdir()] == ["good.npz"]
-    assert "1 clips" in captured.out
+    assert "1 clip, " in captured.out
 
 
 def test_truncated_files(
@@ -158,7 +158,7 @@ def test_unknown_joint_names_and_the_map_that_names_them(
     names.write_text(json.dumps({"left_knee": "Nobody", "head": "Kopf"}))
     assert "'Nobody' as left_knee" in refused(path, tmp_path, capsys, "--map", str(names))
     names.write_text(json.dumps({"left_nee": "LeftLegg"}))
-    line = refused(path, tmp_path, capsys, "--map", str(names))
+    line = refused(path, tmp_path, capsys, "--map", str(names), code=2)
     assert "unknown part 'left_nee'" in line
     assert "left_knee" in line
 
@@ -173,6 +173,25 @@ def test_too_few_frames(
     path = tmp_path / "short.bvh"
     path.write_text("\n".join(lines[: at + 2 + frames]) + "\n")
     assert "rame" in refused(path, tmp_path, capsys)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("no JSON", "not a readable map file"),
+        ("[1]", "a map file is an object such as"),
+        ('{"left_kne": "x"}', "unknown part 'left_kne': choose from head, right_hip"),
+        ('{"fps": -3}', "fps is a rate from 1 to 1000, is -3"),
+    ],
+)
+def test_a_wrong_map_file_is_a_wrong_argument(
+    content: str, said: str, tmp_path: Path, bvh: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    names, out = tmp_path / "map.json", tmp_path / "out"
+    names.write_text(content)
+    assert main(["motions", "import", str(bvh), "--out", str(out), "--map", str(names)]) == 2
+    line = capsys.readouterr().err
+    assert f"--map {names}: {said}" in line and line.count("\n") == 1 and not out.exists()
 
 
 def test_absurd_units(tmp_path: Path, bvh: Path, capsys: pytest.CaptureFixture[str]) -> None:

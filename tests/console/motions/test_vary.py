@@ -1,11 +1,13 @@
 """`inhabit motions vary`."""
 
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from console.app import main
+from console.motions import vary
 from world.motions import clip_file
 from world.motions.synthetic import library
 from world.motions.synthetic.carries import carrying
@@ -58,3 +60,24 @@ def test_what_cannot_be_varied(
     error = capsys.readouterr().err
     assert said in error and error.count("\n") == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_what_is_there_is_found_before_the_work_and_two_of_a_name_are_refused(
+    folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(vary, "variants", lambda *_: pytest.fail("variants were made"))
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "walked.npz").write_bytes(b"mine")
+    assert main(["motions", "vary", str(folder), "--out", str(out)]) == 1
+    assert f"{out}: already holds walked.npz; --replace" in capsys.readouterr().err
+    assert (out / "walked.npz").read_bytes() == b"mine"
+    twin = tmp_path / "twin"
+    shutil.copytree(folder, twin)
+    words = [str(folder), str(twin), "--out", str(tmp_path / "new")]
+    assert main(["motions", "vary", *words]) == 2
+    assert "two clips have the name carried: vary their folders" in capsys.readouterr().err
+    assert not (tmp_path / "new").exists()

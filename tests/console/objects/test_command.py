@@ -138,6 +138,8 @@ def test_list(capsys: pytest.CaptureFixture[str]) -> None:
         (["import", "x.obj", "--height", "-1"], 2, "height -1: must be 0.01 to 100"),
         (["import", "x.obj", "--category", "throne"], 2, "choose one of armchair"),
         (["import", "x.obj", "--sit", "1,2"], 2, "give X,Y,Z,YAW"),
+        (["import"], 2, "PATH: missing: name the files or folders"),
+        (["check"], 2, "PATH: missing: name the files or folders"),
         (["show"], 2, "--sheet FILE.png, --html FILE.html or both"),
         (["show", "--category", "throne", "--html", "x.html"], 2, "choose one of"),
     ],
@@ -215,3 +217,38 @@ def test_a_piece_that_throws_the_ragdoll_off_is_imported_by_force_alone(
     assert main([*words, "--force"]) == 0
     assert "does not stay seated at scale 0.8, 1, 1.2" in capsys.readouterr().out
     assert len(list(out.iterdir())) == 1
+
+
+def test_a_file_of_another_kind_is_named_in_its_refusal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("notes.txt", "README"):
+        (tmp_path / name).write_text("hello")
+    words = [str(tmp_path / name) for name in ("notes.txt", "README")]
+    assert main(["objects", "import", *words, "--out", str(tmp_path / "out")]) == 1
+    said = " ".join(capsys.readouterr().out.split())
+    assert "refused: notes.txt: unknown suffix '.txt'; meshes come as .obj, .glb" in said
+    assert "refused: README: no suffix; meshes come as" in said
+
+
+def test_the_piece_of_another_mesh_is_replaced_when_asked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A re-import, with other settings too, replaces its own piece without a flag."""
+    for folder in ("one", "two"):
+        (tmp_path / folder).mkdir()
+    out, piece = tmp_path / "out", tmp_path / "out" / f"chair{store.SUFFIX}"
+    one = written(tmp_path / "one", ".obj")
+    two = written(tmp_path / "two", ".obj", 0.9 * TRIANGLES)
+    assert main(["objects", "import", str(one), "--out", str(out)]) == 0
+    assert main(["objects", "import", str(one), "--out", str(out), "--credit", "A. Joiner"]) == 0
+    assert store.read(piece).credit == "A. Joiner"
+    capsys.readouterr()
+    kept = piece.read_bytes()
+    assert main(["objects", "import", str(two), "--out", str(out)]) == 2
+    assert f"--out {out}: chair{store.SUFFIX} is no piece of this mesh" in capsys.readouterr().err
+    assert piece.read_bytes() == kept
+    assert main(["objects", "import", str(two), "--out", str(out), "--replace"]) == 0
+    assert "1 piece in " in capsys.readouterr().out and piece.read_bytes() != kept
+    piece.write_text("a user's own")
+    assert main(["objects", "import", str(two), "--out", str(out)]) == 2

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from console import existing
 from console.objects import sheet
 from tests.support.world.meshes import TRIANGLES, built
 from world.errors import PieceError
@@ -31,6 +32,7 @@ def test_a_sheet_shows_pieces_and_their_places(tmp_path: Path) -> None:
     assert all(share(cell, sheet._SEAT) > 0.003 for cell in cells)
     lying = [share(cell, sheet._LIE) > 0.002 for cell in cells]
     assert lying == [False, True, False]
+    existing.require(path, "", existing.OF_SUFFIX[".png"])  # its own
     with pytest.raises(PieceError, match="cannot write"):
         sheet.write(path / "under-a-file.png", pieces[:1])
 

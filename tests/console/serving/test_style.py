@@ -79,7 +79,7 @@ def served(run: RunDirectory, files: dict[str, str]) -> Iterator[str]:
         yield line.split(" at ")[1].split(",")[0]
         process.send_signal(signal.SIGTERM)
         assert process.wait(120) == 0
-        assert "stopping: calls in progress have 10 s to end\n" in process.stderr.read()
+        assert "have 10 s to end; Ctrl-C stops at once\n" in process.stderr.read()
         assert (run.path / "journal" / "state.safetensors").exists()
     finally:
         process.kill()

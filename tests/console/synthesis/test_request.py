@@ -59,7 +59,14 @@ WRONG = [
     ("--object chair-test-000 --seconds 0 --out a.npz", "--seconds 0: must be 0.0333333 to 600"),
     ("--object chair-test-000 --tries 0 --out a.npz", "--tries 0: must be 1 to 10000"),
     ("--object chair-test-000 --seed -1 --out a.npz", "--seed -1: must be 0 to"),
-    ("--object chair-test-000 --to 1,2,0.5 --out a.npz", "--to and --box-kg belong to carry"),
+    (
+        "--object chair-test-000 --to 1,2,0.5 --out a.npz",
+        "--to 1,2,0.5: the task sit uses none; leave it out",
+    ),
+    (
+        "--object chair-test-000 --stand-m 0.3 --out a.npz",
+        "--stand-m 0.3: the task sit uses none; leave it out",
+    ),
     (
         "--object chair-test-000 --out a.abc",
         "'.abc'; choose .npz, .glb, .gltf, .bvh, .smpl.npz, .html, .mp4, .msgpack",
@@ -67,7 +74,7 @@ WRONG = [
     ("--object chair-test-000 --out a.fbx", "--out a.fbx: FBX is not written"),
     ("--object chair-test-000 --rest t-pose --out a.glb", "--rest t-pose: it is the choice of"),
     ("--object chair-test-000 --rig no.bvh --out a.bvh", "--rig no.bvh: no such file or folder"),
-    ("--object chair-test-000 --out a", "unknown suffix ''"),
+    ("--object chair-test-000 --out a", "--out a: no suffix; choose .npz"),
     ("--object chair-test-000 --out a.bvh a.bvh", "names one file twice"),
     ("--object chair-test-000 --out there.bvh", "there.bvh exists: name another file, or add"),
     ("--object chair-test-000 --out there.bvh/a.bvh", "there.bvh is not a writable folder"),

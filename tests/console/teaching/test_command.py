@@ -39,7 +39,10 @@ def test_help(words: str, expected: str, capsys: pytest.CaptureFixture[str]) -> 
         ("carry OUT --init sit", "--init sit is a policy of sit: choose one of carry"),
         ("carry TMP", "is not a checkpoint: choose another folder"),
         ("try --noise -1", "--noise -1: must be 0 to 10"),
-        ("try --near-m 3 --far-m 2", "--near-m must be above 0 and no more than --far-m"),
+        (
+            "try --near-m 3 --far-m 2",
+            "--near-m 3 --far-m 2: the first must be above 0, the second no less",
+        ),
         ("record OUT --clips 0", "--clips 0: must be 1 to 1000000"),
         ("juggle", "juggle: no command of inhabit teach: choose one of carry, try, record"),
     ],

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from console.app import main
 from console.commands import Video
 from console.recording import format as recording
 from console.recording.format import Recording
@@ -19,6 +20,26 @@ def test_something_must_be_asked_for() -> None:
         command.video_command(Video(Path("x")))
     with pytest.raises(ConfigError, match="--trials must be at least 1"):
         command.video_command(Video(Path("x"), Path("a.mp4"), trials=0))
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("a.mp4 --width 321", "--width 321: an .mp4 needs even sizes; give 322"),
+        (
+            "a.mp4 --near-m 5 --far-m 1",
+            "--near-m 5 --far-m 1: the first must be above 0, the second no less",
+        ),
+        ("a.mp4 --height 241", "--height 241: an .mp4 needs even sizes; give 242"),
+    ],
+)
+def test_a_film_has_the_size_and_the_distances_asked_for(
+    words: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The encoder takes even sizes alone: it had made another, and warned in its own words."""
+    name, *flags = words.split()
+    assert main(["video", "sit", str(tmp_path / name), *flags]) == 2
+    assert capsys.readouterr().err == f"inhabit: {said}\n"
 
 
 @pytest.mark.parametrize(

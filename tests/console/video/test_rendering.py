@@ -7,10 +7,12 @@ import imageio_ffmpeg
 import numpy as np
 import pytest
 
+from console import existing
 from console.recording.format import Recording, Take
 from console.video import rendering
 from console.video.drawing import Look
 from tests.support.console.recordings import take
+from world.errors import ConfigError
 
 
 @pytest.mark.skipif(rendering.choose_gl() is None, reason="nothing draws offscreen here")
@@ -39,6 +41,44 @@ def test_an_animated_picture_has_every_second_step_and_repeats(tmp_path: Path) -
             assert (found.format, getattr(found, "n_frames", 1)) == (kind, count) == (kind, 3)
             assert found.size == (160, 128) and found.info["loop"] == 0
     assert counted == [2, 4, 6] * 2
+
+
+@pytest.mark.skipif(rendering.choose_gl() is None, reason="nothing draws offscreen here")
+def test_films_and_pictures_say_who_made_them_and_on_which_terms(tmp_path: Path) -> None:
+    """So that a command replaces them, and no film or picture of a user."""
+    from PIL import Image
+
+    look, terms = Look(width=64, height=48), "CC0-1.0 \u00e4"
+    for licence in ({}, {"licence": terms}):
+        found = Recording([moving(5)], licence)
+        for suffix in (".mp4", ".webp", ".gif", ".png"):
+            path = tmp_path / f"a{suffix}"
+            if suffix == ".png":
+                rendering.write_filmstrip(found, path, 2)
+            else:
+                rendering.write_video(found, path, look)
+            existing.require(path, "", existing.OF_SUFFIX[suffix])
+            assert (terms.encode() in path.read_bytes()) == bool(licence), suffix
+            if suffix != ".mp4":
+                Image.new("RGB", (64, 48)).save(path)
+            else:
+                imageio.imwrite(path, np.zeros((3, 48, 64, 3), np.uint8), fps=30)
+            with pytest.raises(ConfigError, match=r"exists and is an? .*, not an? .* of inhabit"):
+                existing.require(path, "", existing.OF_SUFFIX[suffix])
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.gif", "a.mp4", "a.png", "a.webp"]
+
+
+def test_a_damaged_picture_or_film_is_none_of_inhabit(tmp_path: Path) -> None:
+    for name, content in (
+        ("a.png", b"\x89PNG" + 40 * b"x"),
+        ("a.gif", b"GIF89a" + 40 * b"x"),
+        ("a.webp", b"RIFF\0\0\0\0WEBP" + 40 * b"x"),
+        ("a.mp4", b"\0\0\0\x14ftyp" + 12 * b"x" + b"\0\0\0\x03moov"),
+        ("b.mp4", b"\0\0\0\x14ftyp" + 12 * b"x" + b"\0\0\xff\xffmoov\xa9cmt"),
+    ):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(ConfigError, match=r"exists and is an? .*, not an? .* of inhabit"):
+            existing.require(tmp_path / name, "", existing.OF_SUFFIX[name[1:]])
 
 
 def moving(steps: int) -> Take:

@@ -5,8 +5,8 @@ import subprocess
 import sys
 
 
-def printed(code: str) -> str:
-    """What the code prints, stripped. Raises AssertionError with its errors if it fails."""
+def printed(code: str, ends_with: int = 0) -> str:
+    """What the code prints, stripped. AssertionError with its errors for another exit code."""
     ended = subprocess.run(
         [sys.executable, "-c", code],
         capture_output=True,
@@ -14,5 +14,5 @@ def printed(code: str) -> str:
         env=dict(os.environ, PYTHONPATH=os.pathsep.join(sys.path)),
         timeout=120,
     )
-    assert ended.returncode == 0, ended.stderr
+    assert ended.returncode == ends_with, ended.stderr
     return ended.stdout.strip()

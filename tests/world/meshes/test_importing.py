@@ -51,3 +51,12 @@ def test_what_a_piece_is_made_from_decides_its_key(
     keys = [importing._cached_outcome(job)[1].split(":") for job in jobs]
     assert keys[0] == keys[1] != keys[2]
     assert keys[0][1] == keys[2][1], "the content is the same"
+
+
+def test_a_number_of_a_repeated_name_is_no_other_file_s_name(tmp_path: Path) -> None:
+    """Two pieces of one name would be one file: the second replaced the first."""
+    for name in ("a/chair.obj", "b/chair-2.obj", "c/chair.obj", "d/chair.obj"):
+        (tmp_path / name).parent.mkdir()
+        (tmp_path / name).write_bytes(b"")
+    found = importing.jobs([tmp_path], ImportOptions())
+    assert [job.name for job in found] == ["chair", "chair-2", "chair-3", "chair-4"]

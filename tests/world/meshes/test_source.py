@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.support.world.meshes import TRIANGLES, written, y_up
-from world.errors import ChoiceError, PieceError
+from world.errors import PieceError
 from world.meshes import source
 from world.meshes.frame import Frame
 from world.meshes.upright import upright
@@ -57,7 +57,7 @@ def test_what_is_no_mesh_is_refused_in_one_line(name: str, content: bytes, says:
 def test_other_formats_name_those_that_are_read(tmp_path: Path) -> None:
     path = tmp_path / "chair.fbx"
     path.write_bytes(b"Kaydara")
-    with pytest.raises(ChoiceError, match=r"\.glb.*\.sh3f"):
+    with pytest.raises(PieceError, match=r"\.glb.*\.sh3f"):
         source.read(path)
 
 

@@ -25,7 +25,7 @@ from world.motions.formats import (
 from world.motions.formats.recording import RateMissingError, Recording, validate
 from world.motions.licences import dataset
 from world.placeholders import placeholder
-from world.refusals import refusing
+from world.refusals import refusing, unknown_suffix
 from world.surroundings import expanded
 
 MAX_FILE_BYTES = 1 << 29
@@ -106,7 +106,7 @@ def detected(path: Path) -> str:
         raise ClipError(f"{path}: a skeleton without motion; name the .amc files beside it")
     if not fitting:
         raise ClipError(
-            f"{path}: unknown suffix '{path.suffix}'; motions come as {', '.join(SUFFIXES)}"
+            f"{path}: {unknown_suffix(path)}; motions come as {', '.join(SUFFIXES)}"
             f" (formats: {', '.join(FORMATS)})"
         )
     if len(fitting) == 1:
