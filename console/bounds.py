@@ -49,7 +49,7 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
     "CarryConfig": {
         "scale": ((0.1, 10),), "sizes": ((1, 1e5),), "weight_kg": ((0.01, 1000),),
         "stand_m": ((0, 10),), "target_m": (_LENGTH_M,), "near_target": (_FRACTION,),
-        "near_target_m": (_LENGTH_M,), "in_hand": (_FRACTION,),
+        "near_target_m": (_LENGTH_M,), "in_hand": (_FRACTION,), "putting_down": (_FRACTION,),
     },
     "PerturbConfig": {
         "fraction": (_FRACTION,), "pushes_per_s": ((0, 30),), "push_n_s": ((0, 1000),),

@@ -4,7 +4,7 @@ on a stand anywhere.
 An initial state is a pure function of (seed, scene, episode).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
@@ -71,15 +71,15 @@ class BoxSampler:
         ConfigError for invalid fractions."""
         self._config, self._library, self._bank, self._seed = config, library, bank, seed
         self._character = CharacterSampler(config, library)
-        if library.box is not None:
-            held = library.start_stages[CONTACT]
-            box = library.box
-            self._character.late = held[_putting(box, held)[0]]
+        pool = torch.cat(library.start_stages)
+        held = pool if library.box is None else pool[library.box.held[pool]]
+        #: Frames in which a clip puts its box down.
+        self._late = held[:0] if library.box is None else held[_putting(library.box, held)[0]]
 
     def draw(self, scenes: Tensor, episodes: Tensor) -> BoxInitialStates:
         """Initial states for scene ids [m] and episode numbers [m] (int64 both)."""
         u = random_streams.uniform(self._seed, random_streams.EPISODE, scenes, episodes, 16)
-        drawn = self._character.draw(u, late=u[:, 14] < self._config.carry.putting_down)
+        drawn = self._put_down_more(self._character.draw(u), u[:, 14])
         from_clip, box = drawn.kind == 0, self._library.box
         variant = (u[:, 4] * len(self._bank)).long().clamp_max(len(self._bank) - 1)
         if box is not None:
@@ -117,6 +117,24 @@ class BoxSampler:
             held = (states.kind == 0) & (states.frame >= 0) & box.held[states.frame]
         weight = torch.where(held, self._bank.mass[states.variant] * _GRAVITY_M_S2, 0.0)
         return _GRIP * weight / (2.0 * FRICTION) + torch.where(held, _GRIP_N, 0.0), weight
+
+    def _put_down_more(self, drawn: CharacterStates, u: Tensor) -> CharacterStates:
+        """The states, some of those with the box in hand redrawn from frames in which it is put
+        down; u [m]: uniform numbers."""
+        box, fraction, pool = self._library.box, self._config.carry.putting_down, self._late
+        if box is None or not fraction or not len(pool):
+            return drawn
+        again = (drawn.kind == 0) & box.held[drawn.frame] & (u < fraction)
+        number = (u.double() / fraction * len(pool)).long().clamp_max(len(pool) - 1)
+        frame = torch.where(again, pool[number], drawn.frame)
+        frames = self._library.at(frame)
+        return replace(
+            drawn,
+            frame=frame,
+            frames=frames,
+            qpos=torch.where(again[:, None], frames.qpos, drawn.qpos),
+            qvel=torch.where(again[:, None], frames.qvel, drawn.qvel),
+        )
 
     def _on_stands(self, drawn: CharacterStates, variant: Tensor, u: Tensor) -> Layout:
         """Layouts with the boxes on stands about the characters: near or far, any bearing and

@@ -10,7 +10,6 @@ from world.character import model as character
 from world.config import InitialStates, WorldConfig
 from world.errors import ClipError, ConfigError
 from world.motions.library import Frames, MotionLibrary
-from world.motions.uses.use import CONTACT
 
 #: Categories of initial states, by number.
 KINDS = ("reference", "near", "far")
@@ -66,17 +65,12 @@ class CharacterSampler:
             torch.tensor(stages, dtype=torch.float64).cumsum(0) / max(sum(stages), 1e-9)
         )[:-1].to(torch.float32)
         self._standing = torch.from_numpy(character.standing_qpos()).to(torch.float32)
-        self.late = library.start_stages[CONTACT][:0]
-        """[k] int64: frames in contact that `draw` can be told to draw from; none of its own."""
 
-    def draw(
-        self, u: Tensor, close: Tensor | None = None, late: Tensor | None = None
-    ) -> CharacterStates:
+    def draw(self, u: Tensor, close: Tensor | None = None) -> CharacterStates:
         """Return the states of uniform numbers u [m, 4 or more]: category, stage, frame, rest pose.
 
         close [m] bool: near states whose object is so close that a walking character would
         collide with it; these are drawn from slow frames.
-        late [m] bool: reference states in contact that are drawn from `self.late` alone.
         """
         library = self._library
         kind = torch.bucketize(u[:, 0].contiguous(), self._edges, right=True)
@@ -88,9 +82,6 @@ class CharacterSampler:
         for s, pool in enumerate(library.start_stages):
             if len(pool):
                 frame = torch.where(from_clip & (stage == s), _pick(pool, u[:, 2]), frame)
-        if late is not None and len(self.late):
-            late = late & from_clip & (stage == CONTACT)
-            frame = torch.where(late, _pick(self.late, u[:, 2]), frame)
         frames = library.at(frame)
         rest = ~from_clip & (u[:, 3] < self._standing_fraction)
         qpos = torch.where(rest[:, None], self._standing, frames.qpos)

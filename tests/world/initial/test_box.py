@@ -228,3 +228,29 @@ def test_sharding_and_continuing_change_no_bit(library: MotionLibrary, bank: Box
     again.load_state_dict(saved)
     assert torch.equal(roll(again, range(32, 64), 12), following)
     assert expected[..., -1].any()  # episodes ended, so resets are compared too
+
+
+def test_reference_states_in_which_a_box_is_put_down(library: MotionLibrary, bank: BoxBank) -> None:
+    """All with the box in hand where the fraction is 1, few where it is 0; the others stay."""
+    n, initial = 2048, InitialStates(1, 0, 0, reference_stages=(0.3, 0.5, 0.2))
+    drawn = []
+    for fraction in (0.0, 0.5, 1.0):
+        carry = replace(CONFIG.carry, putting_down=fraction)
+        config = replace(CONFIG, initial=initial, carry=carry)
+        drawn.append(
+            BoxSampler(config, library, bank, 0).draw(torch.arange(n), torch.ones(n).long())
+        )
+    frames = library.box
+    assert frames is not None
+
+    def near_its_end(frame: torch.Tensor) -> torch.Tensor:
+        return (frames.position[frame] - frames.put[frame, :3])[:, :2].norm(dim=1) < 0.6
+
+    held = frames.held[drawn[0].frame]
+    shares = [float(near_its_end(states.frame)[held].float().mean()) for states in drawn]
+    assert 0.1 < shares[0] < 0.45
+    assert shares[1] == pytest.approx((1.0 + shares[0]) / 2.0, abs=0.05)
+    assert shares[2] == 1.0
+    for states in drawn[1:]:
+        assert torch.equal(states.frame[~held], drawn[0].frame[~held])
+        assert torch.equal(frames.held[states.frame], held)
