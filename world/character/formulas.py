@@ -131,6 +131,17 @@ _HELPERS = (
         ),
     ),
     Quantity(
+        "near",
+        "an offset that fades to 0 beyond 0.5 m",
+        expression="lambda x: x * np.exp(-np.sum(np.square(x)) / 0.5**2)",
+    ),
+    Quantity("e", "half the extents of a box", "3", "m", "np.abs((c - o) @ O).max(axis=0)"),
+    Quantity(
+        "to_box",
+        "from a point to the nearest point of a box",
+        expression=("lambda x: O @ (np.clip(O.T @ (x - o), -e, e) - O.T @ (x - o))"),
+    ),
+    Quantity(
         "hinge",
         "rotation matrix about y by an angle",
         expression=(

@@ -65,9 +65,7 @@ _UPRIGHT_M = 0.1
 _BENDING_M = 1.0
 #: Horizontal distance beyond which the features of near boxes and targets fade, m.
 _NEAR_M = 0.5
-_NEAR = "d * exp(-(|d| / 0.5 m)**2), d = ({})[:2]"
-_HAND = "as above, d = H @ (nearest point of the box - hand)"
-_HEADING_FRAME = "root heading"
+_HEADING_FRAME, _FROM_HAND = "root heading", "root heading's axes, from the hand to the box"
 
 
 class Carry(Task):
@@ -89,10 +87,10 @@ class Carry(Task):
         ),
         # The normaliser divides by the spread over 10 m, so that 10 cm to a target are a twentieth.
         # These are 0 but for near boxes and targets, with a small spread.
-        Feature("near_box", 2, _HEADING_FRAME, "m, level", _NEAR.format("H @ (o - p)")),
-        Feature("near_way", 2, "as way", "m, level", _NEAR.format("H @ (t - o)")),
-        Feature("near_right_hand", 3, "root heading's axes, from the hand", "m", _HAND),
-        Feature("near_left_hand", 3, "root heading's axes, from the hand", "m", _HAND),
+        Feature("near_box", 2, _HEADING_FRAME, "m, level", "near((H @ (o - p))[:2])"),
+        Feature("near_way", 2, "as way", "m, level", "near((H @ (t - o))[:2])"),
+        Feature("near_right_hand", 3, _FROM_HAND, "m", "near(H @ to_box(P_right_hand))"),
+        Feature("near_left_hand", 3, _FROM_HAND, "m", "near(H @ to_box(P_left_hand))"),
         Feature("box_velocity", 3, _HEADING_FRAME, "m/s", "H @ b_v"),
         Feature("corners", 24, "root heading's axes, from the box", "m", "((c - o) @ H.T).ravel()"),
     )
