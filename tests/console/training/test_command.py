@@ -190,7 +190,11 @@ def test_clips_without_what_the_task_uses(
 
 @pytest.mark.parametrize(
     "flags",
-    [["--init", "walk", "--ppo.hidden", "64", "64"], ["--init", "DAMAGED"], ["--init", "carry"]],
+    [
+        ["--init", "walk", "--ppo.hidden", "64", "64"],
+        ["--init", "DAMAGED"],
+        ["--init", "carry", "--ppo.skip"],
+    ],
 )
 def test_networks_that_do_not_fit_are_refused_before_a_run_is_erased(
     flags: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
