@@ -63,7 +63,7 @@ _ASTRIDE_M = 0.45
 _UPRIGHT_M = 0.1
 #: A low pelvis is allowed within this of the box, m.
 _BENDING_M = 1.0
-#: Horizontal distance beyond which the features of near boxes and targets fade, m.
+#: Distance beyond which the features of near boxes, targets and hands fade, m.
 _NEAR_M = 0.5
 _HEADING_FRAME, _FROM_HAND = "root heading", "root heading's axes, from the hand to the box"
 
