@@ -112,26 +112,27 @@ def test_runs_without_a_style(tmp_path):
     assert "reward/style" not in last
 
 
+def next_stage(before, after, number):
+    """Run the stage that follows `number` in `after`, from the state of `before`."""
+    state = {**before.loop.state_dict()}
+    state["training"] = {**state["training"], "stage": {"number": number, "unmet": ""}}
+    after.loop.begin_stage(state, "met")
+    after.loop.run()
+    after.close()
+
+
 def test_a_discriminator_outlasts_a_stage_without_a_style_reward(tmp_path):
     first = run(tmp_path / "first", 3)
     trained = first.loop.state_dict()["style"]
     assert trained["version"] == 3
     second = start(tmp_path / "second", 5, style=False)
-    staged = {**first.loop.state_dict()}
-    staged["training"] = {**staged["training"], "stage": {"number": 1, "unmet": ""}}
-    second.loop.begin_stage(staged, "met")
-    second.loop.run()
-    second.close()
+    next_stage(first, second, 1)
     resumed = start(tmp_path / "second", 5, style=False)
     resumed.loop.load_state_dict(read(resolve(tmp_path / "second"), layout=LAYOUT).state)
     for plain in (second, resumed):
         assert plain.loop.state_dict()["style"] == trained
     third = start(tmp_path / "third", 7)
-    staged = {**resumed.loop.state_dict()}
-    staged["training"] = {**staged["training"], "stage": {"number": 2, "unmet": ""}}
-    third.loop.begin_stage(staged, "met")
-    third.loop.run()
-    third.close()
+    next_stage(resumed, third, 2)
     resumed.close()
     assert third.loop.style is not None and third.loop.style.state_dict()["version"] == 5
     assert [line["lag/style"] for _, line in third.memory.lines] == [0.0, 0.0]
@@ -140,11 +141,7 @@ def test_a_discriminator_outlasts_a_stage_without_a_style_reward(tmp_path):
 def test_a_discriminator_begins_in_the_first_stage_with_a_style_reward(tmp_path):
     first = run(tmp_path / "first", 3, style=False)
     second = start(tmp_path / "second", 5)
-    staged = {**first.loop.state_dict()}
-    staged["training"] = {**staged["training"], "stage": {"number": 1, "unmet": ""}}
-    second.loop.begin_stage(staged, "met")
-    second.loop.run()
-    second.close()
+    next_stage(first, second, 1)
     assert second.loop.style is not None and second.loop.style.state_dict()["version"] == 2
     assert [line["lag/style"] for _, line in second.memory.lines] == [0.0, 0.0]
 
