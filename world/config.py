@@ -39,8 +39,9 @@ class InitialStates:
     """Of the far states: fraction whose target lies within 45 degrees of the direction of
     motion."""
     focus: float = 0.0
-    """Of the near and far states with furniture: fraction whose piece is drawn by the pieces'
-    recent failure rates, those of episodes that began near; for the others all are as likely."""
+    """Of the near and far states with furniture or a box: fraction whose object is drawn by recent
+    failure rates, of pieces in episodes that began near, or of boxes in eight groups by weight; for
+    the others all are as likely."""
 
 
 @dataclass(frozen=True)

@@ -97,7 +97,8 @@ def test_the_help_of_a_task_has_its_own_settings(capsys: pytest.CaptureFixture[s
     shared = found["walk"]
     assert found["lie"] == found["sit"] == shared | furniture
     assert not shared & furniture and "--world.teacher" not in found["sit"]
-    for task, more in (("carry", {"--world.teacher"}), ("track", set())):
+    carried = {"--world.teacher", "--world.initial.focus"}
+    for task, more in (("carry", carried), ("track", set())):
         own = found[task] - shared - more
         assert own and all(flag.startswith(f"--world.{task}.") for flag in own)
         assert more <= found[task]

@@ -39,7 +39,7 @@ class CarriedBox(Affordance):
     """A box to carry."""
 
     name, kind, clips, cargo = "carry", "box", BOX_CLIPS, True
-    unused = FURNITURE_SETTINGS - {"teacher"}
+    unused = FURNITURE_SETTINGS - {"teacher", "initial.focus"}
 
     def pieces(self, config: WorldConfig) -> tuple[tuple[Piece, ...], str]:
         """No furniture: the task makes its own boxes."""

@@ -4,6 +4,7 @@ on a stand anywhere.
 An initial state is a pure function of (seed, scene, episode).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import torch
@@ -11,6 +12,7 @@ from torch import Tensor
 
 from world import random_streams, rotations
 from world.config import WorldConfig
+from world.initial.focus import chosen, focused
 from world.initial.reference import LIFT_M, CharacterSampler, CharacterStates, course, unit
 from world.motions.library import MotionLibrary
 from world.motions.uses.box import stands_away
@@ -36,6 +38,10 @@ _GRIP, _GRIP_N = 3.0, 15.0
 _DEFAULT_HALF_M = 0.5 * BOX_SIZE_M[2]
 #: A clip that puts its box down is doing so within this of the final position, m.
 _PUTTING_M = 0.6
+#: Boxes are counted together in so many groups, by weight: each alone would have too few episodes.
+_GROUPS = 8
+#: Under this name episodes tell the group of their box, and failure rates come.
+_TOLD = "piece_carry"
 
 
 @dataclass(frozen=True)
@@ -62,7 +68,7 @@ class BoxInitialStates:
 
 
 class BoxSampler:
-    """Draws the initial states of carrying; an InitialStateSampler."""
+    """Draws the initial states of carrying; an InitialStateSampler, an AdaptiveSampler."""
 
     def __init__(
         self, config: WorldConfig, library: MotionLibrary, bank: BoxBank, seed: int
@@ -75,13 +81,29 @@ class BoxSampler:
         held = pool if library.box is None else pool[library.box.held[pool]]
         #: Frames in which a clip puts its box down.
         self._late = held[:0] if library.box is None else held[_putting(library.box, held)[0]]
+        rank = bank.mass.argsort(stable=True).argsort()
+        self._group = rank * min(_GROUPS, len(bank)) // len(bank)
+        self._weight: Tensor | None = None
+
+    def update_sampling(self, published: Mapping[str, Tensor]) -> None:
+        """Draw more often, in near and far states, boxes of groups whose recent failure rates [P],
+        `piece_carry`, are high."""
+        if (rates := published.get(_TOLD)) is not None:
+            self._weight = focused(self._config.initial.focus, rates, self._group)
+
+    def episode_records(self, variant: Tensor, kind: Tensor) -> dict[str, Tensor]:
+        """`piece_carry` [k]: the group of the box by weight; NaN for reference states, whose boxes
+        are of the clips' sizes."""
+        if not self._config.initial.focus:
+            return {}
+        return {_TOLD: torch.where(kind != 0, self._group[variant].float(), torch.nan)}
 
     def draw(self, scenes: Tensor, episodes: Tensor) -> BoxInitialStates:
         """Initial states for scene ids [m] and episode numbers [m] (int64 both)."""
         u = random_streams.uniform(self._seed, random_streams.EPISODE, scenes, episodes, 16)
         drawn = self._put_down_more(self._character.draw(u), u[:, 14])
         from_clip, box = drawn.kind == 0, self._library.box
-        variant = (u[:, 4] * len(self._bank)).long().clamp_max(len(self._bank) - 1)
+        variant = chosen(self._weight, len(self._bank), u[:, 4])
         if box is not None:
             fitting = self._bank.of_width(box.size[drawn.frame, 1], u[:, 4])
             variant = torch.where(from_clip, fitting, variant)

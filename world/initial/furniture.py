@@ -12,6 +12,7 @@ from torch import Tensor
 
 from world import random_streams, rotations
 from world.config import WorldConfig
+from world.initial.focus import chosen, focused
 from world.initial.reference import KINDS, CharacterSampler, course, unit
 from world.motions.library import MotionLibrary
 from world.objects import clearance
@@ -73,15 +74,8 @@ class FurnitureSampler:
         """Draw more often, in near and far states, the pieces whose recent failure rates [P] are
         high, which come as `piece_sit` and the like; a piece without an episode yet counts as the
         mean of the others."""
-        focus, rates = self._config.initial.focus, published.get(self._told)
-        if not focus or rates is None:
-            return
-        rate = torch.full((int(self._piece.max()) + 1,), torch.nan, dtype=torch.float64)
-        rate = rate.to(self._piece.device)
-        rate[: len(rates)] = rates.to(rate)[: len(rate)]
-        rate = rate.nan_to_num(float(rate.nanmean()))[self._piece]
-        mean = float(rate.mean())
-        self._weight = 1.0 - focus + focus * rate / mean if mean > 0.0 else None
+        if (rates := published.get(self._told)) is not None:
+            self._weight = focused(self._config.initial.focus, rates, self._piece)
 
     def episode_records(self, variant: Tensor, kind: Tensor) -> dict[str, Tensor]:
         """Under the same name [k], the number of the piece; NaN for episodes that did not begin
@@ -119,7 +113,7 @@ class FurnitureSampler:
         back = -(initial.front_m[0] + span * u[:, 5].square())[:, None]
         towards = back * rotations.turn(facing, unit((u[:, 6] - 0.5) / 3))
         offset = torch.where(before[:, None], towards, offset)
-        variant = self._variant(u[:, 4])
+        variant = chosen(self._weight, len(bank), u[:, 4])
         offset = bank.clear_of(variant, offset, facing, before)
         point = torch.where(from_clip[:, None], frames.seat[:, :2] - frames.qpos[:, :2], offset)
         facing = torch.where(from_clip[:, None], frames.facing, facing)
@@ -147,13 +141,6 @@ class FurnitureSampler:
             point=torch.where(same[:, None], states.point[0], states.point),
             qpos=torch.where(same[:, None], states.qpos[0], states.qpos),
         )
-
-    def _variant(self, u: Tensor) -> Tensor:
-        """Variants [n] drawn by u [n] in [0, 1)."""
-        if self._weight is not None:
-            return random_streams.drawn(self._weight, u)
-        count = len(self._bank)
-        return (u * count).long().clamp_max(count - 1)
 
     def target(self, states: FurnitureInitialStates) -> Target:
         """Targets of the furniture of `states`."""

@@ -67,8 +67,8 @@ class AdaptiveSampler(Protocol):
 
     def update_sampling(self, published: Mapping[str, Tensor]) -> None:
         """Take what the learner publishes: `failures` [S], recent ones by segment of the reference
-        motions, and `piece_sit` [P] and the like, recent failure rates of the
-        pieces of a usage."""
+        motions, and `piece_sit` [P] and the like, recent failure rates of the pieces of a usage or
+        of groups of boxes."""
         ...
 
     def episode_records(self, variant: Tensor, kind: Tensor) -> dict[str, Tensor]:

@@ -115,6 +115,32 @@ def test_no_episode_starts_where_it_would_end(bank: BoxBank) -> None:
     assert not Carry().fell(body, sampler.target(states)).any()
 
 
+def test_boxes_that_fail_are_drawn_more_often(library: MotionLibrary, bank: BoxBank) -> None:
+    config = replace(CONFIG, initial=InitialStates(0, 0.5, 0.5, focus=0.5))
+    sampler, n = BoxSampler(config, library, bank, 0), 8192
+    scenes, episodes = torch.arange(n), torch.ones(n, dtype=torch.int64)
+    # a bank of twelve: by mass, which here grows with the number, groups of 2, 1, 2, 1, ...
+    group = torch.tensor([0, 0, 1, 2, 2, 3, 4, 4, 5, 6, 6, 7])
+    assert (bank.mass.diff() > 0).all() and len(bank) == 12
+
+    def shares() -> torch.Tensor:
+        return torch.bincount(sampler.draw(scenes, episodes).variant, minlength=12) / n
+
+    even = torch.full((12,), 1 / 12)
+    torch.testing.assert_close(shares(), even, atol=0.015, rtol=0)
+    rates = torch.tensor([0.1, 0.1, 0.2, 0.2, 0.3, 0.3, 0.9, 0.9])
+    sampler.update_sampling({"piece_sit": rates, "piece_carry": rates})
+    wanted = 0.5 / 12 + 0.5 * rates[group] / rates[group].sum()
+    torch.testing.assert_close(shares(), wanted, atol=0.015, rtol=0)
+    sampler.update_sampling({"piece_carry": torch.zeros(8)})
+    torch.testing.assert_close(shares(), even, atol=0.015, rtol=0)
+
+    variant, kind = torch.tensor([0, 2, 11, 11]), torch.tensor([1, 2, 1, 0])
+    told = sampler.episode_records(variant, kind)["piece_carry"]
+    torch.testing.assert_close(told, torch.tensor([0, 1, 7, torch.nan]), equal_nan=True)
+    assert BoxSampler(CONFIG, library, bank, 0).episode_records(variant, kind) == {}
+
+
 def test_clips_without_a_box_are_refused_for_clip_starts(bank: BoxBank) -> None:
     clip = walking(np.random.default_rng(0), 1.0)
     with pytest.raises(ClipError, match="no clip carries a box"):
