@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pretrained
+from policy.checkpoints.run_checkpoints import numbered
 from world.errors import ConfigError, InhabitError
 from world.partial_files import replacing
 from world.placeholders import read_bounded
@@ -178,9 +179,9 @@ def checkpoint_folder(where: Path) -> Path:
     for name in ("latest", "best"):
         if (checkpoints / name / "manifest.json").exists():
             return (checkpoints / name).resolve()
-    numbered = sorted(p for p in checkpoints.glob("[0-9]*") if (p / "manifest.json").exists())
-    if numbered:
-        return numbered[-1].resolve()
+    for path in reversed(numbered(checkpoints)):
+        if (path / "manifest.json").exists():
+            return path.resolve()
     raise RunError(f"{where} holds no checkpoint: train longer, or give another run")
 
 

@@ -16,9 +16,9 @@ from console.run import assembly, mixing
 from console.run.directory import RunDirectory, RunError, checkpoint_folder, run_of
 from console.run.experiment import to_json
 from policy.checkpoints import lineage
-from policy.checkpoints.format import Layout, Manifest, State, read, write
+from policy.checkpoints.format import Manifest, State, read, write
 from policy.checkpoints.lineage import Origin
-from policy.checkpoints.run_checkpoints import STAGE_START, RunCheckpoints
+from policy.checkpoints.run_checkpoints import STAGE_START, numbered
 from policy.model.averaging import mean_policy
 from policy.model.normaliser import NormaliserConfig
 from world.errors import ConfigError, InhabitError
@@ -50,7 +50,7 @@ def publish_command(command: Publish) -> int:
     experiment = assembly.experiment_of(found.manifest, path)
     # an unknown task is refused before anything is read or written
     single, _ = mixing.of_one_task(experiment, found.state["policy"], command.task)
-    averaged = _last(path, command.average, found.manifest.layout)
+    averaged = _last(path, command.average)
     if len(averaged) > 1:
         limits = NormaliserConfig(
             experiment.ppo.observation_clip, experiment.ppo.observation_std_floor
@@ -163,15 +163,15 @@ def terms_of(command: Publish, notes: Mapping[str, str]) -> dict[str, str]:
     )
 
 
-def _last(path: Path, count: int, layout: Layout) -> list[Path]:
+def _last(path: Path, count: int) -> list[Path]:
     """Return a checkpoint and those before it in its run, `count` in all, oldest first."""
     if count < 1:
         raise ConfigError(f"--average {count}: publish at least one checkpoint")
     if count == 1:
         return [path]
     run = run_of(path)
-    before = [] if run is None else RunCheckpoints(run.checkpoints, layout).all()
-    kept = [one for one in before if int(one.name) <= int(path.name)]
+    before = [] if run is None else numbered(run.checkpoints)
+    kept = before[: before.index(path) + 1] if path in before else []
     if len(kept) < count:
         raise RunError(
             f"--average {count}: only {max(1, len(kept))} up to {path}; 'train --keep' sets how"

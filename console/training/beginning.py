@@ -21,7 +21,7 @@ from learner.ppo import Learner
 from policy.checkpoints import lineage
 from policy.checkpoints.format import Checkpoint, Manifest, read_manifest
 from policy.checkpoints.lineage import Origin
-from policy.checkpoints.run_checkpoints import read_newest
+from policy.checkpoints.run_checkpoints import numbered, read_newest
 from policy.errors import CheckpointError
 from world import device as devices
 from world.character.features import STATE
@@ -76,7 +76,7 @@ def inherited(run: RunDirectory, command: Train, experiment: Experiment) -> tupl
         track = world.track
         others = track.teacher, track.walker, track.rollouts
         return ancestors.origins((command.init, *others, world.walker, world.tracker, world.expert))
-    for path in sorted(run.checkpoints.glob("[0-9]*"), reverse=True):
+    for path in reversed(numbered(run.checkpoints)):
         with contextlib.suppress(CheckpointError):
             notes = read_manifest(path).notes
             return lineage.of(notes) if lineage.NOTE in notes else ()

@@ -40,6 +40,7 @@ from console.training.runners import require_shape
 from console.training.staging import Training, workers
 from learner.loop import Loop
 from policy.checkpoints.format import read_manifest
+from policy.checkpoints.run_checkpoints import numbered
 from policy.errors import CheckpointError
 from world import device as devices
 from world import tasks
@@ -83,7 +84,7 @@ def remove_unbegun(run: RunDirectory, made: Sequence[Path]) -> None:
     made: its folders that were not there before, the innermost first; others stay.
     """
     recorded_any = run.metrics.exists() and run.metrics.stat().st_size > 0
-    if recorded_any or any(run.checkpoints.glob("[0-9]*")):
+    if recorded_any or numbered(run.checkpoints):
         return
     run.erase()
     (run.path / ".lock").unlink(missing_ok=True)

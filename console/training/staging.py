@@ -19,7 +19,7 @@ from learner.protocols import Recorder, State
 from learner.stages import Outcome
 from policy.checkpoints.format import Checkpoint
 from policy.checkpoints.lineage import Origin
-from policy.checkpoints.run_checkpoints import RunCheckpoints
+from policy.checkpoints.run_checkpoints import RunCheckpoints, numbered
 
 
 def workers(command: Train, experiment: Experiment) -> int:
@@ -82,7 +82,7 @@ class Training:
                 self._tell(loop, number, outcome)
                 last = number >= len(self.experiment.stages)
                 if not outcome or last or loop.finished or stop():
-                    if any(self.run.checkpoints.glob("[0-9]*")):
+                    if numbered(self.run.checkpoints):
                         self.note(f"checkpoint {loop.learner.version} in {self.run.checkpoints}")
                     saved()
                     return

@@ -44,16 +44,11 @@ class RunCheckpoints:
         if best:
             self._name(BEST, path)
         named = {self._named(name) for name in (LATEST, BEST)}
-        for old in self.all()[: -self.keep]:
+        for old in numbered(self.directory)[: -self.keep]:
             if old not in named:
                 shutil.rmtree(old, ignore_errors=True)
         if self.on_saved is not None:
             self.on_saved(path)
-
-    def all(self) -> list[Path]:
-        """Directories of the checkpoints, oldest first."""
-        found = [p for p in self.directory.glob("[0-9]*") if p.is_dir()]
-        return sorted(found, key=lambda p: int(p.name))
 
     def _named(self, name: str) -> Path | None:
         link = self.directory / name
@@ -64,6 +59,13 @@ class RunCheckpoints:
             link(self.directory / name, path.name)
         except OSError as error:
             raise CheckpointError(f"cannot name {path} '{name}': {error}") from error
+
+
+def numbered(directory: Path) -> list[Path]:
+    """Folders of a run's checkpoints, oldest first; others, as a copy of one that someone set
+    aside as 000100-good, are not a run's own."""
+    found = [path for path in directory.glob("[0-9]*") if path.name.isdecimal() and path.is_dir()]
+    return sorted(found, key=lambda path: int(path.name))
 
 
 def stage_samples(manifest: Manifest) -> int:
@@ -77,10 +79,11 @@ def read_newest(directory: Path, layout: Layout) -> tuple[Checkpoint, list[str]]
 
     Raises the error of the latest one, CheckpointError or LayoutError, where none can be loaded.
     """
-    numbered = sorted(directory.glob("[0-9]*"), key=lambda path: path.name, reverse=True)
     latest = directory / LATEST
     first = [latest.resolve()] if latest.exists() else []
-    older = [path.resolve() for path in numbered if not first or path.name < first[0].name]
+    found = [path.resolve() for path in reversed(numbered(directory))]
+    # newer ones than `latest`, if any, were not finished
+    older = found[found.index(first[0]) + 1 :] if first and first[0] in found else found
     errors: list[CheckpointError | LayoutError] = []
     for path in first + older:
         try:
