@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pretrained
-from policy.checkpoints.run_checkpoints import numbered
+from policy.checkpoints.numbering import numbered
 from world.errors import ConfigError, InhabitError
 from world.partial_files import replacing
 from world.placeholders import read_bounded

@@ -18,7 +18,8 @@ from console.run.experiment import to_json
 from policy.checkpoints import lineage
 from policy.checkpoints.format import Manifest, State, read, write
 from policy.checkpoints.lineage import Origin
-from policy.checkpoints.run_checkpoints import STAGE_START, numbered
+from policy.checkpoints.numbering import numbered
+from policy.checkpoints.run_checkpoints import STAGE_START
 from policy.model.averaging import mean_policy
 from policy.model.normaliser import NormaliserConfig
 from world.errors import ConfigError, InhabitError

@@ -21,7 +21,8 @@ from learner.ppo import Learner
 from policy.checkpoints import lineage
 from policy.checkpoints.format import Checkpoint, Manifest, read_manifest
 from policy.checkpoints.lineage import Origin
-from policy.checkpoints.run_checkpoints import numbered, read_newest
+from policy.checkpoints.numbering import numbered
+from policy.checkpoints.run_checkpoints import read_newest
 from policy.errors import CheckpointError
 from world import device as devices
 from world.character.features import STATE

@@ -40,7 +40,7 @@ from console.training.runners import require_shape
 from console.training.staging import Training, workers
 from learner.loop import Loop
 from policy.checkpoints.format import read_manifest
-from policy.checkpoints.run_checkpoints import numbered
+from policy.checkpoints.numbering import numbered
 from policy.errors import CheckpointError
 from world import device as devices
 from world import tasks

@@ -19,7 +19,8 @@ from learner.protocols import Recorder, State
 from learner.stages import Outcome
 from policy.checkpoints.format import Checkpoint
 from policy.checkpoints.lineage import Origin
-from policy.checkpoints.run_checkpoints import RunCheckpoints, numbered
+from policy.checkpoints.numbering import numbered
+from policy.checkpoints.run_checkpoints import RunCheckpoints
 
 
 def workers(command: Train, experiment: Experiment) -> int:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from policy.checkpoints.format import Checkpoint, Layout, Manifest, read, write
+from policy.checkpoints.numbering import name_of, numbered
 from policy.errors import CheckpointError, LayoutError
 from world.partial_files import link, remove_leftovers
 
@@ -39,7 +40,7 @@ class RunCheckpoints:
         notes = self.notes | ({STAGE_START: str(start)} if start else {})
         manifest = Manifest(self.layout, iteration, samples, notes)
         remove_leftovers(self.directory)
-        path = write(self.directory / f"{iteration:06d}", state, manifest)
+        path = write(self.directory / name_of(iteration), state, manifest)
         self._name(LATEST, path)
         if best:
             self._name(BEST, path)
@@ -59,13 +60,6 @@ class RunCheckpoints:
             link(self.directory / name, path.name)
         except OSError as error:
             raise CheckpointError(f"cannot name {path} '{name}': {error}") from error
-
-
-def numbered(directory: Path) -> list[Path]:
-    """Folders of a run's checkpoints, oldest first; others, as a copy of one that someone set
-    aside as 000100-good, are not a run's own."""
-    found = [path for path in directory.glob("[0-9]*") if path.name.isdecimal() and path.is_dir()]
-    return sorted(found, key=lambda path: int(path.name))
 
 
 def stage_samples(manifest: Manifest) -> int:

@@ -5,7 +5,8 @@ import shutil
 import pytest
 
 from policy.checkpoints.format import read_manifest
-from policy.checkpoints.run_checkpoints import RunCheckpoints, numbered, read_newest, resolve
+from policy.checkpoints.numbering import numbered
+from policy.checkpoints.run_checkpoints import RunCheckpoints, read_newest, resolve
 from policy.errors import CheckpointError
 from tests.support.learning.checkpoints import LAYOUT, state
 
