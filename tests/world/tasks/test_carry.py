@@ -184,6 +184,18 @@ def test_reward_of_carrying_needs_hands_on_a_lifted_box() -> None:
     ] == pytest.approx(math.exp(-2.0) - 1.0, abs=1e-5)
 
 
+def test_a_hand_off_its_hold_costs() -> None:
+    """By hand: 0.15 m are 0.0225 m²: (exp(−0.18) + exp(−0.9)) / 2. Far away the wide part leads:
+    0.4 m each are 0.32 m², exp(−2.56) / 2."""
+    box = a_box((0.4, 0.0, 1.0))
+    for right, left, worth in (
+        ((0.4, -0.29, 1.0), (0.4, 0.29, 1.0), 1.0),
+        ((0.25, -0.29, 1.0), (0.4, 0.29, 1.0), 0.6209),
+        ((0.4, -0.29, 0.6), (0.4, 0.29, 0.6), 0.0387),
+    ):
+        assert terms(with_hands(right, left), box)["grasp"] == pytest.approx(worth, abs=1e-4)
+
+
 @pytest.mark.parametrize(("moved_m", "lifted"), [(0.2, 0.0), (0.3, 0.5), (0.4, 1.0), (6.0, 1.0)])
 def test_a_box_carried_at_the_height_of_its_stand_is_lifted_off_it(
     moved_m: float, lifted: float
