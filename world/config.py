@@ -29,7 +29,8 @@ class InitialStates:
     """Least and greatest distance of the target in near states, m."""
     front_fraction: float = 0.5
     """Of the near states: fraction in front of the seat, within 60 degrees of its facing, most of
-    them close to it and with their back to it."""
+    them close to it and with their back to it; or with a box ahead, within 45 degrees of the
+    direction of motion, that has a long side towards the character, within 20 degrees."""
     front_m: tuple[float, float] = (0.4, 1.3)
     """Least and greatest distance of the target in front of the seat, m; the distance grows with
     the square of a uniform draw, so that small ones are frequent."""

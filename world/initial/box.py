@@ -27,6 +27,8 @@ from world.scene.target import BoxState, Target
 _CLEAR_M = 0.35
 #: Least distance of its target from the character's initial position, m.
 _TARGET_CLEAR_M = 0.8
+#: A box in front of a near character is turned by up to half of this off its long side, in turns.
+_SQUARED_TURN = 1.0 / 9.0
 #: An unused stand is this far behind the character, m.
 _AWAY_M = 6.0
 #: Initial height of a box above its stand, m: contacts begin unloaded.
@@ -159,8 +161,8 @@ class BoxSampler:
         )
 
     def _on_stands(self, drawn: CharacterStates, variant: Tensor, u: Tensor) -> Layout:
-        """Layouts with the boxes on stands about the characters: near or far, any bearing and
-        yaw."""
+        """Layouts with the boxes on stands about the characters: near or far, at any bearing and
+        yaw, or before them with a long side towards them."""
         initial, half, kind = self._config.initial, self._bank.half[variant], drawn.kind
         low = torch.where(kind == 1, initial.near_m[0], initial.far_m[0])
         high = torch.where(kind == 1, initial.near_m[1], initial.far_m[1])
@@ -168,12 +170,15 @@ class BoxSampler:
         distance = distance.maximum(half[:, :2].norm(dim=1) + _CLEAR_M)
         onwards = rotations.turn(course(drawn.qpos, drawn.qvel), unit((u[:, 6] - 0.5) / 4))
         ahead = (kind == 2) & (u[:, 8] < initial.ahead_fraction)
-        ahead |= (kind == 1) & (u[:, 8] < initial.front_fraction)
-        bearing = torch.where(ahead[:, None], onwards, unit(u[:, 6]))
+        before = (kind == 1) & (u[:, 8] < initial.front_fraction)
+        bearing = torch.where((ahead | before)[:, None], onwards, unit(u[:, 6]))
         here = distance[:, None] * bearing
         start = torch.cat((here, self._rest_height(half, u[:, 9])), dim=1)
         target = self._target(start, half, u[:, 10:13])
-        yaw = unit(u[:, 7])
+        # whole and half turns of the two long sides, and what is left of u as a small angle
+        side, left = (2.0 * u[:, 7]).floor(), (2.0 * u[:, 7]) % 1.0
+        squared = rotations.turn(bearing, unit(0.5 * side + (left - 0.5) * _SQUARED_TURN))
+        yaw = torch.where(before[:, None], squared, unit(u[:, 7]))
         lifted = start + start.new_tensor((0.0, 0.0, _BOX_LIFT_M))
         return Layout(
             lifted, rotations.from_heading(yaw), start.new_zeros(len(start), 6), start, yaw, target

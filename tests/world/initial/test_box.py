@@ -81,6 +81,26 @@ def test_starts_on_stands(library: MotionLibrary, bank: BoxBank) -> None:
     assert not Carry().stage(features.body(states.qpos, states.qvel), place)[:, 4].any()
 
 
+def test_a_box_in_front_has_a_long_side_towards_the_character(
+    library: MotionLibrary, bank: BoxBank
+) -> None:
+    """Its long edges lie along y: the axis x, either way, is within 20 degrees of the bearing."""
+    n = 2048
+
+    def off_deg(front: float) -> torch.Tensor:
+        config = replace(CONFIG, initial=InitialStates(0, 1, 0, front_fraction=front))
+        states = BoxSampler(config, library, bank, 0).draw(torch.arange(n), torch.ones(n).long())
+        place = states.layout.start[:, :2]
+        bearing = place / place.norm(dim=1, keepdim=True)
+        cosine = (bearing * states.layout.start_yaw).sum(dim=1)
+        assert 0.45 < (cosine > 0).float().mean() < 0.55  # either long side
+        return torch.rad2deg(torch.acos(cosine.abs().clamp_max(1.0)))
+
+    front, any_yaw = off_deg(1.0), off_deg(0.0)
+    assert 19.0 < front.max() < 20.1 and 9.0 < front.mean() < 11.0
+    assert any_yaw.max() > 85.0 and 43.0 < any_yaw.mean() < 47.0
+
+
 def test_starts_from_the_clips_have_the_box_in_hand(library: MotionLibrary, bank: BoxBank) -> None:
     n = 512
     config = replace(CONFIG, initial=InitialStates(1, 0, 0, reference_stages=(0, 0, 1)))
