@@ -97,7 +97,7 @@ class MotionLibrary:
             torch.nonzero(has_seat & (stage == s) & has_next & ~held_out).flatten()
             for s in range(3)
         )
-        leaving = torch.cat([_leaving(u.stage) for u in uses])
+        leaving = torch.cat([_leaving((u.stage == CONTACT) | u.box.held) for u in uses])
         #: The same for reference states: without frames after the use, and without unfit ones.
         out = leaving | use.unfit(self)
         self.start_stages = tuple(pool[~out[pool]] for pool in self.stages)
@@ -123,11 +123,11 @@ class MotionLibrary:
         )
 
 
-def _leaving(stage: Tensor) -> Tensor:
-    """[T] bool: the frames after the last contact; none without contact."""
-    contact = torch.nonzero(stage == CONTACT)
-    last = int(contact.max()) if len(contact) else len(stage)
-    return torch.arange(len(stage)) > last
+def _leaving(used: Tensor) -> Tensor:
+    """[T] bool: the frames after the last use, `used` [T] bool; none without use."""
+    frames = torch.nonzero(used)
+    last = int(frames.max()) if len(frames) else len(used)
+    return torch.arange(len(used)) > last
 
 
 def _mostly(wanted: Tensor, other: Tensor, fraction: float = 0.8) -> Tensor:
