@@ -57,6 +57,11 @@ _MOVED_M = 0.5
 _HELD_AT_TARGET = 0.4
 #: Put down: within these of the target, vertically and horizontally, m, and slower than this, m/s.
 _PUT_UP_M, _PUT_M, _STILL_M_S = 0.02, 0.10, 0.2
+#: What a box that is put down is worth in the hands. The rest comes with their distance from it, all
+#: of it this far off, m: without it a policy bent over the box to the end.
+_IN_HANDS, _OFF_HANDS_M = 0.4, 0.2
+#: Hands this far off have let go, m.
+_LET_GO_M = 0.1
 #: A hand this near to a face touches it, m.
 _TOUCH_M = 0.02
 #: The box is also on the ground when a corner is this near to it, m.
@@ -109,7 +114,14 @@ class Carry(Task):
         "put_down": 0.15,
         "overspeed": 0.2,
     }
-    stages: ClassVar[tuple[str, ...]] = ("approached", "grasped", "lifted", "moved", "placed")
+    stages: ClassVar[tuple[str, ...]] = (
+        "approached",
+        "grasped",
+        "lifted",
+        "moved",
+        "placed",
+        "released",
+    )
     success_m = 0.2
     evaluation = Evaluation(
         published={
@@ -162,8 +174,11 @@ class Carry(Task):
         kept = 1.0 - (1.0 - _HELD_AT_TARGET * held) * (1.0 - place_term)
         lift, carried = torch.where(at_target, kept, lift), torch.where(at_target, kept, carried)
         put = self.put_down(box).float()
-        # after putting the box down the character may let go and walk away
+        # after putting the box down the character lets go, and may walk away
         held, walk = torch.maximum(held, put), torch.where(there, 1.0, walk)
+        put = put * (
+            _IN_HANDS + (1.0 - _IN_HANDS) * (_off(body, box) / _OFF_HANDS_M).clamp_max(1.0)
+        )
         excess = (box.velocity.norm(dim=1) - 2.5).clamp_min(0.0)
         overspeed = torch.exp(-2.0 * excess.square()) - 1.0
         return torch.stack((walk, held, lift, carried, place_term, put, overspeed), dim=1)
@@ -188,7 +203,9 @@ class Carry(Task):
         lifted = ((box.position - box.start)[:, 2] > _LIFTED_M) | (moved & grasped)
         placed = self.error_m(body, target) <= self.success_m
         in_hand = grasped & (lifted | moved)
-        return torch.stack((approached, grasped, grasped & lifted, in_hand & moved, placed), dim=1)
+        released = self.put_down(box) & (_off(body, box) > _LET_GO_M)
+        reached = (approached, grasped, grasped & lifted, in_hand & moved, placed, released)
+        return torch.stack(reached, dim=1)
 
     def low(self, body: Body, target: Target) -> Tensor:
         return (_box(target).position - body.root)[:, :2].norm(dim=1) < _BENDING_M
@@ -284,6 +301,11 @@ def _to_box(body: Body, box: BoxState) -> Tensor:
     half = box.half[:, None]
     gap = torch.minimum(torch.maximum(hands, -half), half) - hands
     return (rotations.matrix(box.rotation)[:, None] @ gap[..., None]).squeeze(-1)
+
+
+def _off(body: Body, box: BoxState) -> Tensor:
+    """[n]: distance of the nearer hand's surface from the box, m."""
+    return (_to_box(body, box).norm(dim=2).amin(dim=1) - _HAND_M).clamp_min(0.0)
 
 
 def reach_m(body: Body, box: BoxState) -> Tensor:

@@ -288,6 +288,12 @@ def test_a_box_put_down_is_worth_all() -> None:
     assert {k: v for k, v in found.items() if k != "overspeed"} == pytest.approx(
         dict.fromkeys(("walk", "grasp", "lift", "carry", "place", "put_down"), 1.0), abs=1e-5
     )
+    # in the hands 0.4 of the last term; 8 cm off 0.4 more of the rest
+    for off, expected in ((0.0, 0.4), (0.08, 0.4 + 0.6 * 0.08 / 0.2), (0.3, 1.0)):
+        hands = with_hands((1.5, -0.29 - off, 0.7), (1.5, 0.29 + off + 0.5, 0.7))
+        found = terms(hands, a_box(at, at, start=(-2.0, 0.0, 0.7)))
+        assert found["put_down"] == pytest.approx(expected, abs=1e-5)
+        assert found["grasp"] == 1.0
     beside = terms(standing(), a_box((1.5, 0.11, 0.7), at))
     assert beside["put_down"] == 0.0
     assert beside["place"] == pytest.approx(math.exp(-10 * 0.11**2), abs=1e-5)
@@ -381,5 +387,8 @@ def test_stages() -> None:
     assert reached(held, lifted) == ["approached", "grasped", "lifted"]
     away = a_box((0.4, 0.0, 1.0), start=(-1.0, 0.0, 0.9))
     assert reached(held, away) == ["approached", "grasped", "lifted", "moved"]
-    placed = a_box((3.0, 0.0, 0.7), (3.1, 0.0, 0.7), start=(0.0, 0.0, 0.7))
+    placed = a_box((3.0, 0.0, 0.7), (3.15, 0.0, 0.7), start=(0.0, 0.0, 0.7))
     assert reached(standing(), placed) == ["placed"]
+    at = a_box((1.5, 0.0, 0.7), (1.5, 0.0, 0.7), start=(-2.0, 0.0, 0.7))
+    for off, found in ((0.09, ["placed"]), (0.11, ["placed", "released"])):
+        assert reached(with_hands((1.5, -0.29 - off, 0.7), (1.5, 0.9, 0.7)), at) == found
