@@ -24,12 +24,12 @@ PASSABLE = 0, _SOLID
 #: of 4 cm radius, so that a box between two hands does not swing about the line between them.
 FRICTION, _TORSION_M, _ROLLING_M = 1.2, 0.032, 0.001
 _CONDIM = 4
-#: Ratio of friction to normal impedance. The friction of soft contacts creeps under any load, by a
-#: speed inversely proportional to this: 13.5 kg between palms that press three times as hard as
-#: Coulomb's law asks slip by 1.2 cm/s at 3, by 1.8 cm in an episode at 30. The cones are elliptic,
-#: although a control step then takes 1.4 times as long: with pyramidal ones a box slips down in
-#: hands that shake with every walking step (docs/lab-notes/carry-teacher.md).
-IMPRATIO = 30.0
+#: Ratio of friction to normal impedance, that of MuJoCo's models of hands. The friction of soft
+#: contacts creeps under any load, by a speed inversely proportional to this: between palms that
+#: press three times as hard as Coulomb's law asks 13.5 kg slip by 1.2 cm/s at 3, 0.36 cm/s at 10.
+#: The cones are elliptic, although a control step then takes 1.4 times as long: with pyramidal ones
+#: a box slips down in hands that shake with every walking step (docs/lab-notes/carry-teacher.md).
+IMPRATIO = 10.0
 
 
 def box(scale: float = 1.0, mass_kg: float | None = None) -> Piece:
