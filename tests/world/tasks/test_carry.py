@@ -213,7 +213,7 @@ def test_a_box_carried_at_the_height_of_its_stand_is_lifted_off_it(
 def test_a_box_dropped_beside_its_target_earns_what_its_distance_is_worth() -> None:
     target = (0.4, 0.0, 0.7)
     box = a_box((0.4, 0.4, 1.0), target, start=(3.0, 0.0, 0.7))
-    near = math.exp(-10 * (0.4**2 + 0.3**2))
+    near = 0.5 * (math.exp(-10 * (0.4**2 + 0.3**2)) + math.exp(-100 * (0.4**2 + 0.3**2)))
     dropped = terms(standing(), box)
     assert dropped["place"] == pytest.approx(near, abs=1e-5)
     assert dropped["grasp"] < 0.02  # the hands are away: nearly all is the box's place
@@ -296,7 +296,8 @@ def test_a_box_put_down_is_worth_all() -> None:
         assert found["grasp"] == 1.0
     beside = terms(standing(), a_box((1.5, 0.11, 0.7), at))
     assert beside["put_down"] == 0.0
-    assert beside["place"] == pytest.approx(math.exp(-10 * 0.11**2), abs=1e-5)
+    expected = 0.5 * (math.exp(-10 * 0.11**2) + math.exp(-100 * 0.11**2))
+    assert beside["place"] == pytest.approx(expected, abs=1e-5)
     assert Carry().error_m(standing(), a_box((1.5, 0.3, 0.3), at)).item() == pytest.approx(0.5)
 
 
