@@ -60,8 +60,8 @@ _MOVED_M = 0.5
 _HELD_AT_TARGET = 0.4
 #: Put down: within these of the target, vertically and horizontally, m, and slower than this, m/s.
 _PUT_UP_M, _PUT_M, _STILL_M_S = 0.02, 0.10, 0.2
-#: What a box that is put down is worth in the hands. The rest comes with their distance from it, all
-#: of it this far off, m: without it a policy bent over the box to the end.
+#: What a box that is put down is worth in the hands; the rest comes with their distance from it,
+#: all of it this far off, m. Else nothing would ask for letting go.
 _IN_HANDS, _OFF_HANDS_M = 0.4, 0.2
 #: Hands this far off have let go, m.
 _LET_GO_M = 0.1
