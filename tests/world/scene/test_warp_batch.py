@@ -179,11 +179,22 @@ def test_thirty_control_steps_from_the_same_states(task: str, pairs: dict[str, P
             rows = apart[hulls if kind else ~hulls]
             assert (rows[:, ~VELOCITY] < slow).all(), f"step {clock}"
             assert (rows[:, VELOCITY] < fast).all(), f"step {clock}"
-        assert torch.allclose(ours.observe()[1], theirs.observe()[1], atol=1e-3), f"step {clock}"
+        moves = box_moves(ours)
+        apart = (ours.observe()[1] - theirs.observe()[1]).abs()
+        assert (apart[:, ~moves] < 1e-3).all(), f"step {clock}"
+        assert (apart[:, moves] < CONES[1]).all(), f"step {clock}"
         require_equal_readings(pair)
         seen["free"] += int((~met).sum())
         seen["contact"] += int(met.sum())
     assert some and seen["contact"] > 20 and (seen["free"] > 5 or task in BOXED), seen
+
+
+def box_moves(shard: Shard) -> torch.Tensor:
+    """[G] bool: features of the goal that are velocities of a box."""
+    found = torch.zeros(shard.task.goal.width, dtype=torch.bool)
+    for feature in shard.task.goal:
+        found[shard.task.goal.slice(feature.name)] = feature.unit in ("m/s", "rad/s")
+    return found
 
 
 @pytest.mark.parametrize("task", ["sit", "lie"])
