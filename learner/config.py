@@ -73,8 +73,8 @@ class LearnerConfig:
     task whose observations show one side alone (lie)."""
     imitation_weight: float = 0.0
     """Weight of the imitation loss, which draws the mean action to the teacher's action where the
-    teacher (world.teacher, world.walker, world.tracker, world.track.teacher) labels the
-    state; 0: none."""
+    teacher (world.walker, world.tracker, world.expert, world.track.teacher) labels the state;
+    0: none."""
     imitation_samples: int = 0
     """Number of samples over which the weight of the imitation loss falls linearly to 0
     (kickstarting, arXiv:1803.03835); 0: it stays as it is."""
