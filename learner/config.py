@@ -30,8 +30,8 @@ class LearnerConfig:
     hidden: tuple[int, ...] = (512, 256)
     """Widths of the hidden layers of actor and critic; the paper: 1024, 512."""
     skip: bool = False
-    """Add a linear map from the observation to the actor's output: the set-points of a teacher are
-    mostly near the present joint angles."""
+    """Add a linear map from the observation to the actor's output: set-points are mostly near the
+    present joint angles."""
     sigma: Schedule = ((0.0, 0.035),)
     """Standard deviation of the action noise, in units of the action, by samples, as in
     ((0, 0.035), (4e7, 0.02))."""

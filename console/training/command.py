@@ -161,6 +161,7 @@ def resolve(command: Train) -> Experiment:
             bounds.require(staged)
             check(staged)
             require_shape(command, staged, workers(command, staged))
+            policy_teachers(staged, assembly.trained)
         except ConfigError as error:
             raise ConfigError(f"--recipe: stage {stage.name}: {error}") from None
     check(experiment)

@@ -109,7 +109,7 @@ def test_a_run_goes_on_with_the_teacher_that_it_had_or_not_at_all(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     old = tmp_path / "old"
-    shutil.copytree(run, old)
+    shutil.copytree(run, old, symlinks=True)
     config = json.loads((old / "config.json").read_text())
     resumed = ["train", "sit", "--run", str(old), "--resume", "--iterations", "4"]
     for teacher, status in ((None, 0), ("carry", 1)):
