@@ -136,11 +136,6 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
         "samples": ((1, 1e15),), "price": ((0, 1e6),), "seconds": ((0.1, 3600),),
     },
     "Doctor": {"seconds": ((0, 3600),)},
-    "Practice": {
-        "steps": ((1, 1e5),), "scenes": ((1, 1e6),), "noise": ((0, 10),),
-        "in_hand": (_FRACTION,), "near": (_FRACTION,), "lifted": (_FRACTION,),
-        "skew": ((0.001, 1000),), "seed": (_SEED,),
-    },
     "Dagger": {
         "minutes": ((0.001, 1e6),), "batches": (_COUNT,), "workers": (_THREADS,),
         "batch": ((1, 1e7),), "rate": (_FRACTION,), "spell": ((0.001, 1e6),),
@@ -149,11 +144,6 @@ BOUNDS: dict[str, dict[str, tuple[Span, ...]]] = {
     "Labelled": {
         "steps": ((1, 1e5),), "scenes": ((1, 1e6),), "noise": ((0, 10),), "seed": (_SEED,),
     },
-    "TeachTry": {
-        "trials": ((1, 1e7),), "near_m": (_LENGTH_M,), "far_m": (_LENGTH_M,),
-        "seconds": ((0.1, 3600),), "seed": (_SEED,), "noise": ((0, 10),), "threads": (_THREADS,),
-    },
-    "TeachRecord": {"clips": ((1, 1e6),), "scenes": ((1, 1e6),), "seed": (_SEED,)},
     "MotionsImport": {"fps": ((1, 1000),)},
     "MotionsCheck": {"fps": ((1, 1000),)},
     "MotionsVary": {"stand_m": ((0, 2),), "size": ((0.3, 3),)},

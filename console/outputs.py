@@ -13,14 +13,14 @@ FIELDS = ("run", "state", "out", "json", "record", "sheet", "html")
 """Fields of files and folders that a command writes; `json` is elsewhere no path"""
 _FOLDERS = {
     ("Train", "run"), ("Style", "state"), ("Publish", "out"), ("MotionsImport", "out"),
-    ("MotionsVary", "out"), ("ObjectsImport", "out"), ("TeachCarry", "out"), ("TeachRecord", "out"),
+    ("MotionsVary", "out"), ("ObjectsImport", "out"),
 }  # fmt: skip
 _SUFFIXES = {"html": (".html", ".htm"), "sheet": (".png",), "record": (".msgpack",)}
 """Suffixes of files by field, where they are the same for all commands"""
 _PAGES = {("Report", "out"), ("Evaluate", "out")}
 _FILES = _PAGES | {("Video", "out")}
 """Outputs `out` that are one file"""
-_WORDS = {(kind, "out") for kind in ("Publish", "Video", "Export", "TeachCarry", "TeachRecord")}
+_WORDS = {(kind, "out") for kind in ("Publish", "Video", "Export")}
 """Commands whose output is a word, without a flag"""
 
 

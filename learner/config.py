@@ -30,8 +30,8 @@ class LearnerConfig:
     hidden: tuple[int, ...] = (512, 256)
     """Widths of the hidden layers of actor and critic; the paper: 1024, 512."""
     skip: bool = False
-    """Add a linear map from the observation to the actor's output: the set-points of a teacher are
-    mostly near the present joint angles."""
+    """Add a linear map from the observation to the actor's output: set-points are mostly near the
+    present joint angles."""
     sigma: Schedule = ((0.0, 0.035),)
     """Standard deviation of the action noise, in units of the action, by samples, as in
     ((0, 0.035), (4e7, 0.02))."""
@@ -73,8 +73,8 @@ class LearnerConfig:
     task whose observations show one side alone (lie)."""
     imitation_weight: float = 0.0
     """Weight of the imitation loss, which draws the mean action to the teacher's action where the
-    teacher (world.teacher, world.walker, world.tracker, world.track.teacher) labels the
-    state; 0: none."""
+    teacher (world.walker, world.tracker, world.expert, world.track.teacher) labels the state;
+    0: none."""
     imitation_samples: int = 0
     """Number of samples over which the weight of the imitation loss falls linearly to 0
     (kickstarting, arXiv:1803.03835); 0: it stays as it is."""

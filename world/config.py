@@ -199,9 +199,6 @@ class WorldConfig:
     pose of the clips."""
     action_clip: float = 3.0
     """Greatest magnitude of an action; larger ones are clipped."""
-    teacher: str | None = None
-    """Name of a scripted teacher that labels training states with its actions (carry); none: no
-    teacher. See ppo.imitation-weight, and track.teacher. Evaluation uses no teacher."""
     walker: str = ""
     """Run, checkpoint or name of a policy of the task walk that labels the way to the seat, the bed
     or the box with its actions; with world.tracker, and clips that walk with a box, also the way

@@ -8,16 +8,18 @@ from dataclasses import replace
 import mujoco
 import torch
 
+import pretrained
 from console.bench.turns import turns
-from world import random_streams
+from console.run import assembly
+from policy.model.acting import Policy
+from world import random_streams, tasks
 from world.character import model as character
 from world.config import CarryConfig, WorldConfig
 from world.objects import grasp
 from world.objects.box_bank import BoxBank, boxes, resting
 from world.scene.batch import Scenes
 from world.scene.target import Target
-from world.tasks.carry import grips
-from world.teachers.scripted.controller import CarryController
+from world.tasks.carry import Carry, grips
 
 #: Control steps between two resets: long enough for first steps with the box.
 _EPISODE = 45
@@ -96,12 +98,13 @@ def _step(scenes: Scenes) -> float:
 
 
 class _Carriers:
-    """Scenes in which the scripted teacher carries a box, of one size each, from standing."""
+    """Scenes in which the package's policy carries a box, of one size each, from standing."""
 
     def __init__(self, bank: BoxBank, threads: int) -> None:
         n = len(bank)
         self.scenes = _scenes(bank.models, threads)
-        self._bank, self._controller, self._ids = bank, CarryController(n), torch.arange(n)
+        self._bank, self._ids, self._task = bank, torch.arange(n), Carry()
+        self._policy = Policy(assembly.trained(pretrained.ROOT / "carry").weights)
         self._target: Target | None = None
         self._turn = 0
 
@@ -121,16 +124,14 @@ class _Carriers:
         none = torch.zeros(n, character.NV)
         self.scenes.set_state(self._ids, qpos, none, layout.start, layout.start_yaw)
         bank.apply(self.scenes, self._ids, self._ids, layout)
-        self._controller.reset(self._ids, torch.ones(n, dtype=torch.bool))
         self._turn += 1
 
     def aim(self) -> None:
-        """Set the servos' set-points to the controller's."""
+        """Set the servos' set-points to the policy's."""
         assert self._target is not None
-        now = self.scenes.now(self._target)
-        qpos, qvel = self.scenes.qpos, self.scenes.qvel
-        targets = self._controller.set_points(qpos, qvel, now, self._bank.mass)
-        self.scenes.aim(self.scenes.actions(targets))
+        now, body = self.scenes.now(self._target), self.scenes.body()
+        goal = self._task.goal_features(body, now)
+        self.scenes.aim(self._policy(tasks.state(body, now), goal))
 
     def held(self) -> float:
         """Return the fraction of the scenes with both hands on the box."""

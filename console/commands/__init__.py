@@ -13,7 +13,7 @@ from console.commands.motions import (
 from console.commands.objects import Meshes, ObjectsCheck, ObjectsImport, ObjectsList, ObjectsShow
 from console.commands.play import Play
 from console.commands.serving import Export, Serve, Style, Synthesize
-from console.commands.teaching import Distill, TeachCarry, TeachRecord, TeachTry
+from console.commands.teaching import Distill
 from console.commands.tools import Bench, Completion, Doctor, Plan, Shell
 from console.commands.training import Evaluate, Publish, Realism, Report, Train, Video
 
@@ -62,11 +62,6 @@ OBJECTS = (
     Entry("check", ObjectsCheck, "console.objects.command:objects_command"),
     Entry("show", ObjectsShow, "console.objects.command:objects_command"),
 )
-TEACHING = (
-    Entry("carry", TeachCarry, "console.teaching.command:teach_command"),
-    Entry("try", TeachTry, "console.teaching.command:try_command"),
-    Entry("record", TeachRecord, "console.teaching.command:record_command"),
-)
 
 
 @dataclass(frozen=True)
@@ -77,11 +72,6 @@ class Motions:
 @dataclass(frozen=True)
 class Objects:
     """import|list|check|show: furniture, from meshes or the package's own."""
-
-
-@dataclass(frozen=True)
-class Teach:
-    """carry|try|record: the scripted teacher of carry."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +86,6 @@ class Group:
 GROUPS = (
     Group("motions", Motions, MOTIONS),
     Group("objects", Objects, OBJECTS),
-    Group("teach", Teach, TEACHING),
 )
 
 __all__ = [
@@ -104,7 +93,6 @@ __all__ = [
     "GROUPS",
     "MOTIONS",
     "OBJECTS",
-    "TEACHING",
     "Bench",
     "Completion",
     "Demo",
@@ -133,9 +121,6 @@ __all__ = [
     "Shell",
     "Style",
     "Synthesize",
-    "TeachCarry",
-    "TeachRecord",
-    "TeachTry",
     "Train",
     "Video",
 ]

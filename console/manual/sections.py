@@ -27,7 +27,7 @@ COMMANDS = (
     ),
     _section("Use a policy elsewhere", "synthesize export serve publish"),
     _section("Motions and furniture", "motions objects"),
-    _section("Machines, clusters and the terminal", "doctor plan bench style teach completion"),
+    _section("Machines, clusters and the terminal", "doctor plan bench style completion"),
 )
 """The commands, each in one section."""
 
@@ -115,11 +115,6 @@ FLAGS: dict[type, tuple[Section, ...]] = {
         _section("The teachers", "world.walker world.tracker world.expert motions"),
         _section("How long", "minutes batches"),
         _section("What it starts from", "init seed"),
-        _section("What it runs on", "workers scenes"),
-    ),
-    commands.TeachCarry: (
-        _section("How long", "minutes batches"),
-        _section("What it starts from", "init walker seed"),
         _section("What it runs on", "workers scenes"),
     ),
 }

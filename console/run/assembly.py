@@ -29,7 +29,7 @@ from policy.checkpoints.format import Layout, Manifest, read
 from policy.checkpoints.lineage import Origin
 from policy.errors import CheckpointError
 from rpc.server import ServerConfig
-from world import tasks, teachers
+from world import tasks
 from world.character.features import OBJECT, STATE
 from world.character.model import JOINTS, NU
 from world.config import WorldConfig
@@ -181,14 +181,13 @@ def shard(
 ) -> Shard:
     """Return a shard on the clips and furniture of this process.
 
-    shown: tasks whose goals are observed; see Shard. teacher: by default the one that `world`
-    names. arrivals, rollouts: states from which scenes that follow clips are joined too.
+    shown: tasks whose goals are observed; see Shard. arrivals, rollouts: states from
+    which scenes that follow clips are joined too.
     """
     bank = training_bank(world)
     if arrivals is not None or rollouts is not None:
         bank = tasks.make(world.task).affordance.joined_from(bank, arrivals, rollouts)
     library = library_of(world)
-    teacher = teacher or teachers.make(world, bank, scenes)
     return Shard(world, library, bank, scenes, seed, teacher, simulator, device, warp, shown)
 
 

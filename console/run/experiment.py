@@ -242,11 +242,9 @@ def check(experiment: Experiment) -> Experiment:
             "--lag.overlap gives samples of a policy one update old, which --lag.max-policy 0"
             " drops: leave one of them out"
         )
-    # imported here: all flags need this module, and a teacher compiles the character
-    from world import teachers
+    # imported here: all flags need this module, and the episodes compile the character
     from world.episodes import disturbances
 
-    teachers.check(experiment.world)
     track = experiment.world.track
     if track.teacher and not track.goal:
         raise ConfigError(
@@ -263,10 +261,6 @@ def check(experiment: Experiment) -> Experiment:
             raise ConfigError(
                 f"--world.{flag} {named} teaches nothing at --ppo.imitation-weight 0: raise it,"
                 " for instance to 0.1"
-            )
-        if named and flag != "track.teacher" and experiment.world.teacher:
-            raise ConfigError(
-                f"--world.teacher and --world.{flag} both label the same states: choose one"
             )
     disturbances.check(experiment.world, experiment.simulator)
     return experiment

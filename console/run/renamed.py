@@ -23,7 +23,8 @@ Table = Mapping[str, str | Converted | None]
 """Today's dotted name by the old one, as in an experiment's JSON; None: the setting is removed."""
 
 RENAMED: Table = {
-    "world.carry.porter": Converted("world.teacher", lambda on: "carry" if on else None),
+    "world.carry.porter": None,
+    "world.teacher": None,
     "world.carry.lesson": None,
     "world.carry.led": None,
     "ppo.lesson_weight": "ppo.imitation_weight",
@@ -48,6 +49,9 @@ RENAMED: Table = {
     "style.held_out": None,
 }
 
+TAUGHT = ("world.carry.porter", "world.teacher")
+"""Removed settings that, where they are set, named a teacher that is gone: a training would go on
+as another one without it."""
 
 RENAMED_SERVE: Table = {
     "max_situations": "max_poses",
@@ -88,6 +92,17 @@ def current(experiment: Mapping[str, Any], table: Table = RENAMED) -> dict[str, 
             raise ConfigError(f"{old} is today's {key}, and both are set: leave {old} out")
         _put(found, key, new.convert(value) if isinstance(new, Converted) else value)
     return found
+
+
+def taught_by(experiment: Mapping[str, Any]) -> str | None:
+    """Return the setting by which an experiment's JSON names a teacher that is gone; None without
+    one."""
+    for key in TAUGHT:
+        if _holds(experiment, key):
+            *_, (parent, name) = _path(experiment, key)
+            if parent[name]:
+                return key
+    return None
 
 
 def current_metrics(line: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,5 +1,5 @@
 """DAgger (Ross et al., "A reduction of imitation learning and structured prediction to no-regret
-online learning", 2011), of `inhabit teach carry` and `inhabit distill`.
+online learning", 2011), of `inhabit distill`.
 
 Student and teacher drive in turn, the student for growing stretches. The teacher labels every
 visited state, and the student is regressed on all labels. Worker processes simulate and label while

@@ -5,6 +5,7 @@ The shards of training are the scenes, and what labels them is what labels them 
 """
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import torch
 from torch import Tensor
@@ -14,8 +15,8 @@ from console.run import ancestors, assembly, mixing
 from console.run.directory import policy_source
 from console.run.experiment import Experiment
 from console.run.policy_teachers import WALKERS, PolicyTeacher, policy_teachers
+from console.serving.publish import require_published
 from console.teaching import dagger
-from console.teaching.command import require_free
 from console.terminal import doing
 from learner.config import LearnerConfig
 from policy.model.acting import Policy
@@ -137,6 +138,20 @@ def distill_command(command: Distill) -> int:
     return 0
 
 
+def require_free(out: Path, replace: bool) -> None:
+    """Raise ConfigError where a folder exists without `replace` or is no checkpoint.
+
+    Raises RunError where it holds other files, which would be lost.
+    """
+    if not out.exists():
+        return
+    if not (out / "manifest.json").exists():
+        raise ConfigError(f"{out} exists and is not a checkpoint: choose another folder")
+    if not replace:
+        raise ConfigError(f"{out} exists: add --replace, or name another folder")
+    require_published(out)
+
+
 def resolve(command: Distill) -> WorldConfig:
     """Return the world of the flags; ConfigError for a task that is not distilled, RunError for a
     teacher that is not there."""
@@ -145,10 +160,6 @@ def resolve(command: Distill) -> WorldConfig:
             f"{command.task}: no task that is distilled: choose one of {', '.join(WALKERS)}"
         )
     task = tasks.make(command.task)
-    if command.world.teacher:
-        raise ConfigError(
-            f"--world.teacher {command.world.teacher}: policies alone teach here: see inhabit teach"
-        )
     world = replace(command.world, task=command.task)
     world = replace(world, episode_s=world.episode_s or task.episode_s)
     world = replace(world, classes=world.classes or task.affordance.classes)

@@ -76,34 +76,21 @@ class Regression:
 
     def begin(self, observations: Tensor, teacher_actions: Tensor) -> None:
         """Fix the normaliser, first fitted to samples [m, ..] where it is new, or knows not all
-        features, as that of another task, whose actor goes on to act as it did; a new linear map
-        is fitted too."""
+        features, as that of another task, whose actor goes on to act as it did; a new actor
+        begins at the mean of the actions."""
         known = self.learner.normaliser.count > 0
         if not known.all():
             self.learner.update_normaliser(observations.cpu())
             for actor in (self.actor, self.average):
                 actor.load_state_dict(self.learner.actor.state_dict())
         if not known.any():
-            self._fit(observations, teacher_actions)
+            mean = teacher_actions.cpu().double().mean(dim=0)
+            with torch.no_grad():
+                for actor in (self.actor, self.average):
+                    actor.head.bias.copy_(mean)
         normaliser = self.learner.normaliser
         self._mean = normaliser.mean.float().to(self.device)
         self._std = normaliser.std.to(self.device)
-
-    @torch.no_grad()
-    def _fit(self, observations: Tensor, teacher_actions: Tensor) -> None:
-        """Fit the linear map by least squares; without one, the mean alone."""
-        x = self.learner.normaliser(observations.cpu()).double()
-        y = teacher_actions.cpu().double()
-        mean = y.mean(dim=0)
-        for actor in (self.actor, self.average):
-            actor.head.bias.copy_(mean)
-        if self.actor.skip is None:
-            return
-        ridge = x.T @ x + torch.eye(x.shape[1]).double()
-        found = torch.linalg.solve(ridge, x.T @ (y - mean))
-        for actor in (self.actor, self.average):
-            assert actor.skip is not None
-            actor.skip.weight.copy_(found.T)
 
     def step(self, samples: Samples, rate: float) -> Tensor:
         """Train on one batch; return the mean squared error of its actions [], in their units."""

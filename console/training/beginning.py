@@ -4,6 +4,7 @@ import contextlib
 import json
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import torch
@@ -70,13 +71,16 @@ def stage_of(found: Checkpoint) -> int:
 
 
 def inherited(run: RunDirectory, command: Train, experiment: Experiment) -> tuple[Origin, ...]:
-    """Return the origins of the weights that a training begins from and of its teacher's: those of
-    --init, or those that the run's newest readable checkpoint names."""
+    """Return the origins of the weights that a training begins from and of its teachers', in any of
+    its stages: those of --init, or those that the run's newest readable checkpoint names."""
     if not command.resume:
-        world = experiment.world
-        track = world.track
-        others = track.teacher, track.walker, track.rollouts
-        return ancestors.origins((command.init, *others, world.walker, world.tracker, world.expert))
+        named: list[Path | str | None] = [command.init]
+        for number in range(1, len(experiment.stages) + 1) or (1,):
+            world = staged(experiment, number).world
+            track = world.track
+            named += [track.teacher, track.walker, track.rollouts]
+            named += [world.walker, world.tracker, world.expert]
+        return ancestors.origins(dict.fromkeys(named))
     for path in reversed(numbered(run.checkpoints)):
         with contextlib.suppress(CheckpointError):
             notes = read_manifest(path).notes

@@ -29,7 +29,7 @@ from console.run.experiment import (
 )
 from console.run.metrics import Recorder, open_recorders
 from console.run.policy_teachers import policy_teachers
-from console.run.renamed import flag
+from console.run.renamed import flag, taught_by
 from console.run.rollouts import tracker_of
 from console.terminal import doing, leave_soon
 from console.training import beginning, dry_run
@@ -161,6 +161,7 @@ def resolve(command: Train) -> Experiment:
             bounds.require(staged)
             check(staged)
             require_shape(command, staged, workers(command, staged))
+            policy_teachers(staged, assembly.trained)
         except ConfigError as error:
             raise ConfigError(f"--recipe: stage {stage.name}: {error}") from None
     check(experiment)
@@ -207,12 +208,18 @@ def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
     if command.resume:
         if not run.config.exists():
             raise RunError(f"{run.path} holds no run to resume: leave out --resume to start one")
-        own = run.read_config().get("recipe", "")
+        config = run.read_config()
+        own = config.get("recipe", "")
         if command.recipe not in ("", own):
             said = f"with --recipe {own}" if own else "without a recipe"
             raise RunError(f"{run.path} was started {said}: --resume goes on with that")
         # settings that are newer than the run have their defaults
         started = recorded(read_experiment(run))
+        if (gone := taught_by(config["experiment"])) is not None:
+            raise RunError(
+                f"{run.path} was taught by {flag(gone)}, which no longer exists: start another run"
+                " with --init"
+            )
         changed = list(differences(_anywhere(started), _anywhere(recorded(experiment))))
         if changed:
             raise RunError(

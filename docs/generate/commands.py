@@ -7,7 +7,6 @@ from docs.generate.markdown import code, table
 
 GROUPS = (
     ("", commands.COMMANDS),
-    ("teach ", commands.TEACHING),
     ("motions ", commands.MOTIONS),
     ("objects ", commands.OBJECTS),
 )

@@ -1,4 +1,4 @@
-"""Transfer of networks to another task, by common features, and to wider layers."""
+"""Transfer of networks to another task, by common features."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -7,7 +7,6 @@ from torch import Tensor
 
 from policy.checkpoints.format import Layout, State
 from policy.errors import LayoutError
-from policy.model.networks import hidden_widths, perceptron
 
 #: Cap on the sample count of the old task's moments, so that the new task soon outweighs them.
 _REMEMBERED = 2e5
@@ -89,45 +88,6 @@ def _without_heights(state: State, layout: Layout, level: Sequence[str]) -> Stat
         moments["count"][column] = 0.0
     found["normaliser"] = moments
     return found
-
-
-def widened(state: State, hidden: Sequence[int], seed: int, where: str) -> State:
-    """The `policy` section of a checkpoint with wider hidden layers and the same outputs.
-
-    New units have random input weights, drawn from the seed, and zero output weights (after
-    "Net2Net", Chen et al. 2016).
-
-    Raises LayoutError where the number of layers differs or a layer would become narrower.
-    """
-    found = dict(state)
-    for network in ("actor", "average", "critic"):
-        if network in found:
-            _, _, widths = hidden_widths(found[network])
-            narrower = any(a > b for a, b in zip(widths, hidden, strict=False))
-            if len(widths) != len(hidden) or narrower:
-                raise LayoutError(
-                    f"{where}: its hidden widths {widths} cannot become {tuple(hidden)}: choose as"
-                    " many layers, none of them narrower"
-                )
-            # one seed for actor and average, so that their new units agree
-            found[network] = _widened(found[network], hidden, seed)
-    return found
-
-
-def _widened(weights: Mapping[str, Tensor], hidden: Sequence[int], seed: int) -> dict[str, Tensor]:
-    inputs, outputs, _ = hidden_widths(weights)
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(seed)
-        wide = perceptron(inputs, hidden, outputs, 1.0).state_dict()
-    for name, values in wide.items():
-        old = weights[f"layers.{name}"]
-        if values.dim() == 2:
-            # zero weights from new units to old ones
-            values[: old.shape[0], old.shape[1] :] = 0.0
-            values[: old.shape[0], : old.shape[1]] = old
-        else:
-            values[: old.shape[0]] = old
-    return {**weights, **{f"layers.{name}": values for name, values in wide.items()}}
 
 
 def _columns(theirs: Layout, mine: Layout, names: Mapping[str, str]) -> Iterator[int]:

@@ -96,9 +96,8 @@ def test_the_help_of_a_task_has_its_own_settings(capsys: pytest.CaptureFixture[s
     }  # fmt: skip
     shared = found["walk"]
     assert found["lie"] == found["sit"] == shared | furniture
-    assert not shared & furniture and "--world.teacher" not in found["sit"]
-    carried = {"--world.teacher", "--world.initial.focus"}
-    for task, more in (("carry", carried), ("track", set())):
+    assert not shared & furniture
+    for task, more in (("carry", {"--world.initial.focus"}), ("track", set())):
         own = found[task] - shared - more
         assert own and all(flag.startswith(f"--world.{task}.") for flag in own)
         assert more <= found[task]
@@ -113,7 +112,7 @@ def test_no_setting_has_two_flags(capsys: pytest.CaptureFixture[str]) -> None:
     flags = flags_of(help_of("train track", capsys))
     assert len(flags) == len(set(flags))
     assert not {f"--{key.replace('_', '-')}" for key in REPEATED} & set(flags)
-    for words in ("objects check", "motions play", "teach try", "evaluate"):
+    for words in ("objects check", "motions play", "evaluate"):
         text = help_of(words, capsys)
         assert "--no-json" not in text and "--no-debug" not in text
 

@@ -12,7 +12,7 @@ from console.app import main
 from console.run.experiment import PRESETS
 from world.errors import ConfigError
 
-ENTRIES = (*commands.COMMANDS, *commands.MOTIONS, *commands.OBJECTS, *commands.TEACHING)
+ENTRIES = (*commands.COMMANDS, *commands.MOTIONS, *commands.OBJECTS)
 
 
 def kinds() -> set[type]:

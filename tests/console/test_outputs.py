@@ -59,7 +59,6 @@ def test_outputs_of_every_command_are_checked_before_it_runs(tmp_path: Path) -> 
         ("--out ", commands.ObjectsImport((tmp_path,), commands.Meshes(), out=file)),
         ("--state ", commands.Style(Path("sit"), state=file)),
         ("", commands.Publish(Path("sit"), file)),
-        ("", commands.TeachRecord(file)),
     ]
     for flag, command in commands_of_folders:
         with pytest.raises(ConfigError, match=f"^{flag}{file}: a file; name a folder$"):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from console.app import main
-from console.commands import COMMANDS, MOTIONS, OBJECTS, TEACHING
+from console.commands import COMMANDS, MOTIONS, OBJECTS
 from console.manual import fields
 from console.recording import format as recording
 from console.run.experiment import Experiment, to_json
@@ -64,7 +64,7 @@ def test_every_setting_is_on_the_page_with_a_meaning() -> None:
 
 def test_every_flag_is_on_the_page() -> None:
     page = commands.page()
-    for entry in (*COMMANDS, *MOTIONS, *OBJECTS, *TEACHING):
+    for entry in (*COMMANDS, *MOTIONS, *OBJECTS):
         hints = typing.get_type_hints(entry.flags)
         for field in dataclasses.fields(entry.flags):
             if field.name == "overrides":

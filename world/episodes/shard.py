@@ -118,7 +118,7 @@ class Shard:
         self._goal = torch.zeros(self.n, width, device=device)
         self._targets: Target | None = None
         if teacher is not None and simulator != "mujoco":
-            raise ConfigError("--world.teacher: the teachers need --simulator mujoco")
+            raise ConfigError(f"--simulator {simulator}: teachers need --simulator mujoco")
         self._teacher = teacher
         self._labelled: Tensor | None = None
         self._asks = True

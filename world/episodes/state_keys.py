@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from torch import Tensor
 
 #: Today's prefixes by those of older checkpoints.
-RENAMED = {"porter_": "teacher_", "patience_": "stall_"}
+RENAMED = {"patience_": "stall_"}
 
 
 def current(state: Mapping[str, Tensor]) -> dict[str, Tensor]:

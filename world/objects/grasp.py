@@ -30,10 +30,6 @@ _BEFORE_M, _ABOVE_M = 0.16, 0.12
 #: The hands hold a box at the centres of two faces, or this far from their near edges, m, where
 #: that is nearer: the arms of an upright body reach no farther about a deep box.
 HOLD_DEPTH_M = 0.175
-#: A box is placed within these of its target, vertically and horizontally, m.
-_DOWN_M, _AT_M = 0.02, 0.09
-#: A box is at its start up to this height above it and this distance from it, m.
-_RISEN_M, _MOVED_M = 0.02, 0.19
 
 
 @dataclass(frozen=True)
@@ -84,18 +80,6 @@ def _holds(qpos: Tensor, box: BoxState) -> tuple[Tensor, Tensor, list[Tensor]]:
     grip = grip_of(box, rotations.heading(qpos[:, 3:7]))
     middle, out = box.position + grip.nearer, grip.axis * grip.out_m[:, None]
     return position, rotation, [middle + sign * out for sign in _SIGNS]
-
-
-def is_placed(box: BoxState) -> Tensor:
-    """[n] bool: the box is at its target."""
-    error = box.target - box.position
-    return (error[:, 2].abs() < _DOWN_M) & (error[:, :2].norm(dim=1) < _AT_M)
-
-
-def is_at_start(box: BoxState) -> Tensor:
-    """[n] bool: the box is at its initial position."""
-    moved = box.position - box.start
-    return (moved[:, 2] < _RISEN_M) & (moved[:, :2].norm(dim=1) < _MOVED_M)
 
 
 def grip_of(box: BoxState, heading: Tensor) -> Grip:

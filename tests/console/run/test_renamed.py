@@ -9,7 +9,7 @@ import pytest
 from console.app import main
 from console.run.experiment import Experiment, experiment_from_json, to_json
 from console.run.metrics import read_metrics
-from console.run.renamed import RENAMED, Converted, current, refuse_old_flags
+from console.run.renamed import RENAMED, Converted, current, refuse_old_flags, taught_by
 from tests.support.paths import ROOT
 from world.errors import ConfigError
 
@@ -130,14 +130,22 @@ def test_the_command_line_refuses_old_flags(capsys: pytest.CaptureFixture[str]) 
     assert "--max-situations is now --max-poses" in capsys.readouterr().err
 
 
-def test_the_scripted_teacher_of_older_runs_is_a_teacher_by_name() -> None:
-    """`true` is the teacher of carry; the arm lesson is gone; the loss has its name of today."""
-    for on, name in ((True, "carry"), (False, None)):
-        old = {
-            "world": {"task": "carry", "carry": {"porter": on, "lesson": False, "led": 0.0}},
-            "ppo": {"lesson_weight": 0.06},
-        }
-        found = experiment_from_json(old)
-        assert found.world.teacher == name
-        assert found.ppo.imitation_weight == 0.06
-    assert experiment_from_json(recorded("carry")).world.teacher is None
+@pytest.mark.parametrize(
+    ("carry", "world", "gone"),
+    [
+        ({"porter": True, "lesson": False, "led": 0.0}, {}, "world.carry.porter"),
+        ({"porter": False}, {}, None),
+        ({}, {"teacher": "carry"}, "world.teacher"),
+        ({}, {"teacher": None}, None),
+        ({}, {}, None),
+    ],
+)
+def test_policies_that_a_script_taught_are_still_read(
+    carry: dict[str, Any], world: dict[str, Any], gone: str | None
+) -> None:
+    """The teacher is left out, and named, so that no training goes on without it unasked."""
+    old = {"world": {"task": "carry", "carry": carry, **world}, "ppo": {"lesson_weight": 0.06}}
+    assert taught_by(old) == gone
+    found = experiment_from_json(old)
+    assert found.ppo.imitation_weight == 0.06
+    assert not {"teacher", "porter"} & set(leaves(to_json(found.world)))

@@ -1,6 +1,5 @@
-"""`inhabit teach carry`: the student imitates the teacher and is a checkpoint like any other."""
+"""DAgger's own process: what it learns from the labels of its workers, and what it reports."""
 
-import json
 import queue
 from pathlib import Path
 from types import SimpleNamespace
@@ -9,51 +8,14 @@ import numpy as np
 import pytest
 import torch
 
-from console.app import main
-from console.commands.teaching import Dagger, Practice
+from console.commands.teaching import Dagger
 from console.run import assembly
 from console.run.experiment import Experiment
 from console.teaching import dagger
-from console.teaching.scenes import TeachingScenes
 from learner.config import LearnerConfig
-from policy.model.acting import Policy
 from tests.support.learning.learners import same
-from world.character.features import STATE
 from world.config import WorldConfig
 from world.errors import InhabitError
-
-SMALL = ["--minutes", "9", "--steps", "30", "--scenes", "16", "--hidden", "64", "32"]
-
-
-def test_a_student_is_a_checkpoint(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out = tmp_path / "student"
-    words = ["teach", "carry", str(out), *SMALL, "--batches", "600"]
-    assert main([*words, "--first", "2000", "--batch", "256"]) == 0
-    last = capsys.readouterr().out.splitlines()[-1]
-    found = assembly.trained(out)
-    assert found.task == "carry" and found.manifest.layout.hidden == (64, 32)
-    assert found.manifest.samples == int(last.split(": ")[1].split(" samples")[0]) >= 2000
-    lines = [json.loads(line) for line in (out / "metrics.jsonl").read_text().splitlines()]
-    assert lines[-1]["batches"] == 600
-    assert 2000 <= lines[-1]["samples"] <= found.manifest.samples and 0 < lines[-1]["error"] < 1
-    # in scenes that it was not trained in, the error is below 0.6 of the actions' deviation
-    scenes = TeachingScenes(Practice(steps=60, scenes=16, seed=77), WorldConfig(task="carry"))
-    observations, wanted, _ = scenes.collect(None, 1.0)
-    split = observations[:, : STATE.width], observations[:, STATE.width :]
-    actions = Policy(found.weights)(*split)
-    assert (actions - wanted).square().mean() < 0.6**2 * wanted.var(dim=0).mean()
-    # `inhabit evaluate` takes it
-    assert main(["evaluate", str(out), "--trials", "4", "--quality", "0", "--threads", "1"]) == 0
-    # wider networks that start from it act alike
-    wide = tmp_path / "wide"
-    words = ["teach", "carry", str(wide), *SMALL[:-2], "--hidden", "96", "48", "--batches", "4"]
-    rest = ["--init", str(out), "--first", "1000", "--batch", "64", "--rate", "1e-6"]
-    assert main([*words, *rest]) == 0
-    wider = assembly.trained(wide)
-    assert wider.manifest.layout.hidden == (96, 48)
-    other = Policy(wider.weights)(*split)
-    assert (other - actions).square().mean() < 0.1 * (actions - wanted).square().mean()
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["student", "wide"]
 
 
 class Alive:

@@ -15,7 +15,8 @@ from console.run.experiment import Experiment, to_json
 from console.run.stages import Stage
 from console.training import beginning
 from learner.config import LearnerConfig
-from policy.checkpoints.format import Manifest
+from policy.checkpoints import lineage
+from policy.checkpoints.format import Manifest, read_manifest
 from tests.support import small_clips
 from tests.support.learning.learners import same
 from tests.support.paths import ROOT
@@ -79,6 +80,12 @@ def test_origins_of_the_weights_a_training_begins_from(run: Path, tmp_path: Path
     named = ROOT / "pretrained" / "sit"
     (first,) = beginning.inherited(RunDirectory(run), replace(command, init=named), NONE)
     assert "SAMP" in first.what and "CC BY-NC-SA 4.0" in first.licence
+    # and those of a policy that teaches in a stage, once, however many stages it teaches in
+    walker = str(ROOT / "pretrained" / "walk")
+    settings = {"world.walker": walker, "ppo.imitation_weight": 0.1}
+    taught = replace(NONE, stages=(Stage("a"), Stage("b", "", settings), Stage("c", "", settings)))
+    found = beginning.inherited(RunDirectory(run), command, taught)
+    assert found == lineage.of(read_manifest(Path(walker)).notes) and "CMU" in str(found)
     resumed = beginning.inherited(RunDirectory(run), replace(command, resume=True), NONE)
     assert [origin.what for origin in resumed] == origins_of(run / "checkpoints" / "latest")
     assert resumed[0].what == assembly.OWN_CLIPS and resumed[0].licence == "Apache-2.0"

@@ -105,6 +105,21 @@ def test_a_run_is_neither_overwritten_nor_silently_changed(
     assert tensors(run).keys() == before[1].keys()
 
 
+def test_a_run_goes_on_with_the_teacher_that_it_had_or_not_at_all(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old = tmp_path / "old"
+    shutil.copytree(run, old, symlinks=True)
+    config = json.loads((old / "config.json").read_text())
+    resumed = ["train", "sit", "--run", str(old), "--resume", "--iterations", "4"]
+    for teacher, status in ((None, 0), ("carry", 1)):
+        config["experiment"]["world"]["teacher"] = teacher
+        (old / "config.json").write_text(json.dumps(config))
+        assert main(resumed) == status
+    line = "was taught by --world.teacher, which no longer exists: start another run with --init"
+    assert line in said(capsys)
+
+
 def test_init_takes_networks_and_refuses_other_shapes(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -112,7 +112,12 @@ def test_dry_run_prints_the_schedule(made: list[str], capsys: pytest.CaptureFixt
     ("wrong", "named"),
     [
         ('"ppo.gamma" = 1.5', "stage second: --ppo.gamma 1.5: must be 0 to 1"),
-        ('"world.teacher" = "carry"', "stage second: --world.teacher carry does not teach"),
+        ('"world.walker" = "walk"', "stage second: --world.walker walk teaches nothing at"),
+        (
+            '"ppo.imitation-weight" = 0.1\n"world.walker" = "sit"',
+            "stage second: --world.walker sit is a policy of the task sit",
+        ),
+        ('"world.teacher" = "carry"', "stage second: there is no setting world.teacher"),
         ('"world.perturb.push-n-s" = [9, 3]\n"world.perturb.pushes-per-s" = 1', "push-n-s 9 3"),
     ],
 )

@@ -8,7 +8,7 @@ import torch
 from learner.config import LearnerConfig
 from learner.ppo import Learner
 from policy.checkpoints.format import Layout
-from policy.checkpoints.transfer import adopt, widened
+from policy.checkpoints.transfer import adopt
 from policy.errors import LayoutError
 from world.precision import FLOAT32
 
@@ -97,25 +97,3 @@ def test_other_states_or_widths_are_refused_by_name(old: Learner) -> None:
     for name, value in others.items():
         with pytest.raises(LayoutError, match=f"^there: its {name} differ from this task's"):
             adopt(state, OLD, replace(NEW, **{name: value}), NAMES, "there")
-
-
-def test_wider_networks_do_what_they_did_and_can_learn_more(old: Learner) -> None:
-    wide = replace(OLD, hidden=(12, 6), skip=old.config.skip)
-    new = learner(wide, 2)
-    state = widened(old.policy_state(), wide.hidden, 3, "there")
-    new.load_policy_state(state)
-    torch.testing.assert_close(widened(old.policy_state(), wide.hidden, 3, "there"), state)
-    seen = old.normaliser(3.0 + 2.0 * torch.randn(50, OLD.observation))
-    for name in ("actor", "average", "critic"):
-        one, other = getattr(old, name)(seen), getattr(new, name)(seen)
-        torch.testing.assert_close(other, one, rtol=1e-5, atol=1e-5)
-    new.actor(seen).square().sum().backward()
-    for layer, first in ((new.actor.layers[2], 8), (new.actor.head, 4)):
-        heard = layer.weight.grad
-        assert heard is not None and heard[:, first:].any(), "what is new learns to be heard"
-
-
-@pytest.mark.parametrize("hidden", [(8, 3), (8,), (8, 4, 4)])
-def test_networks_do_not_become_narrower_or_deeper(old: Learner, hidden: tuple[int, ...]) -> None:
-    with pytest.raises(LayoutError, match=r"there: .* as many layers, none of them narrower"):
-        widened(old.policy_state(), hidden, 3, "there")
