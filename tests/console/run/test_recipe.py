@@ -143,7 +143,7 @@ def test_a_recipe_may_extend_another_by_settings() -> None:
     experiment, _ = recipe.start(own, ())
     carry = recipe.staged(experiment, 4).world.carry
     assert (carry.scale, carry.weight_kg, carry.sizes) == ((1.0, 1.0), (1.0, 12.0), 48)
-    assert experiment.ppo.skip, "settings of the extended recipe hold"
+    assert experiment.ppo.hidden == (1024, 512), "settings of the extended recipe hold"
     with pytest.raises(ConfigError, match="x: extends 'pap'; choose paper"):
         recipe.parsed(b"extends = 'pap'", "x", task="sit")
     with pytest.raises(ConfigError, match="x: unknown stage"):
