@@ -359,11 +359,22 @@ class Loop:
             return {}
         return {"stage": {"number": self.stage.number, "unmet": self.unmet}}
 
-    def begin_stage(self, state: State, outcome: Outcome) -> None:
+    def begin_stage(self, state: State, outcome: Outcome, policy: State | None = None) -> None:
         """Go on from the state of a loop whose stage ended so: with its networks, optimisers and
-        discriminator, while all episodes and their statistics begin anew."""
-        self._load_learning(state, anew=True)
-        learner, before = self.learner, state["training"]["stage"]
+        discriminator, while all episodes and their statistics begin anew.
+
+        policy: after a stage of another task, its networks and normalisers in this task's layout.
+        Only they, the counters and the actor's learning rate go on; optimisers and discriminator
+        are new, and the critic warms up again.
+        """
+        learner, training = self.learner, state["training"]
+        before = training["stage"]
+        if policy is None:
+            self._load_learning(state, anew=True)
+        else:
+            learner.load_policy_state(policy)
+            learner.go_on_from(training["learner"])
+            self.seconds = float(training["seconds"])
         learner.stage_start = learner.samples
         missed = [str(before["number"])] if outcome == "limit" else []
         self.unmet = ",".join([*filter(None, before["unmet"].split(",")), *missed])

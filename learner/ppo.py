@@ -400,11 +400,16 @@ class Learner:
         load_adam_state(self.critic_optimiser, state["critic_optimiser"])
         forget(self._actor_step)
         forget(self._critic_step)
+        self.go_on_from(state)
+        self.stage_start = int(state.get("stage_start", 0))  # older runs had no stages
+        self.warmup_left = int(state["warmup_left"])
+
+    def go_on_from(self, state: State) -> None:
+        """Continue the counts of updates and samples, and the actor's learning rate, of another
+        learner's `state_dict`."""
         self.actor_rate = float(state["actor_rate"])
         self.version = int(state["version"])
         self.samples = int(state["samples"])
-        self.stage_start = int(state.get("stage_start", 0))  # older runs had no stages
-        self.warmup_left = int(state["warmup_left"])
 
     def close(self) -> None:
         """End the threads."""

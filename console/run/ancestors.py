@@ -7,7 +7,7 @@ from console.run import assembly, mixing
 from console.run.directory import checkpoint_folder
 from console.run.experiment import Experiment
 from policy.checkpoints import lineage
-from policy.checkpoints.format import State, read, read_manifest
+from policy.checkpoints.format import Layout, State, read, read_manifest
 from policy.checkpoints.lineage import Origin
 from policy.checkpoints.transfer import adopt
 from world import tasks
@@ -36,13 +36,23 @@ def networks(source: Path, experiment: Experiment) -> tuple[Path, State, str]:
     if mixed is not None and theirs.goal != mine.goal:
         names = mixed.equivalents(theirs.task)
     elif theirs.task != mine.task:
-        names = tasks.make(task).equivalents
+        return path, of_other_task(state, theirs, mine, str(path)), theirs.task
     elif theirs.goal == mine.goal:
         mine.require(theirs, str(path))
         return path, state, theirs.task
     else:  # an earlier version of the same task, which lacked some features
         names, level = {}, ()
     return path, adopt(state, theirs, mine, names, str(path), level), theirs.task
+
+
+def of_other_task(state: State, theirs: Layout, mine: Layout, where: str) -> State:
+    """Return the section `policy` of a checkpoint of layout `theirs` in `mine`, that of another
+    task: features are matched by name and by the task's equivalents.
+
+    Raises LayoutError where states, actions or widths differ.
+    """
+    names, level = tasks.make(mine.task).equivalents, tasks.make(theirs.task).level
+    return adopt(state, theirs, mine, names, where, level)
 
 
 def origins(sources: Iterable[Path | str | None]) -> tuple[Origin, ...]:

@@ -13,6 +13,7 @@ from typing import Any
 from console.run.experiment import PRESETS, Experiment, experiment_from_json, to_json
 from console.run.stages import Stage
 from learner.stages import ALL, StageEnd
+from world.config import WorldConfig
 from world.errors import ChoiceError, ConfigError
 
 SUFFIX = ".toml"
@@ -27,6 +28,8 @@ _THROUGHOUT = (
     "style.normaliser_samples",
 )  # fmt: skip
 _STAGE_GROUPS = ("world.", "ppo.", "style.", "horizon")
+#: Setting of a stage that has a task of its own, which is learned before the run's.
+TASK = "world.task"
 #: From the seed of one stage to that of the next, so that no two repeat each other's draws.
 _SEEDS_APART = 1_000_003
 
@@ -98,6 +101,9 @@ def parsed(content: bytes, name: str, where: str = "", task: str = "") -> Recipe
         raise ConfigError(f"{where}: has no [[stage]]")
     settings = _settings(document.get("settings", {}), where)
     found = Recipe(name, preset, settings, tuple(_stage(stage, where) for stage in stages))
+    last = found.stages[-1]
+    if task and (other := last.settings.get(TASK, task)) != task:
+        raise ConfigError(f"{where}: stage {last.name}: task {other}; the last one is of {task}")
     base = with_settings(PRESETS[preset], found.settings, where)
     for stage in found.stages:  # a wrong setting is refused at once, not hours later
         with_settings(base, stage.settings, f"{where}: stage {stage.name}")
@@ -105,7 +111,7 @@ def parsed(content: bytes, name: str, where: str = "", task: str = "") -> Recipe
 
 
 def _stage(entry: Any, where: str) -> Stage:
-    _only(entry, {"name", "about", "settings", "ends"}, f"{where}: [[stage]]")
+    _only(entry, {"name", "about", "task", "settings", "ends"}, f"{where}: [[stage]]")
     name = str(entry.get("name", ""))
     here = f"{where}: stage {name or '?'}"
     ends = entry.get("ends", {})
@@ -122,6 +128,8 @@ def _stage(entry: Any, where: str) -> Stage:
     for key in settings:
         if not key.startswith(_STAGE_GROUPS) or key in _THROUGHOUT:
             raise ConfigError(f"{here}: {_typed(key)} is one for all stages: put it in [settings]")
+    if "task" in entry:
+        settings = {TASK: _goal_task(entry["task"], here)} | settings
     return Stage(
         name,
         str(entry.get("about", "")),
@@ -131,6 +139,17 @@ def _stage(entry: Any, where: str) -> Stage:
         int(ends.get("at-least", 0)),
         int(limit),
     )
+
+
+def _goal_task(name: Any, where: str) -> str:
+    """The name of a task that a stage may have: each but those that follow clips, whose settings
+    are others."""
+    from world import tasks  # takes a second, which most commands need not wait
+
+    known = [task for task in tasks.REGISTRY if not tasks.make(task).affordance.follows_clips]
+    if name not in known:
+        raise ConfigError(f"{where}: task {name!r}; choose {', '.join(known)}")
+    return name
 
 
 def _only(entry: Any, known: Collection[str], where: str) -> None:
@@ -202,12 +221,27 @@ def explicit_settings(words: Sequence[str]) -> set[str]:
 
 
 def staged(experiment: Experiment, number: int) -> Experiment:
-    """Return the settings of the stage `number`, from 1; without stages those of the run."""
+    """Return the settings of the stage `number`, from 1; without stages those of the run.
+
+    A stage of another task has that task's furniture.
+    """
     if not experiment.stages:
         return experiment
     seed = experiment.seed + _SEEDS_APART * (number - 1)
     stage = experiment.stages[number - 1]
-    return replace(with_settings(experiment, stage.settings, f"stage {stage.name}"), seed=seed)
+    found = with_settings(experiment, stage.settings, f"stage {stage.name}")
+    if found.world.task != experiment.world.task:
+        found = replace(found, world=_furnished(found.world))
+    return replace(found, seed=seed)
+
+
+def _furnished(world: WorldConfig) -> WorldConfig:
+    """The settings with the objects of their task, where they are not those of the run's."""
+    from world import tasks
+
+    affordance = tasks.make(world.task).affordance
+    objects = () if "objects" in affordance.unused else world.objects
+    return replace(world, classes=affordance.classes, objects=objects)
 
 
 def stage_end(experiment: Experiment, number: int, kinds: Sequence[str]) -> StageEnd | None:

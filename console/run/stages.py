@@ -13,7 +13,7 @@ class Stage:
     """What is learned in it, in a sentence."""
     settings: dict[str, Any] = field(default_factory=dict)
     """Settings that differ from the run's, by dotted name; samples of a schedule such as ppo.sigma
-    count from the beginning of the stage."""
+    count from the beginning of the stage. `world.task`: a task that is learned before the run's."""
     success: dict[str, float] = field(default_factory=dict)
     """The condition: least success rate of training episodes, by category of initial state; ALL:
     of all episodes."""

@@ -20,7 +20,7 @@ from learner.cloning import clone
 from learner.loop import Loop
 from learner.ppo import Learner
 from policy.checkpoints import lineage
-from policy.checkpoints.format import Checkpoint, Manifest, read_manifest
+from policy.checkpoints.format import Checkpoint, Layout, Manifest, read_manifest
 from policy.checkpoints.lineage import Origin
 from policy.checkpoints.numbering import numbered
 from policy.checkpoints.run_checkpoints import read_newest
@@ -40,13 +40,21 @@ def require_unedited(manifest: Manifest, experiment: Experiment, run: RunDirecto
     if noted is None:
         return  # checkpoints of earlier versions record no experiment
     trained = experiment_from_json(json.loads(noted), f"{run.path}'s checkpoint")
-    own = staged(experiment, int(manifest.notes.get(STAGE, "1")))
+    own = _settings(experiment, manifest)
     changed = list(differences(recorded(trained), recorded(own)))
     if changed:
         raise RunError(
             f"{run.config} was changed since the checkpoint was written: {'; '.join(changed)}"
             " (restore the former values, or start another run with --init)"
         )
+
+
+def _settings(experiment: Experiment, manifest: Manifest) -> Experiment:
+    """The settings of the stage that a checkpoint notes: of the first where it notes none, of the
+    last where there are fewer."""
+    noted = manifest.notes.get(STAGE, "1")
+    number = int(noted) if noted.isdecimal() else 1
+    return staged(experiment, max(1, min(number, len(experiment.stages))))
 
 
 def recorded(experiment: Experiment) -> dict[str, Any]:
@@ -58,7 +66,11 @@ def recorded(experiment: Experiment) -> dict[str, Any]:
 
 def newest(run: RunDirectory, experiment: Experiment, note: Callable[[str], None]) -> Checkpoint:
     """Return the newest readable checkpoint of a run that resumes; a line on each damaged one."""
-    found, damaged = read_newest(run.checkpoints, assembly.layout(experiment))
+
+    def layout(manifest: Manifest) -> Layout:
+        return assembly.layout(_settings(experiment, manifest))
+
+    found, damaged = read_newest(run.checkpoints, layout)
     for line in damaged:
         note(line)
     require_unedited(found.manifest, experiment, run)
@@ -71,16 +83,20 @@ def stage_of(found: Checkpoint) -> int:
 
 
 def inherited(run: RunDirectory, command: Train, experiment: Experiment) -> tuple[Origin, ...]:
-    """Return the origins of the weights that a training begins from and of its teachers', in any of
-    its stages: those of --init, or those that the run's newest readable checkpoint names."""
+    """Return the origins of the weights that a training begins from, of its teachers', in any of its
+    stages, and of the clips of stages of other tasks: those of --init and of the settings, or those
+    that the run's newest readable checkpoint names."""
     if not command.resume:
         named: list[Path | str | None] = [command.init]
+        clips: list[Origin] = []
         for number in range(1, len(experiment.stages) + 1) or (1,):
-            world = staged(experiment, number).world
-            track = world.track
+            settings = staged(experiment, number)
+            world, track = settings.world, settings.world.track
             named += [track.teacher, track.walker, track.rollouts]
             named += [world.walker, world.tracker, world.expert]
-        return ancestors.origins(dict.fromkeys(named))
+            if world.task != experiment.world.task:
+                clips += assembly.origins(settings)
+        return tuple(dict.fromkeys((*ancestors.origins(dict.fromkeys(named)), *clips)))
     for path in reversed(numbered(run.checkpoints)):
         with contextlib.suppress(CheckpointError):
             notes = read_manifest(path).notes

@@ -155,6 +155,11 @@ def resolve(command: Train) -> Experiment:
         )
     experiment = with_learner_threads(experiment, command.threads or machine.cores())
     for number, stage in enumerate(experiment.stages, 1):  # refused at once, not hours later
+        if experiment.mix and recipe.TASK in stage.settings:
+            raise ConfigError(
+                f"--mix: stage {stage.name} of the recipe has the task"
+                f" {stage.settings[recipe.TASK]} alone: choose another recipe, or leave out --mix"
+            )
         recipe.stage_end(experiment, number, mixing.kind_names(experiment))
         staged = recipe.staged(experiment, number)
         try:

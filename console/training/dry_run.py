@@ -42,10 +42,7 @@ def stages(experiment: Experiment) -> Table:
         title_justify="left", show_lines=True,
     )  # fmt: skip
     for number, stage in enumerate(experiment.stages, 1):
-        settings = [
-            f"{key.replace('_', '-')} {recipe.shown(value)}"
-            for key, value in stage.settings.items()
-        ]
+        settings = [f"{_typed(key)} {recipe.shown(value)}" for key, value in stage.settings.items()]
         when = f"{recipe.condition(stage)}\nof {stage.episodes:,} episodes"
         if stage.at_least:
             when += f"\nafter {stage.at_least / 1e6:g} M"
@@ -54,6 +51,11 @@ def stages(experiment: Experiment) -> Table:
     most = sum(stage.limit for stage in experiment.stages)
     shown.caption = f"at most {most / 1e6:g} M samples in all"
     return shown
+
+
+def _typed(key: str) -> str:
+    """A setting as a recipe names it."""
+    return "task" if key == recipe.TASK else key.replace("_", "-")
 
 
 def _rewards(task: Task, experiment: Experiment, mixed: bool) -> Table:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import torch
 
 from console.commands import Train
-from console.run import assembly, machine, mixing, recipe
+from console.run import ancestors, assembly, machine, mixing, recipe
 from console.run.directory import RunDirectory
 from console.run.experiment import Experiment
 from console.terminal import doing
@@ -61,8 +61,8 @@ class Training:
         number = 1 if resumed is None else beginning.stage_of(resumed)
         state: State | None = None
         outcome: Outcome = ""
+        before = staged = recipe.staged(self.experiment, number)
         while True:
-            staged = recipe.staged(self.experiment, number)
             with ExitStack() as stack:
                 loop, ready = self._loop(stack, staged, number)
                 if state is None:
@@ -71,7 +71,7 @@ class Training:
                             ready()
                     beginning.initialise(loop, self.run, self.command, staged, self.note, resumed)
                 else:
-                    loop.begin_stage(state, outcome)
+                    loop.begin_stage(state, outcome, self._of_other_task(state, before, staged))
                 with doing("building scenes"):
                     ready()
                 if state is None:
@@ -89,6 +89,16 @@ class Training:
                     return
                 state = loop.state_dict()
             number += 1
+            before, staged = staged, recipe.staged(self.experiment, number)
+
+    def _of_other_task(self, state: State, before: Experiment, staged: Experiment) -> State | None:
+        """The networks and normalisers for a stage whose task is another than the one before; None
+        where it is the same."""
+        theirs, mine = assembly.layout(before), assembly.layout(staged)
+        if theirs.task == mine.task:
+            return None
+        self.note(f"networks and normalisers from the task {theirs.task}; the rest begins anew")
+        return ancestors.of_other_task(state["policy"], theirs, mine, str(self.run.path))
 
     def _loop(
         self, stack: ExitStack, staged: Experiment, number: int

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from policy.checkpoints.format import Checkpoint, Layout, Manifest, read, write
+from policy.checkpoints.format import Checkpoint, Layout, Manifest, read, read_manifest, write
 from policy.checkpoints.numbering import name_of, numbered
 from policy.errors import CheckpointError, LayoutError
 from world.partial_files import link, remove_leftovers
@@ -68,8 +68,12 @@ def stage_samples(manifest: Manifest) -> int:
     return manifest.samples - (int(start) if start.isdecimal() else 0)
 
 
-def read_newest(directory: Path, layout: Layout) -> tuple[Checkpoint, list[str]]:
+def read_newest(
+    directory: Path, layout: Callable[[Manifest], Layout]
+) -> tuple[Checkpoint, list[str]]:
     """The latest intact checkpoint of a run, and the error line of each newer one.
+
+    layout: the layout that a checkpoint with this manifest must have.
 
     Raises the error of the latest one, CheckpointError or LayoutError, where none can be loaded.
     """
@@ -81,7 +85,8 @@ def read_newest(directory: Path, layout: Layout) -> tuple[Checkpoint, list[str]]
     errors: list[CheckpointError | LayoutError] = []
     for path in first + older:
         try:
-            return read(path, layout=layout), [str(error) for error in errors]
+            found = read(path, layout=layout(read_manifest(path)))
+            return found, [str(error) for error in errors]
         except (CheckpointError, LayoutError) as error:
             errors.append(error)
     if errors:

@@ -105,10 +105,10 @@ class Affordance(ABC):
     cargo: bool = False
     """Whether a free box follows the character's coordinates in a scene."""
     follows_clips: bool = False
-    unused: frozenset[str] = FURNITURE_SETTINGS
-    """Settings of WorldConfig, `initial.` ones included, that change nothing for such a task"""
     """Whether the task follows clips: evaluation, player and videos then show clips instead of
     trials with objects."""
+    unused: frozenset[str] = FURNITURE_SETTINGS
+    """Settings of WorldConfig, `initial.` ones included, that change nothing for such a task"""
 
     classes: tuple[str, ...] = ()
     """Classes of the package's furniture that a new training has; empty: those of the usage, or

@@ -7,7 +7,7 @@ import pytest
 from console.app import parse
 from console.run import recipe
 from console.run.experiment import PRESETS, check
-from tests.support.console.recipes import TINY
+from tests.support.console.recipes import OF_TWO_TASKS, TINY
 from world.errors import ChoiceError, ConfigError
 from world.initial.reference import KINDS
 
@@ -70,6 +70,17 @@ def test_a_stage_changes_its_settings_alone_and_not_those_of_the_next() -> None:
     assert recipe.stage_end(PRESETS["fast"], 1, KINDS) is None
 
 
+def test_a_stage_of_another_task_has_its_objects() -> None:
+    """Chairs and imported pieces are of the task of the run, not of the way to it."""
+    experiment, _ = recipe.start(recipe.parsed(OF_TWO_TASKS.encode(), "two", task="sit"), ())
+    world = replace(experiment.world, task="sit", classes=("chair",), objects=("train", "x"))
+    experiment = replace(experiment, world=world)
+    way, seat = (recipe.staged(experiment, number).world for number in (1, 2))
+    assert (way.task, way.classes, way.objects) == ("walk", (), ())
+    assert (seat.task, seat.classes, seat.objects) == ("sit", ("chair",), ("train", "x"))
+    assert way.initial.far_m == (0.5, 9.0) and seat.initial.far_m == (1.0, 10.0)
+
+
 def test_a_flag_holds_in_all_stages_and_is_told(tmp_path) -> None:
     path = tmp_path / "tiny.toml"
     path.write_text(TINY)
@@ -126,6 +137,9 @@ def test_what_contradicts_a_recipe_is_refused() -> None:
         (STAGE + ENDS + "settings = { 'scenes' = 64 }", "scenes is one for all stages"),
         (STAGE + ENDS + "settings = { ppo.gamma = 0.9 }", "name settings as flags, in quotes"),
         ("[settings]\n'world' = 3\n" + STAGE + ENDS, "there is no setting world"),
+        (STAGE + ENDS + "task = 'track'", "task 'track'; choose sit, lie, carry, walk"),
+        (STAGE + ENDS + "task = ['walk']", "task ['walk']; choose sit, lie, carry, walk"),
+        (STAGE + ENDS + "task = 'walk'", "stage a: task walk; the last one is of sit"),
     ],
 )  # fmt: skip
 def test_an_invalid_file_is_refused_by_one_line_that_names_the_entry(
@@ -133,7 +147,7 @@ def test_an_invalid_file_is_refused_by_one_line_that_names_the_entry(
 ) -> None:
     content = text.encode() if isinstance(text, str) else text
     with pytest.raises(ConfigError) as found:
-        recipe.parsed(content, "x")
+        recipe.parsed(content, "x", task="sit")
     assert said in str(found.value) and str(found.value).startswith("x")
 
 

@@ -10,10 +10,12 @@ from safetensors.torch import load_file
 from console.app import main
 from console.run.metrics import read_metrics
 from console.serving.loading import served
-from tests.support.console.recipes import tiny
+from policy.checkpoints.format import Manifest, read_manifest
+from tests.support.console.recipes import OF_TWO_TASKS, tiny
 from tests.support.console.runs import said
 from tests.support.kill_learner import flags, numbers
 from tests.support.small_clips import write
+from world.character.features import STATE
 
 
 @pytest.fixture(scope="module")
@@ -29,6 +31,10 @@ def whole(made: list[str], tmp_path_factory: pytest.TempPathFactory) -> Path:
     run = tmp_path_factory.mktemp("run") / "whole"
     assert main([*made, "--run", str(run)]) == 0
     return run
+
+
+def manifest_of(run: Path) -> Manifest:
+    return read_manifest(run / "checkpoints" / "latest")
 
 
 def tensors(run: Path) -> dict[str, torch.Tensor]:
@@ -106,6 +112,66 @@ def test_dry_run_prints_the_schedule(made: list[str], capsys: pytest.CaptureFixt
     for word in ("1 first", "2 second", "Cannot be met.", "ppo.sigma 0 0.05, 512 0.04",
                  "near >= 1.00", "projectiles-per-s 2", "at most 0.20064 M samples"):  # fmt: skip
         assert word in text
+
+
+@pytest.fixture(scope="module")
+def two(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """The words of a training that learns to walk before it learns to sit."""
+    folder = tmp_path_factory.mktemp("two")
+    path = folder / "two.toml"
+    path.write_text(OF_TWO_TASKS)
+    clips = write(folder / "clips")
+    return ["train", "sit", "--recipe", str(path), *flags(clips), "--world.classes", "chair"]
+
+
+@pytest.mark.parametrize("stops", [(5, 15), (10,), (11,)])
+def test_a_stage_of_another_task_hands_on_its_networks_alone(
+    stops: tuple[int, ...], two: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run, more = tmp_path / "run", ["--restart"]
+    found: dict[int, tuple[Manifest, dict[str, torch.Tensor]]] = {}
+    for iterations in (10, 11, 1000):
+        words = [*two, "--run", str(run), "--iterations", str(iterations), *more]
+        assert main(words) == 0
+        found[iterations], more = (manifest_of(run), tensors(run)), ["--resume"]
+    (walk, before), (sit, after), (last, end) = found.values()
+    assert (walk.layout.task, sit.layout.task, last.layout.task) == ("walk", "sit", "sit")
+    assert (walk.iteration, sit.iteration, last.iteration) == (10, 11, 20)
+    assert (walk.samples, sit.samples, last.samples) == (640, 704, 1280)
+    # the critic warms up again, so that the actor is the walker's for one iteration
+    hidden = "policy/actor/layers.2.weight"
+    assert torch.equal(before[hidden], after[hidden]) and not torch.equal(
+        before[hidden], end[hidden]
+    )
+    first, own = (tables["policy/actor/layers.0.weight"] for tables in (before, after))
+    kept = (own[:, 1 : STATE.width].abs().sum(0) > 0).nonzero().flatten() + 1
+    assert len(kept) > STATE.width // 2, "features that varied while it walked"
+    # the moments of a feature move with the first samples, and its weights by the same factor
+    factors = own[:, kept] / first[:, kept]
+    assert torch.allclose(factors, factors[:1].expand_as(factors), rtol=1e-4)
+    assert "the task walk; the rest begins anew" in capsys.readouterr().out
+    lines = read_metrics(run / "metrics.jsonl")
+    assert ["reward/stand" in line for line in lines] == [True] * 10 + [False] * 10
+    assert ["reward/sit" in line for line in lines] == [False] * 10 + [True] * 10
+    assert json.loads((run / "config.json").read_text())["experiment"]["world"]["task"] == "sit"
+    # stopped anywhere else it ends with the same bits
+    other, more = tmp_path / "other", ["--restart"]
+    for iterations in (*stops, 1000):
+        assert main([*two, "--run", str(other), "--iterations", str(iterations), *more]) == 0
+        more = ["--resume"]
+    theirs = tensors(other)
+    assert theirs.keys() == end.keys()
+    assert not [name for name in end if not torch.equal(theirs[name], end[name])]
+
+
+def test_a_mixture_has_no_stage_of_one_task(
+    two: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = [word for word in two if word not in ("--world.classes", "chair")]
+    run = tmp_path / "run"
+    assert main([*words, "--run", str(run), "--mix", "sit=0.5", "walk=0.5"]) == 2
+    assert "--mix: stage way of the recipe has the task walk alone" in said(capsys)
+    assert not run.exists()
 
 
 @pytest.mark.parametrize(

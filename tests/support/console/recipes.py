@@ -1,4 +1,4 @@
-"""A recipe of three stages of ten iterations of 64 samples, and what its run is made with."""
+"""Recipes of two and three stages of ten iterations of 64 samples."""
 
 from pathlib import Path
 
@@ -35,3 +35,18 @@ def tiny(folder: Path, iterations: int = 10) -> Path:
     path = folder / "tiny.toml"
     path.write_text(TINY.replace(" 640", f" {64 * iterations}"))
     return path
+
+
+#: Walk before the task of the run.
+OF_TWO_TASKS = """
+[settings]
+"world.episode-s" = 0.5
+[[stage]]
+name = "way"
+task = "walk"
+settings = { "world.initial.far-m" = [0.5, 9.0] }
+ends = { success = { all = 0.0 }, episodes = 16, at-least = 640, limit = 100000 }
+[[stage]]
+name = "seat"
+ends = { success = { all = 0.0 }, episodes = 16, at-least = 640, limit = 100000 }
+"""
