@@ -108,6 +108,8 @@ class Collection:
         if any(within(job.scenes, part) for part in self.results):
             return False
         self.results = {p: r for p, r in self.results.items() if not within(p, job.scenes)}
+        both = [p for p in self.results if p.start < job.scenes.stop and job.scenes.start < p.stop]
+        assert not both, f"{job.scenes} and {both[0]} share scenes, and neither is in the other"
         self.results[job.scenes] = (packed, state)
         # Delivered scenes need no other actor; parts of them may be assigned already.
         self.queued = [(part, n) for part, n in self.queued if not within(part, job.scenes)]
@@ -119,10 +121,16 @@ class Collection:
         at = [other.scenes for other in self.jobs.values() if not other.straggling]
         at += [*self.results, *(part for part, _ in self.queued)]
         failures = job.failures + 1
+        # Joined with blocks of this job alone: a part across two jobs would be in neither.
+        parts: list[range] = []
         for first in range(job.scenes.start, job.scenes.stop, self._block):
             block = range(first, first + self._block)
-            if not any(within(block, part) for part in at):
-                self._queue(block, failures)
+            if any(within(block, part) for part in at):
+                continue
+            if parts and parts[-1].stop == first:
+                block = range(parts.pop().start, block.stop)
+            parts.append(block)
+        self.queued += [(part, failures) for part in parts]
         return failures
 
     @property
@@ -150,12 +158,3 @@ class Collection:
         if not outstanding or len(self._durations_s) < outstanding:
             return None
         return max(self._straggler_s, self._straggler_factor * max(self._durations_s))
-
-    def _queue(self, block: range, failures: int) -> None:
-        """Add a block to the queue, joined to the part before it where their failures agree."""
-        if self.queued:
-            part, failed = self.queued[-1]
-            if part.stop == block.start and failed == failures:
-                self.queued.pop()
-                block = range(part.start, block.stop)
-        self.queued.append((block, failures))

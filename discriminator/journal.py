@@ -6,7 +6,10 @@ and it enters the same slots of the replay. The journal guards against a killed 
 checkpoints guard against a lost disk.
 """
 
+import fcntl
 import hashlib
+import os
+import time
 from pathlib import Path
 
 from safetensors import SafetensorError
@@ -15,6 +18,9 @@ from torch import Tensor
 
 from discriminator.errors import StyleError
 from world.partial_files import remove_leftovers, replacing
+
+#: How long a killed service may take to release its directory, s.
+RELEASE_S = 3.0
 
 
 class Journal:
@@ -27,9 +33,38 @@ class Journal:
         except OSError as error:
             raise StyleError(f"state directory {directory}: {error.strerror}") from error
         remove_leftovers(directory)
+        self.directory = directory
         self.replay = directory / "replay.f32"
+        self._rows_bytes = self.replay.stat().st_size if self.replay.exists() else 0
         self._path = directory / "state.safetensors"
         self._training = directory / "training"
+
+    def lock(self) -> None:
+        """Lock the directory for this process, to its end, against a second service, whose
+        trainings would enter the same files. Raises StyleError where one has it."""
+        handle = os.open(self.directory / ".lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        last = time.monotonic() + RELEASE_S
+        while True:
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                return
+            except OSError:
+                if time.monotonic() > last:
+                    os.close(handle)
+                    raise StyleError(
+                        f"state directory {self.directory}: another service uses it: name another"
+                        " --state"
+                    ) from None
+                time.sleep(0.1)
+
+    def require_rows(self, rows_bytes: int) -> None:
+        """Raise StyleError where there is a state whose replay, a file of so many bytes, was not
+        there when the journal was opened: mapping it fills it with zeros without a word."""
+        if self._path.exists() and self._rows_bytes != rows_bytes:
+            raise StyleError(
+                f"state {self.replay}: {self._rows_bytes} bytes, must be {rows_bytes}; remove"
+                f" {self.directory} to start from scratch"
+            )
 
     def load(self) -> dict[str, Tensor] | None:
         """The last saved state, without the replay's rows; None if there is none."""

@@ -34,7 +34,7 @@ from rpc.errors import RpcError
 from rpc.server import ServerConfig
 from world.errors import InhabitError
 
-START_S = 120.0  # time to import torch and read the clips, on a slow disk
+START_S = 300.0  # time to import torch and read the clips, on a slow disk
 MAX_DEATHS = 3  # deaths within WINDOW_S that count as a crash loop
 WINDOW_S = 60.0
 
@@ -76,6 +76,8 @@ class ServiceSpec:
 def build(spec: ServiceSpec) -> tuple[Discriminator, Journal | None]:
     """Discriminator and journal of a specification; InhabitError if something does not fit."""
     journal = Journal(Path(spec.service.state)) if spec.service.state else None
+    if journal is not None:
+        journal.lock()
     mask = None if spec.object_mask is None else torch.tensor(spec.object_mask)
     style = Discriminator(
         spec.style,
@@ -86,6 +88,8 @@ def build(spec: ServiceSpec) -> tuple[Discriminator, Journal | None]:
         holding=None if spec.holding is None else Holding.from_json(spec.holding),
         coarse=None if spec.coarse is None else torch.tensor(spec.coarse),
     )
+    if journal is not None:
+        journal.require_rows(style.replay.rows.nbytes)
     return style, journal
 
 
@@ -188,7 +192,14 @@ def _spawn(spec: ServiceSpec) -> tuple[subprocess.Popen[str], dict[str, Any]]:
 def _start_server(supervisor: subprocess.Popen[str], spec: ServiceSpec) -> dict[str, Any]:
     """Request a server and wait for its answer; StyleError, with its line, if it cannot serve."""
     assert supervisor.stdin is not None and supervisor.stdout is not None
-    timer = threading.Timer(START_S, os.killpg, (supervisor.pid, signal.SIGKILL))
+    late = threading.Event()
+
+    def give_up() -> None:
+        late.set()
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(supervisor.pid, signal.SIGKILL)
+
+    timer = threading.Timer(START_S, give_up)
     timer.start()
     try:
         supervisor.stdin.write(spec.to_json() + "\n")
@@ -209,6 +220,8 @@ def _start_server(supervisor: subprocess.Popen[str], spec: ServiceSpec) -> dict[
     status = supervisor.poll()
     _kill(supervisor)
     _close(supervisor)
+    if late.is_set():
+        raise _NoAnswer(f"style service: still read its clips after {START_S:g} s, and was ended")
     raise _NoAnswer(f"style service: ended before it served (status {status})")
 
 

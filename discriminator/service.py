@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 
 import grpc
-import torch
 from prometheus_client import Gauge
 
 from discriminator.client import MOCAP_MEAN, TRAINING
@@ -149,6 +148,8 @@ class StyleService(style_pb2_grpc.StyleServicer):
             if self._training:
                 self._own(context)
             self._style.check_state(state)
+            if "replay" not in state:
+                raise LayoutError("discriminator state: replay is missing")
             if self._journal is not None:
                 # a kill in between would leave the replay of one state and the rest of another
                 self._journal.clear()
@@ -220,14 +221,3 @@ def start(
     service.observe(server)
     server.start([NAME])
     return server
-
-
-def serve(
-    style: Discriminator,
-    server_config: ServerConfig,
-    config: ServiceConfig | None = None,
-    journal: Journal | None = None,
-) -> None:
-    """Serve until SIGTERM or SIGINT, then drain; torch uses one thread."""
-    torch.set_num_threads(1)
-    start(style, server_config, config, journal).run()

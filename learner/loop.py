@@ -43,7 +43,7 @@ class _Scored:
     """Style reward of a rollout, and the discriminator's training on it, which runs in parallel."""
 
     scores: StyleScores
-    training: Future[tuple[dict[str, float], float]]
+    training: Future[Mapping[str, float]]
     lag: int
     """Number of trainings that the discriminator was behind"""
     seconds: float
@@ -167,11 +167,11 @@ class Loop:
         scored = time.perf_counter()
 
         metrics: dict[str, float] = {}
-        style_reward, style_s = None, 0.0
+        style_reward, score_s, style_s = None, 0.0, 0.0
         if style is not None:
             # a service answers on the CPU
             style_reward = put(style.scores.reward, rollout.rewards.device)
-            style_s = style.seconds
+            score_s = style_s = style.seconds
             metrics |= style.scores.metrics
             metrics["lag/style"] = float(style.lag)
             metrics["reward/style"] = self._mean_style(rollout, style_reward)
@@ -185,9 +185,8 @@ class Loop:
         updated = time.perf_counter()
 
         if style is not None:
-            trained, train_s = style.training.result()
-            metrics |= trained
-            style_s += train_s
+            metrics |= style.training.result()
+            style_s += time.perf_counter() - updated  # the rest of it runs beside the update
 
         ended_episodes = {name: put(value, CPU) for name, value in rollout.episodes.items()}
         self.episodes.add(ended_episodes)
@@ -195,7 +194,7 @@ class Loop:
         self.gathering.learned()
         self._kept = None
         ended = time.perf_counter()
-        self._update_s, self._iteration_s = ended - scored + style_s, ended - began
+        self._update_s, self._iteration_s = ended - scored + score_s, ended - began
         self.seconds += ended - began
         of = None if self.division is None else self.division.terms
         means = rollout.term_means(self.terms, of) if self.terms else {}
@@ -267,7 +266,7 @@ class Loop:
         batch, self.batches = self.batches, self.batches + 1
         scores = self._scored(self.style, batch, rollout)
         seconds = time.perf_counter() - began
-        training = self._background.submit(_timed_train, self.style, scores.version)
+        training = self._background.submit(self.style.train, scores.version)
         # One training follows each batch, so the lag is the batch id minus the version.
         return _Scored(scores, training, batch - scores.version, seconds)
 
@@ -325,9 +324,11 @@ class Loop:
         )
 
     def _checkpoint(self, metrics: Mapping[str, float]) -> int:
-        score = metrics.get("episode/success", 0.0) + 1e-6 * metrics.get("episode/return", 0.0)
-        best = score >= self.best_score
-        self.best_score = max(self.best_score, score)
+        best = False
+        if "episode/success" in metrics:  # else no episode has ended, which says nothing
+            score = metrics["episode/success"] + 1e-6 * metrics.get("episode/return", 0.0)
+            best = score >= self.best_score
+            self.best_score = max(self.best_score, score)
         self.checkpointer.save(self.learner.version, self.state_dict(), best)
         return self.learner.version
 
@@ -421,8 +422,3 @@ def require_finite(iteration: int, metrics: Mapping[str, float]) -> None:
             f"iteration {iteration}: {', '.join(broken)} not finite; the last checkpoint is kept:"
             " resume from it with a lower learning rate or action noise"
         )
-
-
-def _timed_train(style: Style, version: int) -> tuple[dict[str, float], float]:
-    began = time.perf_counter()
-    return dict(style.train(version)), time.perf_counter() - began

@@ -296,7 +296,8 @@ class Learner:
 
     def _minibatches(self, samples: int, part: int) -> list[list[Tensor]]:
         """Indices by epoch and minibatch, from (seed, version); part: 0 critic, 1 actor."""
-        generator = torch.Generator().manual_seed((self.seed * 2 + part) * 1_000_003 + self.version)
+        seed = (self.seed * 2 + part) * 1_000_003 + self.version
+        generator = torch.Generator().manual_seed(seed % 2**63)  # more bits are refused
         parts = max(1, round(samples / self.config.minibatch))
         return [
             list(put(torch.randperm(samples, generator=generator), self.device).tensor_split(parts))

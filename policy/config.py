@@ -12,7 +12,8 @@ class BatchConfig:
     max_wait_s: float = 1e-3
     """Longest time that a request waits for others to share its forward pass."""
     max_queued_rows: int = 8192
-    """Most rows in the queue; further requests are refused."""
+    """Most rows in each of a policy's queues, of single frames and of large requests; further
+    requests are refused."""
 
 
 @dataclass(frozen=True)

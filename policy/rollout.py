@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from itertools import pairwise
 
 import torch
 from torch import Tensor
@@ -91,9 +92,15 @@ class Rollout:
         """Rollout of all scenes, in scene order, from parts in any order.
 
         The result does not depend on the division of the scenes, except for `seconds`, which are
-        those of the slowest part.
+        those of the slowest part. Raises ValueError for scenes that are missing or twice there.
         """
         parts = sorted(parts, key=lambda part: part.first_scene)
+        for part, after in pairwise(parts):
+            if part.first_scene + part.scenes != after.first_scene:
+                raise ValueError(
+                    f"parts of a rollout: scene {after.first_scene} follows"
+                    f" {part.first_scene + part.scenes - 1}"
+                )
         wide = ("states", "goals", "actions", "means", "log_probs", "rewards")
         wide += ("fell", "timed_out", "valid")
         wide += () if parts[0].teacher_action is None else ("teacher_action",)
@@ -131,11 +138,6 @@ class Rollout:
         found = {f.name: getattr(self, f.name) for f in fields(self)}
         flat = {k: v for k, v in found.items() if isinstance(v, Tensor)}
         return flat | {f"episodes.{k}": v for k, v in self.episodes.items()}
-
-
-def next_states(rollout: Rollout) -> Tensor:
-    """True successors of all states [T, N, 114]; at the end of an episode its last state."""
-    return successors(rollout.states, rollout.end_index, rollout.end_states)
 
 
 def successors(along: Tensor, end_index: Tensor, at_end: Tensor) -> Tensor:

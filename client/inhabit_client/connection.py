@@ -16,7 +16,15 @@ from inhabit_client.v1 import policy_pb2 as pb
 from inhabit_client.v1 import policy_pb2_grpc as stubs
 
 #: A proxy of the environment (http_proxy) reaches neither this machine nor the service.
-_OPTIONS = [("grpc.enable_http_proxy", 0), ("grpc.max_receive_message_length", 64 << 20)]
+_OPTIONS = [
+    ("grpc.enable_http_proxy", 0),
+    ("grpc.max_receive_message_length", 64 << 20),
+    # a stream has no deadline: a connection that loses all packets ends after the sum of these two
+    ("grpc.keepalive_time_ms", 10_000),
+    ("grpc.keepalive_timeout_ms", 5_000),
+    ("grpc.http2.ping_timeout_ms", 5_000),
+    ("grpc.http2.max_pings_without_data", 0),  # any number
+]
 
 
 class Client(Closing):
@@ -72,7 +80,7 @@ class Client(Closing):
 
     def control(self, policy: str, seed: int | None = None) -> Session:
         """Return an open stream that controls one character."""
-        return Session(self._stub, policy, seed)
+        return Session(self._stub, policy, seed, self._deadline_s)
 
     def stream(self, request: pb.SynthesizeRequest) -> Iterator[pb.SynthesizeReply]:
         """Yield the messages of a motion: a header, the frames as they are computed, a summary."""
@@ -145,7 +153,8 @@ def connect(
 
     tls_ca: trusted certificates (PEM); it implies TLS, as does `tls`, with the system's.
     tls_cert, tls_key: of this client, for mutual TLS. token: the service's bearer token, which is
-    sent to another machine by TLS alone. deadline_s: longest time of a call that is no stream, s.
+    sent to another machine by TLS alone. deadline_s: longest time of a call that is no stream, and
+    of a step of one that controls, s. A stream ends within 15 s of losing its connection.
     Raises ValueError for a token without TLS, OSError for files that cannot be read.
     """
     secure = tls or tls_ca is not None or tls_cert is not None

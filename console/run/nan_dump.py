@@ -16,7 +16,8 @@ from world.episodes.shard import Shard, Step
 from world.furniture.piece import Piece
 from world.scene.box import STAND, is_box
 
-#: Control steps kept, and greatest number of recordings: a broken run must not fill the disk.
+#: Control steps kept, and greatest number of recordings of a run, over all its workers: a broken
+#: run must not fill the disk.
 KEPT, MOST = 30, 20
 
 
@@ -28,7 +29,7 @@ class NanDump:
     ) -> None:
         self._shard, self._scenes, self._pieces, self._folder = shard, scenes, pieces, folder
         self._states: deque[dict[str, Tensor]] = deque(maxlen=KEPT)
-        self._written = 0
+        self._full = False
 
     @property
     def clock(self) -> int:
@@ -53,9 +54,8 @@ class NanDump:
         return step
 
     def _dump(self, scene: int, action: Tensor) -> None:
-        if self._written >= MOST:
+        if self._full or len(list(self._folder.glob("broken-*.msgpack"))) >= MOST:
             return
-        self._written += 1
         name = f"broken-{self._scenes[scene]}-{self.clock}.msgpack"
         meta = {
             "reason": "not finite",
@@ -67,7 +67,7 @@ class NanDump:
         try:
             recording.write(self._folder / name, Recording([self._take(scene)], meta))
         except RecordingError:
-            self._written = MOST  # the disk is full: training continues without recordings
+            self._full = True  # the disk is full: training continues without recordings
 
     def _take(self, scene: int) -> Take:
         """Return the scene's states of this episode, oldest first, up to the last finite one."""

@@ -227,7 +227,7 @@ def staged(experiment: Experiment, number: int) -> Experiment:
     """
     if not experiment.stages:
         return experiment
-    seed = experiment.seed + _SEEDS_APART * (number - 1)
+    seed = (experiment.seed + _SEEDS_APART * (number - 1)) % 2**63
     stage = experiment.stages[number - 1]
     found = with_settings(experiment, stage.settings, f"stage {stage.name}")
     if found.world.task != experiment.world.task:

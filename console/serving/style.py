@@ -12,6 +12,7 @@ from console.listening import flags_named
 from console.run import assembly
 from console.run.directory import RunDirectory, RunError, checkpoint_folder
 from console.run.experiment import read_experiment
+from console.run.recipe import staged
 from console.terminal import INTERRUPTED
 from discriminator.journal import Journal
 from discriminator.process import build
@@ -31,7 +32,7 @@ def style_command(command: Style) -> int:
     run = RunDirectory(command.source)
     server = listening(command)
     state = _text(command.state)
-    style, journal = build(assembly.style_service(read_experiment(run), server, state))
+    style, journal = build(assembly.style_service(staged(read_experiment(run), 1), server, state))
     try:
         checkpoint = checkpoint_folder(run.path)
     except RunError:

@@ -83,8 +83,8 @@ def stage_of(found: Checkpoint) -> int:
 
 
 def inherited(run: RunDirectory, command: Train, experiment: Experiment) -> tuple[Origin, ...]:
-    """Return the origins of the weights that a training begins from, of its teachers', in any of its
-    stages, and of the clips of stages of other tasks: those of --init and of the settings, or those
+    """Return the origins of the weights that a training begins from, and in any of its stages of
+    its teachers', and of the clips of other tasks: those of --init and of the settings, or those
     that the run's newest readable checkpoint names."""
     if not command.resume:
         named: list[Path | str | None] = [command.init]

@@ -125,7 +125,7 @@ def ray_runner(
     own; on a GPU without an address, the discriminator is in the learner's process, and without a
     style reward there is none."""
     from actors.cluster import ray_session  # takes a second, which the local runner does not need
-    from actors.fleet import RayFleet
+    from actors.fleet import FleetConfig, RayFleet
 
     with ExitStack() as stack:
         client: Style | None
@@ -138,7 +138,10 @@ def ray_runner(
         else:
             client = stack.enter_context(style_client(experiment, run, note))
         stack.enter_context(ray_session(workers, address))
-        fleet = RayFleet(assembly.make_shard(experiment, run), *_shape(experiment, workers))
+        # a long rollout is no hung one: 2 s a control step are ten times what a shard takes
+        config = FleetConfig(rollout_s=FleetConfig.rollout_s + 2.0 * experiment.horizon)
+        make, shape = assembly.make_shard(experiment, run), _shape(experiment, workers)
+        fleet = RayFleet(make, *shape, config=config)
         stack.callback(fleet.close)
         yield Runner(fleet, client, mixing.kind_names(experiment))
 

@@ -47,6 +47,8 @@ class Follower:
         self.reloads = 0
         self.last_refusal = ""
         self._poll: asyncio.Future[bool] | None = None
+        self._refused = False
+        """Whether the files of `_signature` are not served"""
         self._began = 0.0
         self._reloads: Counter | None = None
         self._refusals: Counter | None = None
@@ -67,16 +69,18 @@ class Follower:
         except OSError as error:
             return self._refuse(f"{error.filename}: {error.strerror}")
         if found == self._signature:
+            if not self._refused:
+                self.last_refusal = ""  # what could not be read for a while is there again
             return False
         try:
             served = await run_in_background(self._read, path)
         except Exception as error:  # a foreign file may fail in any way; the service must go on
             if not isinstance(error.__cause__ or error, OSError):
-                self._signature = found
+                self._signature, self._refused = found, True
             # else the next poll reads it again: a disk may fail for a moment
             known = isinstance(error, InhabitError)
             return self._refuse(str(error) if known else f"{path}: {type(error).__name__}: {error}")
-        self._signature = found
+        self._signature, self._refused = found, False
         if served.digest == self.served.digest:
             self.last_refusal = ""
             return False

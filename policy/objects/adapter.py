@@ -1,11 +1,13 @@
 """Protocols of the objects of messages: as rows of numbers and as the object of a scene."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Protocol
 
 import mujoco
 from torch import Tensor
 
+from policy.errors import RequestError
 from policy.fields import Numbers
 from rpc.v1 import policy_pb2 as pb
 from world.furniture.piece import Box, Piece
@@ -21,6 +23,15 @@ Cancelled = Callable[[], bool]
 def not_cancelled() -> bool:
     """False: the call cannot be cancelled."""
     return False
+
+
+@contextmanager
+def of_message(name: str) -> Iterator[None]:
+    """Within it, an error names the message that the field is of."""
+    try:
+        yield
+    except RequestError as error:
+        raise RequestError(f"{name}.{error}") from error
 
 
 class Props(Protocol):

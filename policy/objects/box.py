@@ -111,9 +111,9 @@ class BoxArrangement:
         return scenes.now(self._bank.target(_HERE, self._layout))
 
     def move(self, scenes: Scenes, position: Numbers, yaw: float) -> None:
-        """See Props."""
-        turned = torch.tensor([[np.cos(yaw), np.sin(yaw)]])
-        scenes.move_furniture(_HERE, torch.from_numpy(position)[None], turned)
+        """Move the first stand, at its height, and the box if it rests on it."""
+        turned = torch.tensor([[np.cos(yaw), np.sin(yaw)]], dtype=torch.float32)
+        self.shift(scenes, torch.from_numpy(position[:2]).float()[None], turned)
 
     def use_point(self) -> tuple[Tensor, Tensor]:
         """See Props."""

@@ -8,7 +8,7 @@ from torch import Tensor
 
 from policy.errors import RequestError
 from policy.fields import Numbers, upright, vector
-from policy.objects.adapter import Cancelled, not_cancelled
+from policy.objects.adapter import Cancelled, not_cancelled, of_message
 from policy.objects.columns import COLUMNS
 from rpc.v1 import policy_pb2 as pb
 from world.furniture.piece import Box, Piece
@@ -33,7 +33,8 @@ class FloorAdapter:
 
     def fill(self, row: Numbers, message: pb.Situation, task: Task, name: str) -> None:
         """See Adapter."""
-        position, yaw = _where(message.furniture)
+        with of_message(name):
+            position, yaw = _where(message.furniture)
         row[COLUMNS["point"]] = position[0], position[1], 0.0
         row[COLUMNS["facing"]] = np.cos(yaw), np.sin(yaw)
 

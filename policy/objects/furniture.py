@@ -10,7 +10,7 @@ from torch import Tensor
 
 from policy.errors import RequestError
 from policy.fields import Numbers, number
-from policy.objects.adapter import Cancelled, not_cancelled
+from policy.objects.adapter import Cancelled, not_cancelled, of_message
 from policy.objects.columns import COLUMNS, POSE_WIDTH
 from policy.objects.placement import (
     SCALES,
@@ -67,7 +67,8 @@ class FurnitureAdapter:
 
     def fill(self, row: Numbers, message: pb.Situation, task: Task, name: str) -> None:
         """See Adapter."""
-        fill_target(row, placed_furniture(message.furniture, task))
+        with of_message(name):
+            fill_target(row, placed_furniture(message.furniture, task))
 
     def props(
         self,

@@ -228,10 +228,11 @@ class PolicyService(policy_pb2_grpc.PolicyServicer):
         """See policy.proto."""
         served = self.followers[self._named(request.task)].served
         with self.syntheses.one() as stream:
+            stream.works()  # a mesh of the request may take minutes to be decomposed
             async for part in self._synthesis.run(request, served):
                 stream.writes()
                 await context.write(part)
-                stream.reads()
+                stream.works()
 
     async def watch(self) -> None:
         """Poll checkpoints and end idle streams, until cancelled."""

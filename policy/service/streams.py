@@ -21,16 +21,22 @@ class Stream:
     since: float
     writing: bool = False
     """Whether it waits for the client to read a reply, rather than to send a message"""
+    working: bool = False
+    """Whether the client waits for it"""
     ended: RefusedError | None = None
     """Why the stream was ended from outside"""
 
     def reads(self) -> None:
         """Record that it waits for the client's next message."""
-        self.since, self.writing = time.monotonic(), False
+        self.since, self.writing, self.working = time.monotonic(), False, False
 
     def writes(self) -> None:
         """Record that it waits for the client to read a reply."""
-        self.since, self.writing = time.monotonic(), True
+        self.since, self.writing, self.working = time.monotonic(), True, False
+
+    def works(self) -> None:
+        """Record that the client waits for it, which no time-out ends."""
+        self.since, self.writing, self.working = time.monotonic(), False, True
 
 
 class Streams:
@@ -72,6 +78,8 @@ class Streams:
         """End streams whose client sends nothing for idle_s, or reads nothing for stalled_s."""
         now = time.monotonic()
         for stream in list(self._open):
+            if stream.working:
+                continue
             timeout_s = stalled_s if stream.writing else idle_s
             if now - stream.since > timeout_s:
                 did = "took no reply" if stream.writing else "sent nothing"

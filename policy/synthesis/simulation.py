@@ -103,7 +103,8 @@ class Simulation:
                 seen = now
             error = float(self._task.error_m(body, target)[0])
             success = error <= self._task.success_m
-            fell = bool(self._task.fell(body, target)[0])
+            falls = bool(self._task.fell(body, target)[0])
+            fell = fell or falls
             held = held + 1 if success else 0
             if success and not fell:
                 if success_s < 0:
@@ -113,7 +114,7 @@ class Simulation:
             terms = self._task.reward_terms(body, target)
             frame.reward_terms.extend(terms[0].tolist())
             frame.reward = float((terms * self._weights).sum())
-            frame.error_m, frame.success, frame.fell = error, success, fell
+            frame.error_m, frame.success, frame.fell = error, success, falls
             made += 1
             yield pb.SynthesizeReply(frame=frame)
             if (fell or held >= self._hold) and not self._to_the_end:

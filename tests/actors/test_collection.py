@@ -1,5 +1,6 @@
 """Every scene once, whoever delivers, dies or is late."""
 
+import random
 import time
 
 import pytest
@@ -71,3 +72,49 @@ class TestCollection:
         assert asked.next_straggler_s is None
         self.deliver(asked, "b")
         assert asked.next_straggler_s is not None
+
+    def test_parts_of_two_stragglers_are_not_joined(self):
+        """Two helpers have the adjacent ends of two stragglers' parts, and both are lost. One part
+        of both ends would be in neither straggler's, whose late answer then counted twice what it
+        has in common with it, in the place of scenes that nobody had."""
+        asked = self.collection()
+        asked.assign("c", "C", range(0))  # a third member has answered
+        self.deliver(asked, "c")
+        del asked.results[range(0)]
+        asked.assign("d", "D", range(0))
+        self.deliver(asked, "d")
+        del asked.results[range(0)]
+        asked.queue_stragglers(time.monotonic() + 11)
+        assert [part for part, _ in asked.queued] == [range(4), range(4, 8)]
+        asked.queued.clear()
+        asked.assign("a1", "C", range(3, 4))
+        asked.assign("b1", "D", range(4, 5))
+        asked.fail(asked.jobs["a1"])
+        asked.fail(asked.jobs["b1"])
+        assert asked.queued == [(range(3, 4), 1), (range(4, 5), 1)]
+        assert self.deliver(asked, "a")
+        assert asked.queued == [(range(4, 5), 1)]
+
+    @pytest.mark.parametrize("seed", range(40))
+    def test_every_scene_is_used_once_whatever_happens(self, seed: int) -> None:
+        """Workers answer, are late and fail in a random order."""
+        draw = random.Random(seed)
+        asked = Collection(range(24), 2, straggler_s=1.0, straggler_factor=1.0)
+        for k in range(4):
+            asked.assign(f"start{k}", f"m{k}", range(6 * k, 6 * k + 6))
+        for step in range(2000):
+            if asked.complete:
+                break
+            if asked.queued and (draw.random() < 0.5 or not asked.jobs):
+                part, failures = asked.next_part(draw.randint(1, 3))
+                asked.assign(f"{step}", f"h{step}", part, failures)
+            elif draw.random() < 0.3:
+                asked.queue_stragglers(time.monotonic() + 1e6)
+            elif asked.jobs:
+                job = asked.jobs[draw.choice(sorted(asked.jobs))]
+                if draw.random() < 0.5 and step < 1000:
+                    asked.fail(job)
+                else:
+                    asked.deliver(job, {"of": ""}, {})
+        used = sorted(scene for part in asked.results for scene in part)
+        assert asked.complete and used == list(range(24))

@@ -71,6 +71,48 @@ def test_a_service_that_cannot_start_is_one_line(server: Server, tmp_path: Path)
         start(local(), ServerConfig(), journal=Journal(tmp_path))
 
 
+def test_a_journal_without_its_replay_is_refused(tmp_path: Path) -> None:
+    """Mapping a missing or torn file fills it up with zeros, on which a discriminator trained."""
+    spec = replace(SPEC, service=ServiceConfig(state=str(tmp_path / "style")))
+    process = start_process(spec)
+    client = StyleClient(ChannelConfig(process.address, retry_s=20))
+    try:
+        client.score(0, **rollout(0))
+        client.train(0)
+    finally:
+        client.close()
+        process.stop()
+    rows = tmp_path / "style" / "replay.f32"
+    whole = rows.read_bytes()
+    for left in (None, whole[:-4], whole + b"more"):
+        rows.unlink(missing_ok=True)
+        if left is not None:
+            rows.write_bytes(left)
+        there = 0 if left is None else len(left)
+        with pytest.raises(StyleError, match=rf"replay.f32: {there} bytes, must be {len(whole)};"):
+            start_process(spec)
+    rows.write_bytes(whole)
+    start_process(spec).stop()
+
+
+def test_two_services_do_not_share_a_journal(tmp_path: Path) -> None:
+    spec = replace(SPEC, service=ServiceConfig(state=str(tmp_path / "style")))
+    first = start_process(spec)
+    try:
+        with pytest.raises(StyleError, match="another service uses it: name another --state"):
+            start_process(spec)
+    finally:
+        first.stop()
+    start_process(spec).stop()
+
+
+def test_a_service_that_reads_too_long_is_said_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("discriminator.process.START_S", 0.5)
+    spec = replace(SPEC, mocap="tests.support.style_cases:sleep")
+    with pytest.raises(StyleError, match=r"still read its clips after 0\.5 s, and was ended"):
+        start_process(spec)
+
+
 def test_specs_survive_json() -> None:
     spec = replace(SPEC, object_mask=[False] * WIDTH, arguments={"clips": ["a"], "mirror": True})
     assert ServiceSpec.from_json(spec.to_json()) == spec

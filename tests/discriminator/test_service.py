@@ -40,6 +40,10 @@ def test_a_truncated_or_foreign_state_changes_nothing(server: Server, client: St
         for wrong in (chunks[:-1], chunks[:-2], chunks[1:], [], chunks + chunks[1:]):
             with pytest.raises(grpc.RpcError, match=r"INVALID_ARGUMENT"):
                 stub.Restore(iter(wrong), timeout=10)
+    # without its replay it would train on what is in the rows by chance
+    without = {name: tensor for name, tensor in before.items() if name != "replay"}
+    with pytest.raises(StyleError, match="discriminator state: replay is missing"):
+        client.load_state_dict(without)
     other = Discriminator(replace(SMALL, hidden=(16,)), Mocap(), 0)
     with pytest.raises(StyleError, match=r"network/layers\.0\.weight is \[16, 14\]"):
         client.load_state_dict(other.state_dict())

@@ -1,8 +1,9 @@
 """Joining rollouts and pairing states with their true successors."""
 
+import pytest
 import torch
 
-from policy.rollout import Rollout, next_states
+from policy.rollout import Rollout, successors
 
 
 def rollout(first: int, scenes: int, ends: list[tuple[int, int]], horizon: int = 3) -> Rollout:
@@ -53,8 +54,15 @@ def test_join_does_not_depend_on_the_division():
         assert torch.equal(tensor, halves.tensors()[name]), name
 
 
+def test_scenes_that_are_missing_or_twice_there_are_no_rollout():
+    for second in (2, 4):
+        with pytest.raises(ValueError, match=f"scene {second} follows 2"):
+            Rollout.join([rollout(0, 3, []), rollout(second, 3, [])])
+
+
 def test_successors_cross_no_reset():
-    found = next_states(rollout(0, 2, [(1, 0)]))
+    found = rollout(0, 2, [(1, 0)])
+    found = successors(found.states, found.end_index, found.end_states)
     # scene 0 ended at t = 1: its successor there is the last state, not the next episode's first
     assert found[..., 0].tolist() == [[100, 101], [-100, 201], [300, 301]]
 

@@ -4,6 +4,7 @@ import socket
 import time
 import urllib.request
 from pathlib import Path
+from typing import Any
 
 import grpc
 import pytest
@@ -113,3 +114,23 @@ def test_a_second_ctrl_c_ends_a_drain_at_once() -> None:
     for first in ("SIGINT", "SIGTERM"):
         pressed = printed(code.format(first), ends_with=130)
         assert time.monotonic() - float(pressed) < 10.0
+
+
+def test_a_client_may_ping_during_a_long_call() -> None:
+    """By default a server closes a connection after three pings without data: a training of the
+    discriminator that took longer than 20 s was never answered."""
+
+    class Long(style_pb2_grpc.StyleServicer):
+        def Status(self, request: pb.StatusRequest, context: grpc.ServicerContext) -> Any:
+            time.sleep(9)
+            return pb.StatusReply(version=7)
+
+    pings = [("grpc.keepalive_time_ms", 1_500), ("grpc.http2.max_pings_without_data", 0)]
+    server = Server(ServerConfig())
+    style_pb2_grpc.add_StyleServicer_to_server(Long(), server.grpc)
+    server.start([NAME])
+    try:
+        with grpc.insecure_channel(server.address, pings) as channel:
+            assert style_pb2_grpc.StyleStub(channel).Status(pb.StatusRequest()).version == 7
+    finally:
+        server.drain()

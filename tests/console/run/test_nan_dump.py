@@ -57,7 +57,9 @@ def test_a_broken_run_does_not_fill_the_disk(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(nan_dump, "MOST", 3)
-    box = NanDump(Shard(), range(2), PIECES, tmp_path)  # pyright: ignore
+    # the workers of a run share the folder, and their number
+    boxes = [NanDump(Shard(), range(k, k + 2), PIECES, tmp_path) for k in (0, 2)]  # pyright: ignore
     for _ in range(12):
-        box.step(torch.zeros(2, 28))
+        for box in boxes:
+            box.step(torch.zeros(2, 28))
     assert len(list(tmp_path.iterdir())) == 3

@@ -132,6 +132,30 @@ def test_a_disk_that_fails_for_a_moment_is_read_again_and_a_damaged_file_is_not(
     assert len(reads) == before + 1 and follower.last_refusal == "it is damaged"
 
 
+def test_a_disk_that_is_back_with_the_same_checkpoint_is_no_refusal_any_more(
+    tmp_path: Path,
+) -> None:
+    """Describe told the first outage for ever, and a second one was neither said nor counted."""
+    save(tmp_path / "000001", 1)
+    away: list[OSError] = []
+    said: list[str] = []
+
+    def find() -> Path:
+        if away:
+            raise away[0]
+        return tmp_path / "000001"
+
+    follower = Follower(Source("sit", find, load), said.append)
+    for outage in (1, 2):
+        away.append(OSError(5, "input/output error", str(tmp_path)))
+        assert not asyncio.run(follower.poll())
+        assert not asyncio.run(follower.poll())
+        assert "input/output error" in follower.last_refusal and len(said) == outage
+        away.clear()
+        assert not asyncio.run(follower.poll())
+        assert follower.last_refusal == "" and len(said) == outage
+
+
 def test_reloads_go_on_when_nobody_reads_what_is_reported(tmp_path: Path) -> None:
     """As in `inhabit serve RUN 2>&1 | head`: the pipe of its lines is closed."""
     save(tmp_path / "000001", 1)

@@ -11,6 +11,7 @@ from policy.messages import requests
 from policy.objects.columns import COLUMNS, POSE_WIDTH
 from rpc.v1 import policy_pb2 as pb
 from tests.support.policy_cases import SIT, WIDTH, chair, observation, pose
+from world import tasks
 from world.character import model as character
 from world.character.features import STATE
 
@@ -83,3 +84,15 @@ def test_noise_is_the_seeds_and_the_counters() -> None:
     np.testing.assert_array_equal(first, requests.noise(7, 0, 2000))
     assert (first != requests.noise(7, 1, 2000)).mean() > 0.99
     assert (first != requests.noise(8, 0, 2000)).mean() > 0.99
+
+
+def test_a_wrong_object_is_named_with_its_situation() -> None:
+    """Of hundreds of a request, which one."""
+    right = pb.Situation(pose=pose(), furniture=chair(2.0, 0.0))
+    wrong = pb.Situation(pose=pose(), furniture=chair(2.0, 0.0))
+    wrong.furniture.place = 9
+    with pytest.raises(RequestError, match=r"^situations\[6\]\.furniture\.place: 9, must be"):
+        requests.poses([right, wrong], SIT, first=5)
+    walk = tasks.make("walk")
+    with pytest.raises(RequestError, match=r"^situations\[0\]\.furniture: this task needs no"):
+        requests.poses([wrong], walk)

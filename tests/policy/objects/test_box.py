@@ -81,3 +81,19 @@ def test_a_box_weighs_by_its_volume_and_goes_with_its_stand() -> None:
     props.shift(scenes, there, torch.tensor([[1.0, 0.0]]))
     torch.testing.assert_close(props.use_point()[0], there)
     assert props.pose(scenes)[0] == pytest.approx([3.0, -2.0, 0.6])
+
+
+def test_a_move_takes_the_stand_and_the_box_on_it_to_a_place_at_its_height() -> None:
+    """A move of the stand alone would leave the box in the air, and the reward at the old place."""
+    message = pb.CarriedBox(size=[0.35, 0.5, 0.3], position=[2.0, 0.0, 0.6], goal=[4.0, 0.0, 0.6])
+    props = props_of(pb.SynthesizeRequest(box=message), CARRY)
+    scenes = Scenes([props.model], 0.35, 3.0)
+    props.begin(scenes)
+    props.move(scenes, np.array([3.0, -2.0, 0.0]), math.pi / 2)
+    assert props.pose(scenes)[0] == pytest.approx([3.0, -2.0, 0.6])
+    box_state = props.target(scenes).box
+    assert box_state is not None
+    torch.testing.assert_close(box_state.start, torch.tensor([[3.0, -2.0, 0.6]]))
+    for _ in range(30):  # the stand is there too: nothing falls
+        scenes.act(torch.zeros(1, 28))
+    assert props.pose(scenes)[0] == pytest.approx([3.0, -2.0, 0.6], abs=0.01)

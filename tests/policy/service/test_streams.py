@@ -1,8 +1,10 @@
 """Open streams: how many there may be, and the end of those that stand still."""
 
+import asyncio
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Iterator
+from typing import Any
 
 import grpc
 
@@ -71,6 +73,22 @@ def test_a_client_that_never_reads_is_let_go() -> None:
         assert client.Describe(pb.DescribeRequest()).policies
         code, said = refusal(call)
         assert code is StatusCode.DEADLINE_EXCEEDED and "took no reply for 1 s" in said
+
+
+def test_a_client_is_not_blamed_for_the_time_that_the_service_takes() -> None:
+    """Decomposing a mesh takes minutes: the stream was closed, as its client "sent nothing"."""
+    config = PolicyServiceConfig(idle_s=0.3, stalled_s=30.0, poll_s=0.1)
+    with running([fixed(make())], config) as found, stub(found) as client:
+        simulate = found.service._synthesis.run  # pyright: ignore[reportPrivateUsage]
+
+        async def slowly(*given: Any) -> AsyncIterator[pb.SynthesizeReply]:
+            await asyncio.sleep(2.5)
+            async for part in simulate(*given):
+                yield part
+
+        found.service._synthesis.run = slowly  # pyright: ignore
+        parts = list(client.Synthesize(pb.SynthesizeRequest(furniture=chair(), seconds=0.2)))
+        assert parts[-1].HasField("summary")
 
 
 def test_draining_lets_streams_go_on_for_a_while() -> None:

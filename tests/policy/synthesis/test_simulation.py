@@ -131,6 +131,18 @@ def test_a_fall_ends_it(server: Running) -> None:
     assert summary.success_s == -1 and summary.precision_m == -1
 
 
+def test_a_fall_on_the_way_is_in_the_summary_though_it_goes_on(server: Running) -> None:
+    """To the end: upright again, a character has fallen all the same."""
+    request = pb.SynthesizeRequest(task="sit", furniture=chair(5.0), seconds=0.5, to_the_end=True)
+    low = pose()
+    low.root_position[2] = 0.3  # falls at once, and is thrown up by the floor it stands in
+    request.start.pose.CopyFrom(low)
+    request.pushes.add(at_s=0.1, seconds=0.3, body="pelvis", force=[0.0, 0.0, 2500.0])
+    _, frames, summary = synthesised(server, request)
+    assert [frame.fell for frame in frames[:1]] == [True] and not frames[-1].fell
+    assert summary.fell and not summary.success
+
+
 def test_lying_has_its_place(server: Running) -> None:
     request = pb.SynthesizeRequest(
         task="lie",
