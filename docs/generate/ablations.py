@@ -143,6 +143,8 @@ def page() -> str:
 
 def rendered(found: Sequence[Trained]) -> str:
     """The page of these trainings, complete or not."""
+    if not found:
+        return INTRODUCTION.replace("TRAIN", " ".join(TRAIN)) + "\nNone is measured yet.\n"
     left = missing(found)
     still = f"\n{len(left)} of {len(left) + len(found)} trainings are not measured yet.\n"
     return "\n".join(
