@@ -58,7 +58,6 @@ class StyleClient:
         self._last: list[pb.ScoreChunk] = []
         status = self.status()
         self.version, self.width = status.version, status.width
-        self._lockstep = status.train_every == 0
 
     def score(
         self,
@@ -70,9 +69,8 @@ class StyleClient:
     ) -> StyleScores:
         """See `Discriminator.score`; also raises RpcError if the service stays unreachable."""
         check_rollout(rollout_states, end_index, end_states, valid, self.width)
-        expected = self.version if self._lockstep else None
         self._last = rollout_chunks(
-            batch, expected, rollout_states, end_index, end_states, valid, self._half
+            batch, self.version, rollout_states, end_index, end_states, valid, self._half
         )
         reply = self._send(self._last)
         reward = np.frombuffer(reply.reward, "<f4").astype(np.float32)
@@ -82,9 +80,7 @@ class StyleClient:
         return StyleScores(reward, reply.version, dict(reply.metrics))
 
     def train(self, version: int) -> dict[str, float]:
-        """See `Discriminator.train`; does nothing where the service trains by itself."""
-        if not self._lockstep:
-            return {}
+        """See `Discriminator.train`."""
         batch = self._last[0].header.batch if self._last else None
         request = pb.TrainRequest(version=version, batch=batch)
 

@@ -28,7 +28,7 @@ from discriminator.config import StyleConfig
 from discriminator.errors import StyleError
 from discriminator.journal import Journal
 from discriminator.protocols import Holding, MocapSampler
-from discriminator.service import ServiceConfig, start
+from discriminator.service import start
 from discriminator.trainer import Discriminator
 from rpc.errors import RpcError
 from rpc.server import ServerConfig
@@ -56,7 +56,8 @@ class ServiceSpec:
     coarse: list[bool] | None = None
     """Features that the clips show coarsely (Discriminator)."""
     server: ServerConfig = ServerConfig()
-    service: ServiceConfig = ServiceConfig()
+    state: str = ""
+    """Directory of the journal from which a killed service continues; empty: none."""
 
     def to_json(self) -> str:
         """The specification as one line of JSON."""
@@ -69,13 +70,12 @@ class ServiceSpec:
         spec["style"]["hidden"] = tuple(spec["style"]["hidden"])
         spec["style"] = StyleConfig(**spec["style"])
         spec["server"] = ServerConfig(**spec["server"])
-        spec["service"] = ServiceConfig(**spec["service"])
         return ServiceSpec(**spec)
 
 
 def build(spec: ServiceSpec) -> tuple[Discriminator, Journal | None]:
     """Discriminator and journal of a specification; InhabitError if something does not fit."""
-    journal = Journal(Path(spec.service.state)) if spec.service.state else None
+    journal = Journal(Path(spec.state)) if spec.state else None
     if journal is not None:
         journal.lock()
     mask = None if spec.object_mask is None else torch.tensor(spec.object_mask)
@@ -296,7 +296,7 @@ def serve(style: Discriminator, spec: ServiceSpec, journal: Journal | None) -> i
     """Run a server from the journal's state; returns 0 after a drain, 1 if it cannot serve."""
     signal.signal(signal.SIGTERM, signal.SIG_DFL)  # replaces the supervisor's handler
     try:
-        server = start(style, spec.server, spec.service, journal)
+        server = start(style, spec.server, journal)
     except (InhabitError, RpcError) as error:
         print(json.dumps({"error": str(error)}), flush=True)
         return 1

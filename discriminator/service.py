@@ -7,7 +7,7 @@ import secrets
 import threading
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 
 import grpc
 from prometheus_client import Gauge
@@ -18,7 +18,6 @@ from discriminator.journal import Journal
 from discriminator.messages import rollout_of, state_chunks, state_of
 from discriminator.trainer import Discriminator
 from rpc.errors import CodecError
-from rpc.interceptors import unexpected
 from rpc.server import Server, ServerConfig
 from rpc.v1 import style_pb2 as pb
 from rpc.v1 import style_pb2_grpc
@@ -33,28 +32,15 @@ ERRORS: dict[type[Exception], grpc.StatusCode] = {
 }
 
 
-@dataclass(frozen=True)
-class ServiceConfig:
-    """Training schedule and journal of the service."""
-
-    train_every: int = 0
-    """Number of rollouts after which the service trains by itself; 0: only at Train (lockstep)."""
-    state: str = ""
-    """Directory of the journal from which a killed service continues; empty: none."""
-
-
 class StyleService(style_pb2_grpc.StyleServicer):
     """Servicer of scoring and training; one call at a time uses the discriminator."""
 
-    def __init__(
-        self, style: Discriminator, config: ServiceConfig, journal: Journal | None = None
-    ) -> None:
+    def __init__(self, style: Discriminator, journal: Journal | None = None) -> None:
         """journal: its state is loaded if it has one."""
-        self._style, self._config, self._journal = style, config, journal
+        self._style, self._journal = style, journal
         self._lock = threading.Lock()
         self._instance = secrets.token_hex(8)
         self._began = time.monotonic()
-        self._due = threading.Semaphore(0)
         self._training = ""
         """Digest of the id of the training that the service belongs to; empty: to calls without
         one"""
@@ -63,8 +49,6 @@ class StyleService(style_pb2_grpc.StyleServicer):
             style.load_state_dict(saved)
         if journal is not None:
             self._training = journal.training()
-        if config.train_every > 0:
-            threading.Thread(target=self._train_periodically, daemon=True).start()
 
     def Score(
         self, request_iterator: Iterator[pb.ScoreChunk], context: grpc.ServicerContext
@@ -85,9 +69,6 @@ class StyleService(style_pb2_grpc.StyleServicer):
                     "service's own): restore the service from the run's checkpoint"
                 )
             scores = self._style.score(header.batch, **rollout)
-            every = self._config.train_every
-            if every and not known and self._style.batches % every == 0:
-                self._due.release()
         reward = scores.reward.numpy().astype("<f4", copy=False).tobytes()
         return pb.ScoreReply(reward=reward, version=scores.version, metrics=scores.metrics)
 
@@ -96,11 +77,6 @@ class StyleService(style_pb2_grpc.StyleServicer):
         with self._lock:
             self._own(context)
             style = self._style
-            if self._config.train_every:
-                raise TurnError(
-                    f"train: this service trains by itself, every {self._config.train_every} "
-                    "rollouts"
-                )
             fresh = request.version == style.version
             if fresh and request.HasField("batch") and request.batch != style.last_batch:
                 raise TurnError(
@@ -125,7 +101,6 @@ class StyleService(style_pb2_grpc.StyleServicer):
             width=style.width,
             config=json.dumps(asdict(style.config) | {MOCAP_MEAN: style.mocap_mean}),
             instance=self._instance,
-            train_every=self._config.train_every,
             uptime_s=time.monotonic() - self._began,
         )
 
@@ -176,18 +151,6 @@ class StyleService(style_pb2_grpc.StyleServicer):
             state["new"] = state["new"][:0]
         self._journal.save(state)
 
-    def _train_periodically(self) -> None:
-        while True:
-            self._due.acquire()
-            with self._lock:
-                if not self._style.replay.size:
-                    continue  # no transition so far was valid
-                try:
-                    self._style.train(self._style.version)
-                    self._save(new=False)
-                except Exception as error:  # a full disk, say; no other thread would train
-                    unexpected(error)
-
     def observe(self, server: Server) -> None:
         """Add version and replay size to the server's metrics."""
         style = self._style
@@ -209,14 +172,11 @@ def training_of(context: grpc.ServicerContext) -> str:
 
 
 def start(
-    style: Discriminator,
-    server_config: ServerConfig,
-    config: ServiceConfig | None = None,
-    journal: Journal | None = None,
+    style: Discriminator, server_config: ServerConfig, journal: Journal | None = None
 ) -> Server:
     """Start a server of `style` at `server.address`; `server.drain()` ends it."""
     server = Server(server_config, ERRORS)
-    service = StyleService(style, config or ServiceConfig(), journal)
+    service = StyleService(style, journal)
     style_pb2_grpc.add_StyleServicer_to_server(service, server.grpc)
     service.observe(server)
     server.start([NAME])

@@ -37,8 +37,6 @@ class ChannelConfig:
     """File with the client's certificate, for mutual TLS."""
     tls_key: str = ""
     """File with the client's key."""
-    tls_name: str = ""
-    """Name expected in the service's certificate, if it is not the host's."""
     token_file: str = ""
     """File with the bearer token."""
     token: str = field(default="", repr=False)
@@ -110,8 +108,6 @@ class Channel:
             ("grpc.http2.max_pings_without_data", 0),  # any number
             ("grpc.enable_http_proxy", 0),
         ]
-        if config.tls_name:
-            options.append(("grpc.ssl_target_name_override", config.tls_name))
         if secure:
             credentials = channel_credentials(config.tls_ca, config.tls_cert, config.tls_key)
             self.grpc = grpc.secure_channel(config.address, credentials, options)
@@ -143,8 +139,7 @@ class Channel:
                 if waited + pause >= self.config.retry_s:
                     raise UnreachableError(
                         f"{self.name} at {self.config.address} did not answer for {waited:.0f} s "
-                        f"({_first_line(details)}): start it, or raise retry_s "
-                        f"({self.config.retry_s:g})"
+                        f"({_first_line(details)}): start it"
                     ) from error
                 if not away:
                     self._report(
@@ -179,13 +174,13 @@ def _certificate_problem(details: str) -> str:
     return ""
 
 
+_OTHER_NAME = "its certificate is for another name: give the address that it is for"
 _UNKNOWN_CA = "its certificate is signed by no trusted authority: give tls_ca"
 _CERTIFICATE_PROBLEMS = {
     "certificate has expired": "its certificate has expired: renew it",
     "certificate is not yet valid": "its certificate is not valid yet: check both clocks",
-    "hostname verification": "its certificate is for another name: give the right address or"
-    " tls_name",
-    "peer name": "its certificate is for another name: give the right address or tls_name",
+    "hostname verification": _OTHER_NAME,
+    "peer name": _OTHER_NAME,
     "self-signed certificate": _UNKNOWN_CA,
     "self signed certificate": _UNKNOWN_CA,
     "unable to get local issuer": _UNKNOWN_CA,

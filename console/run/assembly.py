@@ -21,7 +21,6 @@ from console.run.rollouts import rollouts_of
 from console.terminal import doing
 from discriminator.process import ServiceSpec
 from discriminator.protocols import Holding, MocapSampler
-from discriminator.service import ServiceConfig
 from discriminator.trainer import Discriminator
 from learner.ppo import Learner
 from policy.checkpoints import lineage
@@ -241,7 +240,7 @@ def style_service(
         holding=holding().to_json(),
         coarse=coarse().tolist(),
         server=server or ServerConfig(),
-        service=ServiceConfig(state=state),
+        state=state,
     )
 
 

@@ -93,7 +93,7 @@ class StatusRequest(_message.Message):
     def __init__(self) -> None: ...
 
 class StatusReply(_message.Message):
-    __slots__ = ("version", "batches", "transitions", "last_batch", "replay_size", "replay_capacity", "width", "config", "instance", "train_every", "uptime_s")
+    __slots__ = ("version", "batches", "transitions", "last_batch", "replay_size", "replay_capacity", "width", "config", "instance", "uptime_s")
     VERSION_FIELD_NUMBER: _ClassVar[int]
     BATCHES_FIELD_NUMBER: _ClassVar[int]
     TRANSITIONS_FIELD_NUMBER: _ClassVar[int]
@@ -103,7 +103,6 @@ class StatusReply(_message.Message):
     WIDTH_FIELD_NUMBER: _ClassVar[int]
     CONFIG_FIELD_NUMBER: _ClassVar[int]
     INSTANCE_FIELD_NUMBER: _ClassVar[int]
-    TRAIN_EVERY_FIELD_NUMBER: _ClassVar[int]
     UPTIME_S_FIELD_NUMBER: _ClassVar[int]
     version: int
     batches: int
@@ -114,9 +113,8 @@ class StatusReply(_message.Message):
     width: int
     config: str
     instance: str
-    train_every: int
     uptime_s: float
-    def __init__(self, version: _Optional[int] = ..., batches: _Optional[int] = ..., transitions: _Optional[int] = ..., last_batch: _Optional[int] = ..., replay_size: _Optional[int] = ..., replay_capacity: _Optional[int] = ..., width: _Optional[int] = ..., config: _Optional[str] = ..., instance: _Optional[str] = ..., train_every: _Optional[int] = ..., uptime_s: _Optional[float] = ...) -> None: ...
+    def __init__(self, version: _Optional[int] = ..., batches: _Optional[int] = ..., transitions: _Optional[int] = ..., last_batch: _Optional[int] = ..., replay_size: _Optional[int] = ..., replay_capacity: _Optional[int] = ..., width: _Optional[int] = ..., config: _Optional[str] = ..., instance: _Optional[str] = ..., uptime_s: _Optional[float] = ...) -> None: ...
 
 class CheckpointRequest(_message.Message):
     __slots__ = ()

@@ -12,7 +12,7 @@ from discriminator.client import StyleClient
 from discriminator.errors import StyleError
 from discriminator.journal import Journal
 from discriminator.process import ServiceSpec, start_process
-from discriminator.service import ServiceConfig, start
+from discriminator.service import start
 from rpc.channel import ChannelConfig
 from rpc.errors import UnreachableError
 from rpc.server import Server, ServerConfig
@@ -21,8 +21,7 @@ from tests.support.style_cases import SPEC, WIDTH, assert_equal_states, local, r
 
 def test_after_a_kill_it_continues_exactly(tmp_path: Path) -> None:
     style, said = local(), []
-    service = ServiceConfig(state=str(tmp_path / "style"))
-    process = start_process(replace(SPEC, service=service), said.append)
+    process = start_process(replace(SPEC, state=str(tmp_path / "style")), said.append)
     waiting: list[str] = []
     config = ChannelConfig(process.address, deadline_s=20, retry_s=60)
     client = StyleClient(config, waiting.append)
@@ -73,7 +72,7 @@ def test_a_service_that_cannot_start_is_one_line(server: Server, tmp_path: Path)
 
 def test_a_journal_without_its_replay_is_refused(tmp_path: Path) -> None:
     """Mapping a missing or torn file fills it up with zeros, on which a discriminator trained."""
-    spec = replace(SPEC, service=ServiceConfig(state=str(tmp_path / "style")))
+    spec = replace(SPEC, state=str(tmp_path / "style"))
     process = start_process(spec)
     client = StyleClient(ChannelConfig(process.address, retry_s=20))
     try:
@@ -96,7 +95,7 @@ def test_a_journal_without_its_replay_is_refused(tmp_path: Path) -> None:
 
 
 def test_two_services_do_not_share_a_journal(tmp_path: Path) -> None:
-    spec = replace(SPEC, service=ServiceConfig(state=str(tmp_path / "style")))
+    spec = replace(SPEC, state=str(tmp_path / "style"))
     first = start_process(spec)
     try:
         with pytest.raises(StyleError, match="another service uses it: name another --state"):

@@ -1,8 +1,6 @@
 """The discriminator service over loopback: the same numbers, refusals, retries, killed and back."""
 
-import time
 from dataclasses import replace
-from pathlib import Path
 
 import grpc
 import pytest
@@ -10,16 +8,15 @@ import torch
 
 from discriminator.client import StyleClient
 from discriminator.errors import StyleError, TurnError
-from discriminator.journal import Journal
 from discriminator.messages import rollout_chunks, state_chunks
-from discriminator.service import ServiceConfig, start
+from discriminator.service import start
 from discriminator.trainer import Discriminator
 from rpc.channel import ChannelConfig
 from rpc.chunks import CHUNK
 from rpc.server import Server, ServerConfig
 from rpc.v1 import style_pb2 as pb
 from rpc.v1 import style_pb2_grpc
-from tests.support.style_cases import SMALL, Mocap, assert_equal_states, local, rollout
+from tests.support.style_cases import SMALL, Mocap, assert_equal_states, rollout
 
 
 def refusal(server: Server, chunks: list[pb.ScoreChunk]) -> tuple[grpc.StatusCode, str]:
@@ -118,56 +115,4 @@ def test_large_rollouts_go_in_small_messages_and_halves_nearly_agree() -> None:
     finally:
         whole.close()
         half.close()
-        server.drain()
-
-
-def test_a_service_that_trains_by_itself_outlives_a_failure(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    """A rollout without a valid transition, and a journal that cannot be written once, ended its
-    thread: it scored with the same discriminator for ever."""
-    style, journal = local(), Journal(tmp_path)
-    write, failing = journal.save, [True]
-
-    def save(state: dict[str, torch.Tensor]) -> None:
-        if failing and failing.pop():
-            raise OSError(28, "No space left on device")
-        write(state)
-
-    monkeypatch.setattr(journal, "save", save)
-    server = start(style, ServerConfig(), ServiceConfig(train_every=1), journal)
-    client = StyleClient(ChannelConfig(server.address, retry_s=20))
-    try:
-        broken = rollout(0)
-        client.score(0, **broken | {"valid": torch.zeros_like(broken["valid"])})
-        for k in range(1, 3):
-            client.score(k, **rollout(k))
-            deadline = time.monotonic() + 20
-            while client.status().version < k and time.monotonic() < deadline:
-                time.sleep(0.02)
-            assert client.status().version == k
-        client.state_dict()  # waits for the training, which ends with the journal
-    finally:
-        client.close()
-        server.drain()
-    assert "No space left on device" in capfd.readouterr().err
-    saved = journal.load()
-    assert saved is not None and int(saved["counters/version"]) == 2
-
-
-def test_a_service_may_train_by_itself() -> None:
-    style = local()
-    server = start(style, ServerConfig(), ServiceConfig(train_every=2))
-    client = StyleClient(ChannelConfig(server.address, retry_s=20))
-    try:
-        for k in range(5):
-            client.score(k, **rollout(k))
-            assert client.train(k) == {}
-        deadline = time.monotonic() + 20
-        while client.status().version < 2 and time.monotonic() < deadline:
-            time.sleep(0.02)
-        time.sleep(0.1)
-        assert client.status().version == 2  # five rollouts, one training for every two
-    finally:
-        client.close()
         server.drain()

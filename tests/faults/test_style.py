@@ -13,7 +13,6 @@ import torch
 
 from discriminator.client import StyleClient
 from discriminator.process import ServiceSpec, StyleProcess, start_process
-from discriminator.service import ServiceConfig
 from discriminator.trainer import Discriminator
 from rpc.channel import ChannelConfig
 from tests.support.style_cases import SMALL, Mocap, assert_equal_states, rollout
@@ -31,8 +30,7 @@ class Served:
 
     def __init__(self, folder: Path, spec: ServiceSpec = SPEC) -> None:
         self.said: list[str] = []
-        service = ServiceConfig(state=str(folder / "style"))
-        self.process: StyleProcess = start_process(replace(spec, service=service))
+        self.process: StyleProcess = start_process(replace(spec, state=str(folder / "style")))
         self.proxy = Proxy(self.process.address)
         config = ChannelConfig(self.proxy.address, retry_s=200)
         self.client = StyleClient(config, self.said.append)
