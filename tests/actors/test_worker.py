@@ -9,7 +9,6 @@ from actors.local import LocalFleet
 from actors.worker import Worker
 from policy.model.acting import Policy
 from policy.model.networks import log_density
-from policy.rollout import next_states
 from tests.support.learning.points import assert_same, collect, fleet, weights
 from tests.support.point_shard import (
     ACTION,
@@ -20,6 +19,7 @@ from tests.support.point_shard import (
     PointShard,
     next_goals,
 )
+from tests.support.successors import next_states
 from world.precision import decide
 from world.random_streams import normal
 

@@ -10,9 +10,10 @@ from learner.config import LearnerConfig
 from learner.ppo import Learner
 from learner.returns import advantages
 from policy.model.acting import Policy
-from policy.rollout import Rollout, next_states
+from policy.rollout import Rollout
 from tests.support.learning.learners import CONFIG, bold, collect, learner, numbers, same
 from tests.support.point_shard import ACTION, GOAL, STATE, PointShard, next_goals
+from tests.support.successors import next_states
 from world.precision import FLOAT32
 from world.reflection import Reflection, Symmetry
 

@@ -3,7 +3,8 @@
 import pytest
 import torch
 
-from policy.rollout import Rollout, successors
+from policy.rollout import Rollout
+from tests.support.successors import next_states
 
 
 def rollout(first: int, scenes: int, ends: list[tuple[int, int]], horizon: int = 3) -> Rollout:
@@ -61,8 +62,7 @@ def test_scenes_that_are_missing_or_twice_there_are_no_rollout():
 
 
 def test_successors_cross_no_reset():
-    found = rollout(0, 2, [(1, 0)])
-    found = successors(found.states, found.end_index, found.end_states)
+    found = next_states(rollout(0, 2, [(1, 0)]))
     # scene 0 ended at t = 1: its successor there is the last state, not the next episode's first
     assert found[..., 0].tolist() == [[100, 101], [-100, 201], [300, 301]]
 
