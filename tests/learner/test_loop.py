@@ -65,6 +65,25 @@ def run(path: Path, iterations: int, resume: bool = False, **options) -> Running
     return running
 
 
+def test_a_checkpoint_without_a_finished_episode_is_not_the_best(tmp_path: Path) -> None:
+    """Stopped soon after a stage began: nothing is known of it, and the best one is served."""
+    running = start(tmp_path, 1)
+    try:
+        loop = running.loop
+        for _ in range(2):
+            loop.iterate()
+        loop._checkpoint({"episode/success": 0.5})  # pyright: ignore[reportPrivateUsage]
+        best = (tmp_path / "best").resolve()
+        loop.iterate()
+        loop._checkpoint({})  # pyright: ignore[reportPrivateUsage]
+        assert (tmp_path / "best").resolve() == best != (tmp_path / "latest").resolve()
+        loop.iterate()
+        loop._checkpoint({"episode/success": 0.6})  # pyright: ignore[reportPrivateUsage]
+        assert (tmp_path / "best").resolve() == (tmp_path / "latest").resolve()
+    finally:
+        running.close()
+
+
 def test_resumed_equals_uninterrupted_bit_for_bit(tmp_path):
     whole = run(tmp_path / "whole", 12)
     first = run(tmp_path / "parts", 6)

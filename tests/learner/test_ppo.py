@@ -284,3 +284,13 @@ def test_networks_say_the_same_while_their_normaliser_moves():
     for now, then in zip(said(), before, strict=True):
         torch.testing.assert_close(now, then, atol=2e-4, rtol=1e-3)
     assert not torch.equal(held.critic.layers[0].weight, critic)
+
+
+def test_every_seed_that_the_command_line_takes_gives_minibatches_of_its_own() -> None:
+    """The generator refuses more than 64 bits: a seed of nanoseconds ended the first update."""
+    found = []
+    for seed in (0, 3, 1_750_000_000_000_000_000, 2**63 - 1):
+        held = Learner(STATE + GOAL, ACTION, CONFIG, seed=seed, precision=FLOAT32)
+        found += [held._minibatches(64, part)[0][0].tolist() for part in (0, 1)]  # pyright: ignore
+        held.close()
+    assert len({tuple(order) for order in found}) == 8
