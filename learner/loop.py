@@ -324,8 +324,9 @@ class Loop:
         )
 
     def _checkpoint(self, metrics: Mapping[str, float]) -> int:
-        best = False
-        if "episode/success" in metrics:  # else no episode has ended, which says nothing
+        # without a finished episode nothing is known of it: the best only where there is no other
+        best = math.isinf(self.best_score) and not self.learner.stage_start
+        if "episode/success" in metrics:
             score = metrics["episode/success"] + 1e-6 * metrics.get("episode/return", 0.0)
             best = score >= self.best_score
             self.best_score = max(self.best_score, score)

@@ -53,7 +53,7 @@ def test_a_committed_policy_says_what_made_it() -> None:
 def test_a_style_service_is_told_everything() -> None:
     experiment = Experiment(seed=4)
     spec = assembly.style_service(experiment, state="here")
-    assert spec.seed == 4 and spec.service.state == "here" and spec.style == experiment.style
+    assert spec.seed == 4 and spec.state == "here" and spec.style == experiment.style
     assert spec.object_mask == assembly.object_mask().tolist()
     assert spec.coarse == assembly.coarse().tolist()
 
