@@ -6,9 +6,7 @@ and it enters the same slots of the replay. The journal guards against a killed 
 checkpoints guard against a lost disk.
 """
 
-import fcntl
 import hashlib
-import os
 import time
 from pathlib import Path
 
@@ -17,7 +15,7 @@ from safetensors.torch import load_file, save_file
 from torch import Tensor
 
 from discriminator.errors import StyleError
-from world.partial_files import remove_leftovers, replacing
+from world.partial_files import locked, remove_leftovers, replacing
 
 #: How long a killed service may take to release its directory, s.
 RELEASE_S = 3.0
@@ -42,20 +40,14 @@ class Journal:
     def lock(self) -> None:
         """Lock the directory for this process, to its end, against a second service, whose
         trainings would enter the same files. Raises StyleError where one has it."""
-        handle = os.open(self.directory / ".lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
         last = time.monotonic() + RELEASE_S
-        while True:
-            try:
-                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                return
-            except OSError:
-                if time.monotonic() > last:
-                    os.close(handle)
-                    raise StyleError(
-                        f"state directory {self.directory}: another service uses it: name another"
-                        " --state"
-                    ) from None
-                time.sleep(0.1)
+        while locked(self.directory) is None:
+            if time.monotonic() > last:
+                raise StyleError(
+                    f"state directory {self.directory}: another service uses it: name another"
+                    " --state"
+                )
+            time.sleep(0.1)
 
     def require_rows(self, rows_bytes: int) -> None:
         """Raise StyleError where there is a state whose replay, a file of so many bytes, was not

@@ -1,9 +1,10 @@
-"""Files and folders that appear whole or not at all.
+"""Files and folders that appear whole or not at all, and locks of folders.
 
-They are written beside their place, under a name that nobody can foresee: a link or a file that
-another user laid there could else redirect what is written, or stop it.
+The former are written beside their place, under a name that nobody can foresee: a link or a file
+that another user laid there could else redirect what is written, or stop it.
 """
 
+import fcntl
 import os
 import shutil
 import tempfile
@@ -80,6 +81,20 @@ def remove_leftovers(folder: Path) -> None:
         else:
             with suppress(OSError):
                 partial.unlink(missing_ok=True)
+
+
+def locked(folder: Path) -> int | None:
+    """Lock a folder for this process, by a file `.lock` in it; None where another has it.
+
+    Returns a handle to close. The kernel releases the lock when the process ends, in whatever way.
+    """
+    handle = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT, 0o644)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(handle)
+        return None
+    return handle
 
 
 def _umask() -> int:

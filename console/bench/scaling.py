@@ -278,7 +278,7 @@ def planned(
 
 def updating(experiment: Experiment, part: Rollout) -> float:
     """Return the seconds of an update on the rollouts of all actors: the fastest of eight."""
-    whole = Rollout.join([replace(part, first_scene=i) for i in range(OVERLAPPING)])
+    whole = Rollout.join([replace(part, first_scene=i * part.scenes) for i in range(OVERLAPPING)])
     student = assembly.learner(experiment)
     spent = []
     for _ in range(8):

@@ -1,7 +1,6 @@
 """The run directory: its name, lock, files, and the choice of a checkpoint."""
 
 import datetime
-import fcntl
 import json
 import os
 import shutil
@@ -14,7 +13,7 @@ from typing import Any
 import pretrained
 from policy.checkpoints.numbering import numbered
 from world.errors import ConfigError, InhabitError
-from world.partial_files import replacing
+from world.partial_files import locked, replacing
 from world.placeholders import read_bounded
 
 MAX_CONFIG_BYTES = 1 << 24
@@ -95,19 +94,13 @@ class RunDirectory:
 
     @contextmanager
     def lock(self) -> Iterator[None]:
-        """Lock the run for this process, against a second training in the same directory.
-
-        The kernel releases the lock when the process ends, in whatever way.
-        """
+        """Lock the run for this process, against a second training in the same directory."""
         self.path.mkdir(parents=True, exist_ok=True)
-        handle = os.open(self.path / ".lock", os.O_RDWR | os.O_CREAT, 0o644)
+        if (handle := locked(self.path)) is None:
+            raise RunError(
+                f"{self.path} is in use by another process: stop it, or name another --run"
+            )
         try:
-            try:
-                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                raise RunError(
-                    f"{self.path} is in use by another process: stop it, or name another --run"
-                ) from None
             yield
         finally:
             os.close(handle)
