@@ -4,6 +4,7 @@ import contextlib
 import importlib
 import io
 import os
+import shlex
 import sys
 import traceback
 from collections.abc import Sequence
@@ -18,6 +19,7 @@ from world.errors import ChoiceError, ConfigError, InhabitError
 if TYPE_CHECKING:
     from console.run.experiment import Experiment
     from console.run.recipe import Recipe
+    from console.run.stages import Before
 
 DONE, FAILED, BAD_ARGUMENTS, INTERRUPTED = 0, 1, 2, 130
 
@@ -56,6 +58,8 @@ def parse(arguments: Sequence[str]) -> Any:
     if words[:1] == ["serve"]:
         refuse_old_flags(words, RENAMED_SERVE)
     hidden = settings_of_other_tasks(words)
+    if start.before and not asks_for_help(words) and "--resume" not in words:
+        require_before(start.before, recipe_of(words))
     if asks_for_help(words):
         from console.manual import page
 
@@ -174,6 +178,26 @@ def recipe_of(arguments: Sequence[str]) -> "Recipe | None":
     return found
 
 
+def require_before(before: "Sequence[Before]", recipe: "Recipe | None") -> None:
+    """Raise ConfigError for a run before that of a recipe whose command is wrong, hours before it
+    is reached."""
+    from world import tasks  # takes a second, which most commands need not wait
+
+    for one in before:
+        here = f"{recipe.name if recipe else 'recipe'}: before {one.name}: command"
+        words = shlex.split(one.command)
+        if words[0] == "distill":
+            words.insert(2, one.name)
+        try:
+            tasks.make(words[1])
+            inner = recipe_of(words)
+            if inner is not None and inner.before:
+                raise ConfigError(f"the recipe {inner.name} has runs before its own: name those")
+            parse(words)
+        except (ChoiceError, ConfigError) as error:
+            raise ConfigError(f"{here}: {error}") from None
+
+
 def preset_of(arguments: Sequence[str]) -> Any:
     """Return the preset of --preset, else that of the recipe, else the one with the task's name,
     else fast."""
@@ -210,6 +234,8 @@ def run(command: Any) -> int:
 
     with doing("starting"):  # the simulator and the networks take seconds to import
         found = getattr(importlib.import_module(module), function)
+    if isinstance(command, commands.Train):  # a recipe may have commands that come before
+        return found(command, lambda words: execute(parse(words), words))
     return found(command)
 
 

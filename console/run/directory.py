@@ -55,6 +55,11 @@ class RunDirectory:
     def recordings(self) -> Path:
         return self.path / "recordings"
 
+    @property
+    def before(self) -> Path:
+        """Runs of a recipe that are made before this one."""
+        return self.path / "before"
+
     def create(self) -> None:
         """Make the directory and its folders; RunError where that fails."""
         try:
@@ -65,7 +70,8 @@ class RunDirectory:
 
     def erase(self) -> None:
         """Remove the files of a run, for --restart; files of other names stay."""
-        for folder in (self.tensorboard, self.checkpoints, self.evaluations, self.recordings):
+        folders = (self.tensorboard, self.checkpoints, self.evaluations, self.recordings)
+        for folder in (*folders, self.before):
             shutil.rmtree(folder, ignore_errors=True)
         for file in (self.config, self.metrics):
             file.unlink(missing_ok=True)

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from console.run.directory import RunDirectory, RunError
 from console.run.renamed import current
-from console.run.stages import Stage
+from console.run.stages import Before, Stage
 from discriminator.config import StyleConfig
 from learner.config import LagConfig, LearnerConfig
 from world.config import InitialStates, WorldConfig
@@ -47,6 +47,8 @@ class Experiment:
     """Number of clip states in the behaviour cloning, each with noise."""
     lag: LagConfig = field(default_factory=LagConfig)
     """Overlap of acting and learning, and the greatest age of the samples of an update."""
+    before: tuple[Before, ...] = ()
+    """Runs of a recipe that are made before this one, which begins from the last."""
     stages: tuple[Stage, ...] = ()
     """Stages of a recipe, one after the other; empty: the settings hold throughout."""
     world: WorldConfig = field(default_factory=WorldConfig)

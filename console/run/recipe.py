@@ -3,6 +3,8 @@
 The package's recipes are in `console/run/data`, one a task: NAME-TASK.toml.
 """
 
+import re
+import shlex
 import tomllib
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -10,8 +12,14 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from console.run.experiment import PRESETS, Experiment, experiment_from_json, to_json
-from console.run.stages import Stage
+from console.run.experiment import (
+    PRESETS,
+    Experiment,
+    experiment_from_json,
+    from_json,
+    to_json,
+)
+from console.run.stages import Before, Stage
 from learner.stages import ALL, StageEnd
 from world.config import WorldConfig
 from world.errors import ChoiceError, ConfigError
@@ -43,6 +51,7 @@ class Recipe:
     settings: dict[str, Any]
     """By dotted name, as in an experiment's JSON."""
     stages: tuple[Stage, ...]
+    before: tuple[Before, ...] = ()
 
 
 def names(task: str = "") -> list[str]:
@@ -93,14 +102,15 @@ def parsed(content: bytes, name: str, where: str = "", task: str = "") -> Recipe
         own = base.settings | _settings(document.get("settings", {}), where)
         with_settings(PRESETS[base.preset], own, where)
         return replace(base, name=name, settings=own)
-    _only(document, {"preset", "settings", "stage"}, where)
+    _only(document, {"preset", "settings", "before", "stage"}, where)
     preset, stages = document.get("preset", "fast"), document.get("stage", [])
     if preset not in PRESETS:
         raise ConfigError(f"{where}: preset {preset!r}; choose {', '.join(PRESETS)}")
     if not isinstance(stages, list) or not stages:
         raise ConfigError(f"{where}: has no [[stage]]")
     settings = _settings(document.get("settings", {}), where)
-    found = Recipe(name, preset, settings, tuple(_stage(stage, where) for stage in stages))
+    before = _before(document.get("before", []), where)
+    found = Recipe(name, preset, settings, tuple(_stage(s, where) for s in stages), before)
     last = found.stages[-1]
     if task and (other := last.settings.get(TASK, task)) != task:
         raise ConfigError(f"{where}: stage {last.name}: task {other}; the last one is of {task}")
@@ -108,6 +118,35 @@ def parsed(content: bytes, name: str, where: str = "", task: str = "") -> Recipe
     for stage in found.stages:  # a wrong setting is refused at once, not hours later
         with_settings(base, stage.settings, f"{where}: stage {stage.name}")
     return found
+
+
+def _before(entries: Any, where: str) -> tuple[Before, ...]:
+    """The runs before that of the recipe. Raises ConfigError for one that is not a training or
+    that names another one than those before it."""
+    found: list[Before] = []
+    if not isinstance(entries, list):
+        raise ConfigError(f"{where}: [[before]] must be a list of tables")
+    for entry in entries:
+        _only(entry, {"name", "command", "about", "clips"}, f"{where}: [[before]]")
+        one = from_json(Before, {"name": "", "command": ""} | entry, f"{where}: [[before]]")
+        here, known = f"{where}: before {one.name or '?'}", [other.name for other in found]
+        if not re.fullmatch(r"[a-z0-9-]+", one.name) or one.name in known:
+            raise ConfigError(f"{here}: needs a name of its own: a-z, 0-9 and -")
+        try:
+            words = shlex.split(one.command)
+        except ValueError as error:
+            raise ConfigError(f"{here}: command: {error}") from None
+        if len(words) < 2 or words[0] not in ("train", "distill"):
+            raise ConfigError(f"{here}: command: begins with train TASK or distill TASK")
+        for flag in ("--run", "--resume", "--restart", "--replace", "--motions"):
+            if any(word.partition("=")[0] == flag for word in words):
+                raise ConfigError(f"{here}: command: {flag} is of the recipe's run: leave it out")
+        for other in re.findall(r"{(.*?)}", one.command):
+            if other not in known:
+                said = f"choose {', '.join(known)}" if known else "it is the first"
+                raise ConfigError(f"{here}: command: no run {{{other}}} before it; {said}")
+        found.append(one)
+    return tuple(found)
 
 
 def _stage(entry: Any, where: str) -> Stage:
@@ -207,7 +246,7 @@ def start(recipe: Recipe, explicit: Collection[str]) -> tuple[Experiment, tuple[
         replace(stage, settings={k: v for k, v in stage.settings.items() if k not in explicit})
         for stage in recipe.stages
     )
-    return replace(base, stages=stages), tuple(lines)
+    return replace(base, before=recipe.before, stages=stages), tuple(lines)
 
 
 def explicit_settings(words: Sequence[str]) -> set[str]:

@@ -64,6 +64,7 @@ REPEATED: Mapping[str, str] = {
     "world.motions": "--motions",
     "world.objects": "--objects",
     "ppo.threads": "--threads",
+    "before": "--recipe",
     "stages": "--recipe",
 }
 """Settings of an experiment that another flag of `train` sets; they have no flag of their own."""

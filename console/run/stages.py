@@ -1,7 +1,8 @@
-"""Stages of a recipe: settings that hold until a measured condition does."""
+"""What a recipe is made of: runs before its own, and stages whose settings hold until a measured
+condition does."""
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 
 @dataclass(frozen=True)
@@ -23,3 +24,17 @@ class Stage:
     """Number of samples of the stage before which the condition is not looked at."""
     limit: int = 1
     """Number of samples of the stage at which it ends although its condition does not hold."""
+
+
+@dataclass(frozen=True)
+class Before:
+    """A run that is made before that of the recipe, which begins from the last of them."""
+
+    name: str
+    """Of its folder, and of what stands for that in later commands: {NAME}."""
+    command: str
+    """What follows `inhabit`: train or distill, the task and flags, without those of the place."""
+    about: str = ""
+    """What is learned in it, in a sentence."""
+    clips: Literal["given", "own"] = "given"
+    """given: those of --motions; own: the package's."""

@@ -31,8 +31,8 @@ from console.run.metrics import Recorder, open_recorders
 from console.run.policy_teachers import policy_teachers
 from console.run.renamed import flag, taught_by
 from console.run.rollouts import tracker_of
-from console.terminal import doing, leave_soon
-from console.training import beginning, dry_run
+from console.terminal import doing, leave_soon, note
+from console.training import beginning, dry_run, earlier
 from console.training.beginning import recorded, require_unedited
 from console.training.display import Display, open_display
 from console.training.goal import Goal
@@ -53,9 +53,14 @@ from world.scene.simulators import require_warp
 INTERRUPTED = 130
 
 
-def train(command: Train) -> int:
-    """Run `inhabit train`; return the exit code."""
+def train(command: Train, inhabit: earlier.Inhabit = earlier.refused) -> int:
+    """Run `inhabit train`; return the exit code.
+
+    inhabit: runs another command, as a recipe may name some that come before.
+    """
     experiment = resolve(command)
+    if command.experiment.before and not experiment.before:
+        note(f"--init {command.init}: what the recipe trains before this run is left out")
     if command.dry_run:
         # the package's own are sound, and a dry run of them need not wait for reading
         if experiment.world.motions or experiment.world.objects:
@@ -72,9 +77,13 @@ def train(command: Train) -> int:
         try:
             with doing("reading furniture and clips"):
                 prepare(run, command, experiment)
+            if earlier.wanted(run, experiment):
+                code, command = earlier.train(run, command, experiment, inhabit, note)
+                if code is not None:
+                    return code
             return learn(run, command, experiment)
         finally:
-            if not occupied:
+            if not occupied and not earlier.begun(run):
                 remove_unbegun(run, made)
 
 
@@ -104,7 +113,8 @@ def resolve(command: Train) -> Experiment:
         raise ConfigError("--init starts a new run, --resume continues one: choose one")
     if (command.resume or command.restart) and command.run is None:
         raise ConfigError("--resume and --restart need --run")
-    if command.preset == "finetune" and not (command.init or command.resume):
+    begins_from = command.init or command.experiment.before
+    if command.preset == "finetune" and not (begins_from or command.resume):
         flag, other = "--preset finetune", "the preset fast"
         if command.recipe:
             flag, other = f"--recipe {command.recipe}", "another recipe"
@@ -142,6 +152,8 @@ def resolve(command: Train) -> Experiment:
         if source := getattr(world, name):
             world = replace(world, **{name: _same_policy(source, getattr(begun, name))})
     experiment = replace(command.experiment, world=world)
+    if command.init:  # from there instead of what the recipe would make first
+        experiment = replace(experiment, before=())
     if experiment.style.mask_holding and not any(
         tasks.make(world.task).affordance.clips.holds for world in mixing.worlds(experiment)
     ):
@@ -232,6 +244,8 @@ def prepare(run: RunDirectory, command: Train, experiment: Experiment) -> None:
                 f"{'; '.join(map(flag, changed))}"
                 " (start another run with --init to change them)"
             )
+        if earlier.wanted(run, experiment):
+            return
         folder = checkpoint_folder(run.path)
         with contextlib.suppress(CheckpointError):  # resuming falls back to an earlier checkpoint
             require_unedited(read_manifest(folder), experiment, run)

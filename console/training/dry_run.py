@@ -20,7 +20,9 @@ def describe(experiment: Experiment, width: int = 100) -> str:
     console = plain(io.StringIO(), width, record=True)
     mixed = mixing.mixture_of(experiment)
     parts = (tasks.make(experiment.world.task),) if mixed is None else mixed.parts
-    console.print_json(json.dumps(to_json(replace(experiment, stages=()))), indent=2)
+    console.print_json(json.dumps(to_json(replace(experiment, before=(), stages=()))), indent=2)
+    if experiment.before:
+        console.print(before(experiment))
     if experiment.stages:
         console.print(stages(experiment))
     console.print(features(STATE, "state"))
@@ -34,16 +36,30 @@ def describe(experiment: Experiment, width: int = 100) -> str:
     return console.export_text().rstrip()
 
 
+def before(experiment: Experiment) -> Table:
+    """Return a table with one row per run that is made before that of the experiment."""
+    shown = Table(
+        "run", "what follows inhabit", "clips", title="made before, in RUN/before",
+        title_justify="left", show_lines=True,
+    )  # fmt: skip
+    for one in experiment.before:
+        clips = "of --motions" if one.clips == "given" else "the package's"
+        shown.add_row(f"{one.name}\n{one.about}".strip(), one.command, clips)
+    return shown
+
+
 def stages(experiment: Experiment) -> Table:
     """Return a table with one row per stage of the experiment: what differs, and when it ends."""
     shown = Table(
-        "stage", Column("settings that differ from those above", min_width=46), "ends when success",
-        "at most", title="schedule; samples count from the beginning of each stage",
-        title_justify="left", show_lines=True,
+        Column("stage", max_width=20), "settings that differ from those above",
+        Column("ends when success", no_wrap=True), Column("at most", no_wrap=True),
+        title="schedule; samples count from the beginning of each stage", title_justify="left",
+        show_lines=True,
     )  # fmt: skip
     for number, stage in enumerate(experiment.stages, 1):
         settings = [f"{_typed(key)} {recipe.shown(value)}" for key, value in stage.settings.items()]
-        when = f"{recipe.condition(stage)}\nof {stage.episodes:,} episodes"
+        condition = recipe.condition(stage).replace(", ", ",\n")
+        when = f"{condition}\nof {stage.episodes:,} episodes"
         if stage.at_least:
             when += f"\nafter {stage.at_least / 1e6:g} M"
         name = f"{number} {stage.name}\n{stage.about}".strip()

@@ -13,6 +13,7 @@ from world.initial.reference import KINDS
 
 TASKS = ("sit", "lie", "carry", "walk")
 STAGE = '[[stage]]\nname = "a"\n'
+BEFORE = "[[before]]\nname = 'a'\n"
 ENDS = "ends = { success = { near = 0.5 }, limit = 100 }\n"
 
 
@@ -23,7 +24,8 @@ def test_the_packages_recipes_hold_what_they_promise(task: str) -> None:
     assert not lines and experiment.seed == 0
     experiment = replace(experiment, world=replace(experiment.world, task=task))
     names = [stage.name for stage in experiment.stages]
-    assert len(set(names)) == len(names) > 3 and names[-1] == "disturbed"
+    steps = [one.name for one in found.before] + names
+    assert len(set(steps)) == len(steps) > 3 and names[-1] == "disturbed"
     seeds = set()
     for number, stage in enumerate(experiment.stages, 1):
         staged = check(recipe.staged(experiment, number))
@@ -100,7 +102,7 @@ def test_a_flag_holds_in_all_stages_and_is_told(tmp_path) -> None:
 def test_what_contradicts_a_recipe_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"--preset paper: the recipe paper is of the preset"):
         parse(["train", "sit", "--recipe", "paper", "--preset", "paper"])
-    assert parse(["train", "sit", "--recipe", "paper", "--preset", "fast"]).experiment.stages
+    assert parse(["train", "sit", "--recipe", "paper", "--preset", "finetune"]).experiment.stages
     with pytest.raises(ChoiceError, match=r"--recipe.*'papr'.*paper"):
         parse(["train", "sit", "--recipe", "papr"])
     with pytest.raises(ChoiceError, match="--recipe"):
@@ -137,6 +139,20 @@ def test_what_contradicts_a_recipe_is_refused() -> None:
         (STAGE + ENDS + "settings = { 'scenes' = 64 }", "scenes is one for all stages"),
         (STAGE + ENDS + "settings = { ppo.gamma = 0.9 }", "name settings as flags, in quotes"),
         ("[settings]\n'world' = 3\n" + STAGE + ENDS, "there is no setting world"),
+        ("before = 3\n" + STAGE + ENDS, "[[before]] must be a list of tables"),
+        ("before = ['walk']\n" + STAGE + ENDS, "[[before]]: must be a table"),
+        (BEFORE + "task = 'walk'\n" + STAGE + ENDS, "[[before]]: unknown task"),
+        (BEFORE + "command = 3\n" + STAGE + ENDS, "[[before]].command"),
+        (BEFORE + STAGE + ENDS, "before a: command: begins with train TASK or distill TASK"),
+        (BEFORE + "command = 'train'\n" + STAGE + ENDS, "before a: command: begins with train"),
+        (BEFORE + "command = 'serve sit'\n" + STAGE + ENDS, "begins with train TASK"),
+        (BEFORE + "command = 'train \"sit'\n" + STAGE + ENDS, "before a: command: No closing"),
+        (BEFORE + "command = 'train sit --run x'\n" + STAGE + ENDS, "--run is of the recipe's run"),
+        (BEFORE + "command = 'train sit --motions=x'\n" + STAGE + ENDS, "--motions is of the"),
+        (BEFORE + "clips = 'mine'\n" + STAGE + ENDS, "must be given, own"),
+        (BEFORE + "command = 'train sit --init {b}'\n" + STAGE + ENDS, "no run {b} before it"),
+        (BEFORE.replace("'a'", "'A b'") + STAGE + ENDS, "before A b: needs a name of its own"),
+        (2 * (BEFORE + "command = 'train sit'\n") + STAGE + ENDS, "before a: needs a name of"),
         (STAGE + ENDS + "task = 'track'", "task 'track'; choose sit, lie, carry, walk"),
         (STAGE + ENDS + "task = ['walk']", "task ['walk']; choose sit, lie, carry, walk"),
         (STAGE + ENDS + "task = 'walk'", "stage a: task walk; the last one is of sit"),

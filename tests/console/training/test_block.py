@@ -5,7 +5,6 @@ import io
 import pytest
 from rich.console import Console
 
-from console.run import recipe
 from console.run.stages import Stage
 from console.training.block import (
     Block,
@@ -18,6 +17,7 @@ from console.training.block import (
     plain_line,
 )
 from console.training.goal import Goal
+from tests.support.console.recipes import FIVE
 
 #: What a short training of sit with the recipe `paper` wrote after 40 iterations.
 METRICS = {
@@ -41,7 +41,7 @@ GOAL = Goal(iterations=60)
 
 @pytest.fixture(scope="module")
 def stages() -> tuple[Stage, ...]:
-    return recipe.find("paper", "sit").stages
+    return FIVE
 
 
 def shown(width: int, height: int, stages: tuple[Stage, ...] = (), goal: Goal = GOAL) -> list[str]:

@@ -5,14 +5,14 @@ import io
 import pytest
 from rich.console import Console
 
-from console.run import recipe
 from console.training.display import open_display
 from console.training.goal import Goal
+from tests.support.console.recipes import FIVE
 
 
 @pytest.mark.parametrize("terminal", [True, False])
 def test_display_names_every_figure(terminal, tmp_path):
-    stages = recipe.find("paper", "sit").stages
+    stages = FIVE
     with (tmp_path / "screen").open("w+") as file:
         console = Console(file=file, force_terminal=terminal, width=200)
         metrics = {

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from console.app import main
+from console.run import recipe
 from tests.support.console.runs import said
 
 
@@ -17,6 +18,27 @@ def test_dry_run_shows_everything_and_writes_nothing(
     for text in ("state: 114 numbers", "goal", "29 numbers", "overspeed", '"gamma": 0.99', "1024"):
         assert text in shown
     assert not run.exists()
+
+
+@pytest.mark.parametrize("task", ["sit", "lie", "carry", "walk"])
+def test_the_schedule_of_a_recipe_is_shown_whole(
+    task: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In 100 columns: no setting, condition or limit is cut off."""
+    assert main(["train", task, "--recipe", "paper", "--dry-run"]) == 0
+    lines = capsys.readouterr().out.partition("\nschedule;")[2]
+    lines = lines.partition(" M samples in all")[0].splitlines()[:-1]
+    rows = [line for line in lines[1:] if line.startswith("│")]
+    assert max(map(len, lines)) <= 100 and all(line.endswith("│") for line in rows)
+    shown = " ".join("".join(lines).replace("│", " ").split())
+    cells = [[cell.strip() for cell in row.strip("│").split("│")] for row in rows]
+    for stage in recipe.find("paper", task).stages:
+        assert f"{stage.limit / 1e6:g} M" in {row[3] for row in cells}
+        for kind, rate in stage.success.items():
+            assert f"{kind} >= {rate:.2f}" in {row[2].rstrip(",") for row in cells}
+        for key in stage.settings:
+            name = "task" if key == "world.task" else key.replace("_", "-")
+            assert any(row[1].startswith(name) for row in cells), shown
 
 
 def test_a_penalty_with_a_weight_is_a_term_of_the_reward(

@@ -1,6 +1,9 @@
-"""Recipes of two and three stages of ten iterations of 64 samples."""
+"""Recipes of two and three stages of ten iterations of 64 samples, and one with runs before its
+own."""
 
 from pathlib import Path
+
+from console.run.stages import Stage
 
 TINY = """
 preset = "fast"
@@ -50,3 +53,45 @@ ends = { success = { all = 0.0 }, episodes = 16, at-least = 640, limit = 100000 
 name = "seat"
 ends = { success = { all = 0.0 }, episodes = 16, at-least = 640, limit = 100000 }
 """
+
+
+#: A walker, a tracker and what is distilled from both, each as small as can be.
+WITH_RUNS_BEFORE = """
+preset = "finetune"
+[settings]
+"world.episode-s" = 0.5
+"ppo.warmup-iterations" = 1
+[[before]]
+name = "way"
+command = "train walk --iterations 4 SMALL --clone-passes 0"
+[[before]]
+name = "clips"
+command = "train track --iterations FOLLOWED SMALL --world.track.boxes 1"
+[[before]]
+name = "both"
+command = "distill sit --init {way} --world.walker {way} --world.tracker {clips} TAUGHT"
+[[stage]]
+name = "seat"
+ends = { success = { all = 0.0 }, episodes = 16, at-least = 640, limit = 100000 }
+"""
+_SMALL = (
+    "--scenes 16 --block 8 --horizon 4 --world.episode-s 0.5 --checkpoint-every 2"
+    " --style.hidden 16 --style.batch 32 --style.penalty-batch 16 --style.normaliser-samples 500"
+)
+_TAUGHT = "--batches 20 --first 200 --steps 10 --scenes 8 --world.pieces 2 --world.classes chair"
+
+
+def with_runs_before(folder: Path, followed: int) -> Path:
+    """The file of that recipe in `folder`; followed: iterations of the tracker."""
+    path = folder / "before.toml"
+    text = WITH_RUNS_BEFORE.replace("FOLLOWED", str(followed))
+    path.write_text(text.replace("SMALL", _SMALL).replace("TAUGHT", _TAUGHT))
+    return path
+
+
+_RATES = (0.15, 0.4, 0.65, 0.8, 0.75)
+#: Five stages as they are displayed; the second has conditions on near and far.
+FIVE = tuple(
+    Stage(name, success={"near": rate, "far": rate}, limit=20_000_000)
+    for name, rate in zip(("sit down", "approach", "all", "quiet", "last"), _RATES, strict=True)
+)
