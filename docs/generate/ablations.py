@@ -20,10 +20,12 @@ from docs.generate.markdown import code, table
 
 FILE = Path(__file__).parents[1] / "results" / "ablations.json"
 SAMPLES = 5_000_000
-#: What a training begins from, and what it is.
-INIT = ("--init", "walk")
+#: What all trainings begin from, in the folder of the runs, and what they are.
+TAUGHT = "taught"
+TEACHERS = ("--world.walker", "walk", "--world.tracker", "track-sit")
+DISTILL = ("distill", "sit", TAUGHT, "--init", "walk", *TEACHERS, "--minutes", "5")
 HOW = ("train", "sit", "--preset", "finetune", "--samples", str(SAMPLES))
-TRAIN = (*HOW, *INIT)
+TRAIN = (*HOW, "--init", TAUGHT)
 #: Trials of an evaluation and of the measure of realism, and their seed: one for development.
 TRIALS, MOTIONS, SEED = 1024, 128, 100
 ALL = "all parts"
@@ -95,7 +97,7 @@ def train(row: Row, seed: int, folder: Path, inhabit: Callable[..., None]) -> Tr
     arguments."""
     run = folder / f"{ROWS.index(row)}-{seed}"
     evaluated, measured = run / "ablation.json", run / "realism.json"
-    begun = ("--resume",) if (run / "config.json").exists() else INIT
+    begun = ("--resume",) if (run / "config.json").exists() else ("--init", str(folder / TAUGHT))
     inhabit(*HOW, "--run", str(run), "--seed", str(seed), *row.flags, *begun)
     trials = ("--trials", str(TRIALS), "--seed", str(SEED))
     inhabit("evaluate", str(run), *trials, "--json", str(evaluated))
@@ -109,6 +111,13 @@ def train(row: Row, seed: int, folder: Path, inhabit: Callable[..., None]) -> Tr
         json.loads(measured.read_text()),
         [json.loads(line) for line in lines],
     )
+
+
+def teach(folder: Path, inhabit: Callable[..., None]) -> None:
+    """Distill what all trainings begin from, unless it is there."""
+    out = folder / TAUGHT
+    if not (out / "manifest.json").exists():
+        inhabit(*(str(out) if word == TAUGHT else word for word in DISTILL))
 
 
 def trained(
@@ -144,12 +153,12 @@ def page() -> str:
 def rendered(found: Sequence[Trained]) -> str:
     """The page of these trainings, complete or not."""
     if not found:
-        return INTRODUCTION.replace("TRAIN", " ".join(TRAIN)) + "\nNone is measured yet.\n"
+        return _introduction() + "\nNone is measured yet.\n"
     left = missing(found)
     still = f"\n{len(left)} of {len(left) + len(found)} trainings are not measured yet.\n"
     return "\n".join(
         [
-            INTRODUCTION.replace("TRAIN", " ".join(TRAIN)),
+            _introduction(),
             still if left else "",
             "## Parts of the method\n",
             _table(PAPER, found),
@@ -164,10 +173,12 @@ def rendered(found: Sequence[Trained]) -> str:
 
 INTRODUCTION = """# Ablations
 
-What the parts of the method are worth, at equal samples: sit, from the shipped walker, on the
-package's own motions. A row is made by these commands, with its flags:
+What the parts of the method are worth, at equal samples: sit, from one policy that was distilled
+from the shipped walker and tracker, on the package's own motions. A row is made by the last three
+of these commands, with its flags:
 
 ```sh
+inhabit DISTILL
 inhabit TRAIN --run RUN --seed SEED FLAGS
 inhabit evaluate RUN --trials 1024 --seed 100
 inhabit realism RUN --trials 128 --seed 100
@@ -176,6 +187,13 @@ inhabit realism RUN --trials 128 --seed 100
 `python -m docs.generate.ablations runs/ablations` makes them all, two and three seeds each. A call
 that is stopped goes on where it was.
 """
+
+
+def _introduction() -> str:
+    text = INTRODUCTION.replace("TRAIN", " ".join(TRAIN))
+    return text.replace("DISTILL", " ".join(DISTILL))
+
+
 METHOD = """
 - Success is by the default protocol, 1-10 m, on unseen furniture, without noise: of all seeds, with
   Wilson's interval of all trials; it does not contain the spread between seeds. *By seed* does.
@@ -186,7 +204,8 @@ METHOD = """
   mocap in the last iteration; *skipped*, the share of its trainings that the throttle skipped.
 - The first row has 60 training pieces, each at six sizes from 0.8 to 1.2. Without reference states
   the near and far states keep their ratio.
-- After so few samples policies still learn: a row says how fast, not how far.
+- After so few samples policies still learn: a row says how fast, not how far. What is distilled
+  sits down already, so a row says nothing of learning that from nothing.
 """
 HEADS = (
     "row",
@@ -246,6 +265,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     def inhabit(*words: str) -> None:
         subprocess.run([sys.executable, "-m", "console", *words], check=True)
 
+    teach(given.runs, inhabit)
     found = kept(given.file)
     for row, seed in missing(found):
         found.append(train(row, seed, given.runs, inhabit))

@@ -30,6 +30,19 @@ def test_each_row_is_one_command_and_changes_what_it_says() -> None:
     assert (whole.style.window, whole.style.throttle) == (2, 0.9)
 
 
+def test_what_all_begin_from_is_distilled_once(tmp_path: Path) -> None:
+    said: list[tuple[str, ...]] = []
+    ablations.teach(tmp_path, lambda *words: said.append(words))
+    out = str(tmp_path / "taught")
+    assert len(said) == 1 and said[0][:3] == ("distill", "sit", out)
+    command = parse(list(said[0]))
+    assert command.world.tracker == "track-sit" and command.dagger.minutes == 5.0
+    (tmp_path / "taught").mkdir()
+    (tmp_path / "taught" / "manifest.json").touch()
+    ablations.teach(tmp_path, lambda *words: said.append(words))
+    assert len(said) == 1
+
+
 def test_rows_by_hand() -> None:
     """160 of 200 succeed: Wilson's interval is 73.9 to 85.0 %."""
     other = replace(DONE, seed=1, trials=100, fell=0.2, jerk=None, skating=3.0, skipped=None)
@@ -55,6 +68,8 @@ def test_a_call_goes_on_where_one_was_stopped(
         return replace(DONE, row=row.name, seed=seed)
 
     monkeypatch.setattr(ablations, "train", made)
+    (tmp_path / ablations.TAUGHT).mkdir()
+    (tmp_path / ablations.TAUGHT / "manifest.json").touch()  # what all begin from is there
     with pytest.raises(KeyboardInterrupt):
         ablations.main([str(tmp_path), "--file", str(file)])
     assert [(row.name, seed) for row, seed in asked] == [(row.name, 0) for row in ROWS[1:4]]
@@ -78,6 +93,8 @@ def test_what_the_commands_write_is_what_is_kept(tmp_path: Path) -> None:
         elif words[0] == "realism":
             Path(words[-1]).write_text(json.dumps({"phases": {"approach": {"values": approach}}}))
         else:
+            run = Path(words[words.index("--run") + 1])
+            run.mkdir(exist_ok=True)
             lines = [{"style/skipped": 1.0}, {"style/skipped": 0.0, "style/accuracy_policy": 0.6}]
             (run / "metrics.jsonl").write_text("\n".join(map(json.dumps, lines)))
 
@@ -86,3 +103,5 @@ def test_what_the_commands_write_is_what_is_kept(tmp_path: Path) -> None:
     assert [words[0] for words in said] == ["train", "evaluate", "realism"]
     # a run goes on from its own networks: the two flags together are refused
     assert "--resume" in said[0] and "--init" not in said[0]
+    ablations.train(ROWS[0], 2, tmp_path, inhabit)
+    assert said[3][said[3].index("--init") + 1] == str(tmp_path / "taught")
