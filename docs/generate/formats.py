@@ -127,6 +127,11 @@ RUN = Format(
             "`NNNNNN/` by iteration, and the links `latest` and `best`",
         ),
         ("evaluations", "folder", "JSON of `inhabit evaluate`"),
+        (
+            "before",
+            "folder",
+            "runs that its recipe makes before it, and the names of the complete ones",
+        ),
         ("recordings", "folder", "NaN dumps: the steps before a scene became non-finite"),
     ),
 )
