@@ -6,6 +6,7 @@ visited state, and the student is regressed on all labels. Worker processes simu
 this process regresses, on a GPU if available.
 """
 
+import contextlib
 import json
 import math
 import queue
@@ -37,6 +38,8 @@ _CHUNK, _REPORT_S, _SAVE_S = 50, 20.0, 60.0
 #: Seconds between two lines while the first samples are collected; time without labels that ends
 #: the training.
 _FIRST_S, _SILENCE_S = 2.0, 120.0
+#: Seconds between two looks of a worker with a full queue for the process that empties it.
+_ALIVE_S = 2.0
 
 
 class TeachingError(InhabitError):
@@ -92,17 +95,28 @@ class Workers:
 
 
 def work(make: Callable[[], Labelling], labels: Any, spell: Any, weights: Path) -> None:
-    """Simulate and label without end, with the newest student in the file `weights`; a process."""
+    """Simulate and label with the newest student in the file `weights`, as long as the process that
+    learns from it is there; a process."""
     # Ctrl-C reaches the whole process group; the parent terminates its workers
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     torch.set_num_threads(1)
     scenes, student, stamp = make(), None, 0
-    while True:
+    learns = mp.parent_process()
+    while learns is None or learns.is_alive():
         if weights.exists() and weights.stat().st_mtime_ns != stamp:
             stamp = weights.stat().st_mtime_ns
             student = Policy(torch.load(weights, weights_only=True))
         found = scenes.collect(student, spell.value)
-        labels.put([part.numpy() for part in found])
+        _put(labels, [part.numpy() for part in found], learns)
+    labels.cancel_join_thread()  # it would wait for a reader for ever
+
+
+def _put(labels: Any, found: Sequence[Any], learns: Any) -> None:
+    """Queue labels once there is room, unless nobody takes them any more."""
+    while learns is None or learns.is_alive():
+        with contextlib.suppress(queue.Full):
+            labels.put(found, timeout=_ALIVE_S)
+            return
 
 
 def save(out: Path, lesson: Lesson, samples: int, lines: list[dict[str, float]]) -> None:

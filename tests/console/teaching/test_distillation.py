@@ -3,6 +3,8 @@ says what it was learned from; wrong flags are one line."""
 
 import json
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -15,6 +17,7 @@ from console.run.policy_teachers import PolicyTeacher, Weights
 from console.teaching.distillation import LabelledShard
 from policy.checkpoints import lineage
 from policy.model.acting import Policy
+from tests.support.kill_learner import descendants, still_there
 from tests.support.paths import ROOT
 from world.character.features import STATE
 from world.config import InitialStates, WorldConfig
@@ -180,3 +183,21 @@ def test_an_existing_checkpoint_is_replaced_on_request_alone(
         assert main([*words, *more]) in (1, 2)
         assert why in capsys.readouterr().err
         assert (out / "mine.txt").exists() and (out / "policy.safetensors").exists()
+
+
+def test_no_worker_outlives_a_distillation_that_is_killed(tmp_path: Path) -> None:
+    """Nobody takes their labels any more: the queue is full, and they end."""
+    small = ["--steps", "30", "--scenes", "16", "--first", "9000", "--workers", "2"]
+    world = ["--world.walker", "walk", "--world.classes", "chair", "--world.pieces", "2"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "console", "distill", "sit", str(tmp_path / "out"), *small, *world],
+        cwd=ROOT, stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stdout is not None
+    for line in process.stdout:
+        if line.endswith("of 9000 samples\n"):  # they label
+            break
+    family = descendants(process.pid)
+    process.kill()
+    process.wait(60)
+    assert len(family) >= 2 and still_there(family, within_s=60) == 0
