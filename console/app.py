@@ -59,7 +59,7 @@ def parse(arguments: Sequence[str]) -> Any:
         refuse_old_flags(words, RENAMED_SERVE)
     hidden = settings_of_other_tasks(words)
     if start.before and not asks_for_help(words) and "--resume" not in words:
-        require_before(start.before, recipe_of(words))
+        require_before(start.before, value_of(words, "--recipe"))
     if asks_for_help(words):
         from console.manual import page
 
@@ -178,13 +178,13 @@ def recipe_of(arguments: Sequence[str]) -> "Recipe | None":
     return found
 
 
-def require_before(before: "Sequence[Before]", recipe: "Recipe | None") -> None:
+def require_before(before: "Sequence[Before]", recipe: str | None) -> None:
     """Raise ConfigError for a run before that of a recipe whose command is wrong, hours before it
     is reached."""
     from world import tasks  # takes a second, which most commands need not wait
 
     for one in before:
-        here = f"{recipe.name if recipe else 'recipe'}: before {one.name}: command"
+        here = f"{recipe}: before {one.name}: command"
         words = shlex.split(one.command)
         if words[0] == "distill":
             words.insert(2, one.name)

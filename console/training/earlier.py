@@ -12,19 +12,18 @@ from console.run.directory import RunDirectory, RunError, write_json
 from console.run.experiment import Experiment
 from console.run.metrics import truncate_metrics
 from console.run.stages import Before
+from console.terminal import INTERRUPTED
 from policy.checkpoints.numbering import numbered
 
 Inhabit = Callable[[Sequence[str]], int]
 """Runs the command of these words, without `inhabit`; returns the exit code."""
+#: Names of the runs that are complete, in RUN/before.
+_COMPLETE = "complete.json"
 
 
 def refused(words: Sequence[str]) -> int:
     """Refuse to run another command, where a training is a part of one that needs no recipe."""
     raise RunError(f"inhabit {shlex.join(words)}: a recipe with runs before it needs inhabit train")
-
-
-#: Names of the runs that are complete, in RUN/before.
-_COMPLETE = "complete.json"
 
 
 def wanted(run: RunDirectory, experiment: Experiment) -> bool:
@@ -54,23 +53,23 @@ def train(
         if one.name in _complete(run):
             continue
         left = _left(command, began)
-        if left is not None and left <= 0.0:
-            return 0, command
         given = words(one, run, command, experiment, left and max(left, 0.001))
         note(f"before {run.path}: inhabit {shlex.join(given)}")
         code = inhabit(given)
-        left = _left(command, began)
-        if code == 0 and left is not None and left <= 0.0:
-            return 0, command
-        if code not in (0, 130):
+        if code == INTERRUPTED:
+            note(f"--resume --run {run.path} goes on with {one.name}")
+            return code, command
+        if code:
             raise RunError(
                 f"{run.before / one.name} ended with exit code {code}; --resume --run {run.path}"
                 " tries it again"
             )
-        if code:
-            note(f"--resume --run {run.path} goes on with {one.name}")
-            return code, command
-        write_json(run.before / _COMPLETE, [*_complete(run), one.name])
+        left = _left(command, began)
+        over = left is not None and left <= 0.0
+        if not (over and given[0] == "train"):  # which the time may have stopped
+            write_json(run.before / _COMPLETE, [*_complete(run), one.name])
+        if over:
+            return 0, command
     truncate_metrics(run.metrics, 0)  # of an earlier begin, which left no checkpoint
     init = run.before / experiment.before[-1].name
     return None, replace(command, resume=False, init=init, minutes=_left(command, began))
@@ -88,7 +87,9 @@ def words(
     verb, task, *flags = shlex.split(_named(one.command, experiment, run.before))
     if verb == "train":
         head = ["train", task, "--run", str(folder)]
-        head += ["--resume"] * (folder / "config.json").exists()
+        # before its first checkpoint there is nothing to resume
+        made = RunDirectory(folder)
+        head += ["--resume" if numbered(made.checkpoints) else "--restart"] * made.occupied
         own = _of_training(command, experiment, minutes)
     else:
         head = ["distill", task, str(folder), *["--replace"] * folder.exists()]

@@ -11,6 +11,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import torch
+from safetensors.torch import load_file
 
 from console.app import main, parse
 from console.commands import Train
@@ -64,10 +66,21 @@ def test_each_run_has_what_the_recipe_and_the_command_say(whole: Path) -> None:
     assert len(json.loads((whole / "config.json").read_text())["experiment"]["before"]) == 3
 
 
-def test_the_run_begins_from_the_last_of_them(whole: Path) -> None:
-    """The critic alone learns in the first iteration, so the actor is still the distilled one."""
+def test_the_run_begins_from_the_last_of_them(whole: Path, tmp_path: Path) -> None:
+    """The critic alone learns in the first iteration, so the actor is still the distilled one. Its
+    first layer changes with the normaliser."""
     lines = read_metrics(whole / "metrics.jsonl")
     assert [line["iteration"] for line in lines] == list(range(1, 11))
+    run = tmp_path / "run"
+    shutil.copytree(whole, run, symlinks=True)
+    shutil.rmtree(run / "checkpoints")
+    assert main(["train", "sit", "--resume", "--run", str(run), "--iterations", "1"]) == 0
+    distilled, begun = (
+        load_file(folder / "policy.safetensors")
+        for folder in (run / "before" / "both", run / "checkpoints" / "latest")
+    )
+    actor = [name for name in distilled if name.startswith(("actor/layers.2", "actor/layers.4"))]
+    assert len(actor) == 4 and all(torch.equal(begun[name], distilled[name]) for name in actor)
     both = read_manifest(whole / "before" / "both")
     assert both.layout.task == "sit" and both.samples >= 200
     notes = read_manifest(whole / "checkpoints" / "latest").notes
@@ -159,6 +172,13 @@ def test_minutes_are_of_all_runs_together(tmp_path: Path, monkeypatch: pytest.Mo
     assert code == 0 and given == [10.0, pytest.approx(4.0)]
     complete = json.loads((run.before / "complete.json").read_text())
     assert complete == ["way"], "the second was stopped by the time"
+    monkeypatch.setattr(earlier, "time", clock := Clock())
+    (run.before / "complete.json").write_text(json.dumps(["way", "clips"]))
+    assert (
+        made(tmp_path, ["--minutes", "10"], lambda _: setattr(clock, "minutes", 10.0) or 0)[0] == 0
+    )
+    complete = json.loads((run.before / "complete.json").read_text())
+    assert complete == ["way", "clips", "both"], "no time stops a distillation"
 
 
 def test_time_that_is_left_is_the_run_s_own(
@@ -200,7 +220,9 @@ def test_a_run_may_have_the_package_s_clips_and_its_own_flags_win(tmp_path: Path
     (run.before / "way").mkdir(parents=True)
     (run.before / "both").mkdir()
     (run.before / "way" / "config.json").touch()
-    assert "--resume" in asked(one) and "--replace" in asked(taught)
+    assert "--restart" in asked(one) and "--replace" in asked(taught), "killed at its beginning"
+    (run.before / "way" / "checkpoints" / "000002").mkdir(parents=True)
+    assert "--resume" in asked(one) and "--restart" not in asked(one)
 
 
 def test_a_run_that_fails_ends_the_command_and_is_tried_again(tmp_path: Path) -> None:
